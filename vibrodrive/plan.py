@@ -47,11 +47,16 @@ class Settings:
 
 @dataclass(frozen=True)
 class Plan:
-    """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point."""
+    """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point.
+
+    `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
+    version that would cut it differently.
+    """
 
     axes: dict[str, np.ndarray]
     scalars: dict[str, float]
     settings: Settings
+    tiling: tuple[int, ...] | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -73,6 +78,8 @@ class Plan:
     @property
     def chunk(self) -> tuple[int, ...]:
         """Shape of a block over the axes: leading axes 1, one axis cut, trailing axes whole."""
+        if self.tiling is not None:
+            return self.tiling
         rows = max(1, min(BLOCK_POINTS, BLOCK_BYTES // (16 * self.settings.periods)))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
