@@ -1,0 +1,1 @@
+"""Benchmarks: speed charted against accuracy, ours and what people use. One command each."""

@@ -1,0 +1,151 @@
+"""The record that every peer returns, and how it is timed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibrodrive.parameters import ETA
+
+TWO_PI = 2.0 * math.pi
+
+
+class Unavailable(RuntimeError):
+    """A peer's package is not installed: the caller leaves it out, with a note."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One trajectory from rest at τ = 0. Everything is dimensionless; `section_phase` in [0, 2π)."""
+
+    A: float
+    eps: float = 0.0
+    B: float = 0.1
+    eta: float = ETA
+    transient: int = 0
+    periods: int = 20
+    section_phase: float = 0.0
+
+    @property
+    def total(self) -> int:
+        """Excitation periods computed."""
+        return self.transient + self.periods
+
+    @property
+    def first_section(self) -> float:
+        """The first section instant after τ = 0; the others follow 2π apart."""
+        return self.section_phase if self.section_phase > 0.0 else TWO_PI
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a peer made of a case.
+
+    Switches are those in (2πT, 2π(T + P)], in order: `period` int64 (n,) and `phase` float64 (n,) with
+    τ = 2π·period + phase, `before` and `after` int8 (n,) as `vibrodrive.State`. `section` is float64
+    (periods, 2) with ξ, ξ'. `seconds` is CPU time a period, warm, the median of the repetitions.
+    `evaluations` of the equations of motion or switching functions a period; None where it cannot be counted.
+    """
+
+    name: str
+    case: Case
+    period: np.ndarray
+    phase: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    section: np.ndarray
+    seconds: float = math.nan
+    evaluations: float | None = None
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def tau(self) -> np.ndarray:
+        """Switching times as plain floats."""
+        return TWO_PI * self.period + self.phase
+
+
+class Recorder:
+    """Collects the switches and section points of a peer that runs in Python."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.rows: list[tuple[float, int, int]] = []
+        self.section = np.full((case.periods, 2), np.nan)
+        self._next = 0
+        self.begin = TWO_PI * case.transient
+        self.end = TWO_PI * case.total
+        self.section_time = case.first_section
+
+    def switch(self, tau: float, before: int, after: int) -> None:
+        if self.begin < tau <= self.end:
+            self.rows.append((tau, before, after))
+
+    def point(self, xi: float, dxi: float) -> None:
+        """The state at `section_time`, which moves on by one period."""
+        k = self._next - self.case.transient
+        if 0 <= k < self.case.periods:
+            self.section[k] = xi, dxi
+        self._next += 1
+        self.section_time = self.case.first_section + TWO_PI * self._next
+
+    def run(self, name: str, seconds: float, evaluations: float | None, notes: tuple[str, ...] = ()) -> Run:
+        tau = np.array([r[0] for r in self.rows])
+        before = np.array([r[1] for r in self.rows], dtype=np.int8)
+        after = np.array([r[2] for r in self.rows], dtype=np.int8)
+        period = np.floor(tau / TWO_PI).astype(np.int64)
+        phase = tau - TWO_PI * period
+        return Run(name, self.case, period, phase, before, after, self.section, seconds, evaluations, notes)
+
+
+def cpu_seconds(work: Callable[[], object], repeats: int) -> float:
+    """Median CPU time of `work()` over `repeats` calls; the caller has warmed it up."""
+    spent = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        spent.append(time.process_time() - start)
+    return float(np.median(spent))
+
+
+def run_kernel(
+    name: str,
+    case: Case,
+    kernel: Callable[..., tuple[int, int, int]],
+    arguments: tuple[float, ...],
+    *,
+    repeats: int = 3,
+    least: float = 0.05,
+    notes: tuple[str, ...] = (),
+) -> Run:
+    """Run and time a compiled peer.
+
+    `kernel(A, B, eps, eta, *arguments, phi_s, transient, periods, section, period, phase, before, after)`
+    fills the arrays and returns (switches in the window, evaluations, completed periods). Short cases are
+    repeated until one measurement takes about `least` seconds, so that the clock's grain does not show.
+    """
+    model = (case.A, case.B, case.eps, case.eta, *arguments)
+    none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))
+    kernel(*model, 0.0, 0, 1, np.empty((1, 2)), *none)  # compiles
+
+    section = np.full((case.periods, 2), np.nan)
+    window = (case.section_phase, case.transient, case.periods, section)
+    start = time.process_time()
+    count, evaluations, done = kernel(*model, *window, *none)
+    once = time.process_time() - start
+    rows = (np.empty(count, np.int64), np.empty(count), np.empty(count, np.int8), np.empty(count, np.int8))
+    kernel(*model, *window, *rows)
+
+    loops = max(1, min(10_000, math.ceil(least / max(once, 1e-6))))
+
+    def work() -> None:
+        for _ in range(loops):
+            kernel(*model, *window, *none)
+
+    spent = once if once > 10.0 else cpu_seconds(work, repeats) / loops
+    if done < case.total:
+        notes = (*notes, f"gave up after {done} of {case.total} periods: too many switches")
+    return Run(name, case, *rows, section, spent / max(done, 1), evaluations / max(done, 1), notes)
