@@ -1,0 +1,250 @@
+"""What the drivers share: timing in pairs, errors against the 50-digit reference, JSON and PNG.
+
+Speeds are compared as ratios measured in one run: every repetition runs all contestants in turn, every second
+one in the opposite order, and the median of the ratios is reported. Compilation comes before the clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import importlib.metadata
+import json
+import math
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from tests import reference as digits50
+
+TWO_PI = 2.0 * math.pi
+RESULTS = Path(__file__).parent / "results"
+
+STYLE: dict[Any, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 10,
+    "axes.linewidth": 0.6,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 4.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 160,
+}
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "h", "d")
+DASHES = ("-", "--", ":", "-.")
+
+
+# -- running a driver --------------------------------------------------------------------------------------
+
+
+def arguments(doc: str) -> argparse.Namespace:
+    """The options of every driver: where results go, and a run short enough to try it out."""
+    parser = argparse.ArgumentParser(description=doc.split("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
+    parser.add_argument("--quick", action="store_true", help="few, short measurements: to see that it runs")
+    return parser.parse_args()
+
+
+def say(text: str) -> None:
+    """Progress, to stderr."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def environment() -> dict[str, Any]:
+    """What the figures depend on."""
+    model = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        names = [
+            line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line
+        ]
+        model = names[0] if names else model
+    versions: dict[str, str | None] = {}
+    for package in ("vibrodrive", "numpy", "numba", "scipy", "heyoka", "mpmath"):
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[package] = None
+    return {
+        "processor": model,
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+        "versions": versions,
+    }
+
+
+def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> None:
+    """`name`.json and `name`.png into `directory`."""
+    directory.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"environment": environment(), **data}, indent=1, default=_plain, allow_nan=False)
+    (directory / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    figure.savefig(directory / f"{name}.png")
+    plt.close(figure)
+    say(f"{name}: written to {name}.json and {name}.png")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    raise TypeError(f"no JSON for {type(value).__name__}")
+
+
+def finite(x: float | None) -> float | None:
+    """JSON has no NaN or inf."""
+    return float(x) if x is not None and math.isfinite(x) else None
+
+
+# -- timing ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds of one contestant, a value a repetition: CPU time of the process, and wall time."""
+
+    cpu: np.ndarray
+    wall: np.ndarray
+
+    @property
+    def seconds(self) -> float:
+        """Median CPU time."""
+        return float(np.median(self.cpu))
+
+    @property
+    def wall_seconds(self) -> float:
+        """Median wall time."""
+        return float(np.median(self.wall))
+
+
+def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
+    """Time all contestants in turn, `repeats` times, after one call each that is not timed."""
+    for work in contestants.values():
+        work()
+    names = list(contestants)
+    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
+    for k in range(repeats):
+        for name in names if k % 2 == 0 else reversed(names):
+            gc.collect()
+            cpu, wall = time.process_time(), time.perf_counter()
+            contestants[name]()
+            spent[name].append((time.process_time() - cpu, time.perf_counter() - wall))
+    return {
+        name: Timing(np.array([s[0] for s in rows]), np.array([s[1] for s in rows]))
+        for name, rows in spent.items()
+    }
+
+
+def ratio(
+    slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False
+) -> float:
+    """Median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit)."""
+    a, b = (slow.wall, fast.wall) if wall else (slow.cpu, fast.cpu)
+    return float(np.median((a / per_slow) / (b / per_fast)))
+
+
+# -- errors ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The 50-digit reference of one trajectory from rest, as arrays: phases and section in `mpf`."""
+
+    period: np.ndarray
+    phase: np.ndarray
+    kinds: list[tuple[int, int]]
+    section: np.ndarray
+
+
+@cache
+def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Truth:
+    """Switches and section points of the first `periods` periods from rest."""
+    r = digits50.reference(A, 0.1, eps, periods=periods, section_phase=section_phase)
+    return Truth(
+        np.array([s.period for s in r.switches], dtype=np.int64),
+        np.array([s.phase for s in r.switches], dtype=object),
+        [(int(s.before), int(s.after)) for s in r.switches],
+        np.array(r.section, dtype=object),
+    )
+
+
+@dataclass(frozen=True)
+class SwitchError:
+    """`largest` |Δτ| over the switches that correspond; `wrong`: missed, invented, of another kind."""
+
+    largest: float
+    wrong: int
+    of: int
+
+
+def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
+    """Switches against the reference: aligned by kind, so that one missed pair does not condemn the rest."""
+    kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
+    if kinds == true.kinds:
+        pairs = [(i, i) for i in range(len(kinds))]
+    else:
+        matcher = SequenceMatcher(None, true.kinds, kinds, autojunk=False)
+        pairs = [(m.a + i, m.b + i) for m in matcher.get_matching_blocks() for i in range(m.size)]
+    wrong = len(true.kinds) + len(kinds) - 2 * len(pairs)
+    largest = 0.0
+    for i, j in pairs:
+        # whole periods differ by small integers: the difference of times keeps all its digits
+        late = digits50.mp.mpf(float(phase[j])) - true.phase[i]
+        largest = max(largest, abs(float(late) + TWO_PI * (int(period[j]) - int(true.period[i]))))
+    return SwitchError(largest, wrong, len(true.kinds))
+
+
+@cache
+def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndarray:
+    """Section points p_0 … p_{n−1} of the undisturbed stable n-periodic orbit, float64 (n, 2)."""
+    points = np.array(truth(A, 0.0, settle, section_phase).section[-2 * n :], dtype=float)
+    if np.abs(points[n:] - points[:n]).max() > 1e-13:
+        raise ValueError(f"A = {A}: not {n}-periodic after {settle} periods")
+    return points[n:]
+
+
+def rho(section: np.ndarray, points: np.ndarray) -> float:
+    """ρ = max_k |x_k − p_(k+s mod n)| with the best shift s. NaN if the section is not complete."""
+    n = len(points)
+    k = np.arange(len(section))
+    return min(
+        float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n)
+    )  # fmt: skip
+
+
+# -- pictures ----------------------------------------------------------------------------------------------
+
+
+def figure(
+    width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int = 1
+) -> tuple[Any, np.ndarray]:
+    """A figure in the style of all benchmarks, and its axes (rows, columns)."""
+    plt.rcParams.update(STYLE)
+    return plt.subplots(rows, columns, figsize=(width, height), squeeze=False)
+
+
+def look(k: int, of_ours: bool) -> dict[str, Any]:
+    """Lines and markers told apart without colour: ours black and filled, others grey and open."""
+    return {
+        "marker": MARKERS[k % len(MARKERS)],
+        "linestyle": DASHES[k % len(DASHES)],
+        "color": "black" if of_ours else "0.45",
+        "markerfacecolor": "black" if of_ours else "white",
+    }

@@ -1,0 +1,145 @@
+"""Fixed against refined switching: what each costs, how far off it is, and from which Δτ structure is lost.
+
+For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and held against the certified
+orbit: ρ of the section points, and whether order and gaps are kept. For the range 3.0 ≤ A ≤ 3.25 the same is
+done for those A whose certified motion is periodic, and the share that keeps its order is told.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import vibrodrive as vd
+from benchmarks.common import arguments, figure, finite, paired, say, write
+from vibrodrive import structure
+
+SECTION_PHASE = 2.0  # the mass slides there at every A considered
+TRANSIENT, PERIODS = 1000, 500
+SINGLE = (1.5, 3.04)
+RANGE = (3.0, 3.25)
+METHODS: dict[str, dict[str, Any]] = {
+    "fixed": {"method": "fixed"},
+    "muller": {"method": "muller", "tol": 1e-7},
+}
+CRITERION = ("order", "gaps")
+
+
+def steps(quick: bool) -> np.ndarray:
+    """Δτ from the paper's 1e-5 to 1, a ratio of 1.15 from one to the next where structure is lost."""
+    if quick:
+        return np.array([1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.5, 0.7])
+    fine = np.exp(np.arange(np.log(0.01), np.log(1.0), np.log(1.15)))
+    return np.concatenate([np.geomspace(1e-5, 0.01, 13)[:-1], fine])
+
+
+def single(A: float, quick: bool) -> dict[str, Any]:
+    """ρ and structure over Δτ at one A, and where structure is first lost and last kept."""
+    window = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
+    base = structure.orbit(vd.simulate(**window, method="certified"))
+    if base is None:
+        raise ValueError(f"A = {A}: the certified motion has not settled on an orbit")
+    found: dict[str, Any] = {"A": A, "period": base.n}
+    for name, method in METHODS.items():
+        rows = []
+        for dtau in steps(quick):
+            s = structure.compare(base, vd.simulate(**window, **method, dtau=float(dtau)))
+            rows.append({"dtau": dtau, "rho": finite(s.rho), "kept": s.kept(CRITERION), "word": s.word})
+        lost = [r["dtau"] for r in rows if not r["kept"]]
+        kept = [r["dtau"] for r in rows if r["kept"]]
+        found[name] = {
+            "rows": rows,
+            "first_lost": min(lost, default=None),
+            "last_kept": max(kept, default=None),
+        }
+        say(f"A = {A:g}, {name}: first lost at Δτ = {min(lost, default=np.nan):.3g}")
+    return found
+
+
+def over_range(quick: bool) -> dict[str, Any]:
+    """Share of the periodic motions of the range that keep their order, and the median ρ, over Δτ."""
+    A = np.linspace(*RANGE, 11 if quick else 101)
+    window = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
+    certified = vd.sweep(A=A, **window, method="certified").section
+    n = structure.period(certified)
+    found: dict[str, Any] = {"A": RANGE, "points": len(A), "periodic": int((n > 0).sum())}
+    for name, method in METHODS.items():
+        section = vd.sweep(A=A, dtau=steps(quick), **window, **method).section
+        share, median = [], []
+        for k in range(section.shape[1]):
+            kept, far = [], []
+            for i in np.flatnonzero(n):
+                points = certified[i, -n[i] :]
+                kept.append(bool(structure.order(points, section[i, k])))
+                far.append(float(structure.deviation(points, section[i, k])[0]))
+            share.append(np.mean(kept))
+            median.append(finite(float(np.median(far))))
+        found[name] = {"dtau": steps(quick), "share_kept": share, "median_rho": median}
+        say(f"range, {name}: done")
+    return found
+
+
+def costs(quick: bool) -> dict[str, float]:
+    """CPU time a period of a sweep over the range, one thread, for each kind of switching."""
+    n, p = (50, 50) if quick else (500, 200)
+    sweep = {"A": np.linspace(*RANGE, n), "transient": 0, "periods": p, "threads": 1}
+    kinds: dict[str, dict[str, Any]] = {
+        "certified": {"method": "certified"},
+        "fixed, Δτ = 0.1": {"method": "fixed", "dtau": 0.1},
+        "fixed, Δτ = 0.01": {"method": "fixed", "dtau": 0.01},
+        "fixed, Δτ = 1e-5": {"method": "fixed", "dtau": 1e-5},
+        "muller, Δτ = 0.01": {"method": "muller", "dtau": 0.01, "tol": 1e-7},
+        "muller, Δτ = 1e-5 (the paper's)": {"method": "muller", "dtau": 1e-5, "tol": 1e-7},
+    }
+    times = paired(
+        {k: (lambda kind=kind: vd.sweep(**sweep, **kind)) for k, kind in kinds.items()}, 1 if quick else 5
+    )
+    return {k: t.seconds / (n * p) for k, t in times.items()}
+
+
+def draw(data: dict[str, Any]):
+    fig, axes = figure(10.0, 3.6, columns=3)
+    marks = {"fixed": ("o", "black"), "muller": ("s", "0.45")}
+    for ax, at in zip(axes[0], data["single"], strict=False):
+        for name, (marker, color) in marks.items():
+            rows = [r for r in at[name]["rows"] if r["rho"] is not None]
+            for kept in (True, False):
+                here = [r for r in rows if r["kept"] == kept]
+                ax.loglog(
+                    [r["dtau"] for r in here], [max(r["rho"], 1e-16) for r in here],
+                    marker, color=color, markerfacecolor=color if kept else "white",
+                    label=f"{name}, structure {'kept' if kept else 'lost'}",
+                )  # fmt: skip
+        ax.set_title(f"$A = {at['A']:g}$")
+        ax.set_xlabel(r"$\Delta\tau$")
+        ax.set_ylabel(r"$\rho$")
+        ax.legend()
+    ax = axes[0, 2]
+    for name, (marker, color) in marks.items():
+        at = data["range"][name]
+        ax.semilogx(at["dtau"], at["share_kept"], marker=marker, color=color, label=name)
+    ax.set_title("$3 \\leq A \\leq 3.25$")
+    ax.set_xlabel(r"$\Delta\tau$")
+    ax.set_ylabel("share of periodic motions that keep their order")
+    ax.set_ylim(-0.03, 1.03)
+    ax.legend()
+    return fig
+
+
+def main() -> None:
+    options = arguments(__doc__)
+    data = {
+        "transient": TRANSIENT,
+        "periods": PERIODS,
+        "section_phase": SECTION_PHASE,
+        "criterion": CRITERION,
+        "single": [single(A, options.quick) for A in SINGLE],
+        "range": over_range(options.quick),
+        "seconds_per_period": costs(options.quick),
+    }
+    write("refined_vs_fixed", data, draw(data), options.output)
+
+
+if __name__ == "__main__":
+    main()

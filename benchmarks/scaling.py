@@ -1,0 +1,171 @@
+"""Scaling: time of a sweep over its points, its periods, 1/Δτ and threads; memory over its points.
+
+A straight line of slope 1 is proportional; skipping is meant to be flat in 1/Δτ. Memory is the peak of a
+process of its own that runs the command line, which streams blocks to a file.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vibrodrive as vd
+from benchmarks.common import arguments, figure, look, paired, say, write
+
+RANGE = (3.0, 3.25)
+CONFIG = """\
+[sweep]
+A = {{ start = 3.0, stop = 3.25, num = {points} }}
+
+[run]
+transient = 0
+periods = {periods}
+"""
+
+CHILD = """\
+import resource, sys
+from pathlib import Path
+from vibrodrive.cli import main
+try:
+    main()
+except SystemExit as stop:
+    if stop.code:
+        raise
+status = Path("/proc/self/status")
+if status.exists():
+    peak = next(float(line.split()[1]) / 1024 for line in status.read_text().splitlines() if "VmHWM" in line)
+else:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+print(peak)
+"""
+
+
+def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -> dict[str, float]:
+    """Median seconds of each sweep, all of them timed in turn."""
+    times = paired({str(k): (lambda run=run: vd.sweep(**run)) for k, run in runs.items()}, repeats)
+    return {k: t.wall_seconds if wall else t.seconds for k, t in times.items()}
+
+
+def over_points(quick: bool, repeats: int) -> dict[str, float]:
+    counts = (1, 10, 100, 1000) if quick else (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000)
+    return seconds(
+        {n: {"A": np.linspace(*RANGE, n), "transient": 0, "periods": 100, "threads": 1} for n in counts},
+        repeats,
+    )
+
+
+def over_periods(quick: bool, repeats: int) -> dict[str, float]:
+    counts = (10, 100, 1000) if quick else (1, 10, 100, 1000, 10_000)
+    return seconds(
+        {p: {"A": np.linspace(*RANGE, 128), "transient": p - 1, "periods": 1, "threads": 1} for p in counts},
+        repeats,
+    )
+
+
+def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
+    """Time a period at one A over 1/Δτ: both methods, skipping and literal (as far as it is affordable)."""
+    found: dict[str, dict[str, float]] = {}
+    steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    for method in ("fixed", "muller"):
+        for scan in ("skip", "literal"):
+            runs = {}
+            for dtau in steps:
+                # a literal scan of Δτ = 1e-6 has six million points a period
+                periods = 200 if scan == "skip" else max(1, min(200, round(200 * dtau / 1e-4)))
+                runs[dtau] = {
+                    "A": np.linspace(*RANGE, 64), "method": method, "dtau": dtau, "scan": scan,
+                    "transient": 0, "periods": periods, "threads": 1,
+                }  # fmt: skip
+            spent = seconds(runs, repeats)
+            found[f"{method}, {scan}"] = {
+                str(d): spent[str(d)] / (64 * run["periods"]) for d, run in runs.items()
+            }
+            say(f"over 1/Δτ: {method}, {scan}")
+    certified = {"A": np.linspace(*RANGE, 64), "transient": 0, "periods": 200, "threads": 1}
+    spent = seconds({"certified": certified}, repeats)["certified"] / (64 * 200)
+    found["certified"] = {str(d): spent for d in steps}
+    return found
+
+
+def over_threads(quick: bool, repeats: int) -> dict[str, float]:
+    run = {
+        "A": np.linspace(*RANGE, 100 if quick else 600), "eps": [0.0, 1e-4, 2e-4],
+        "transient": 0, "periods": 100,
+    }  # fmt: skip
+    counts = range(1, (os.cpu_count() or 1) + 1)
+    return seconds({n: {**run, "threads": n} for n in counts}, repeats, wall=True)
+
+
+def peak_memory(points: int, periods: int) -> float:
+    """Peak resident memory in MiB of `vibrodrive sweep` over so many points, in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        config = Path(folder, "memory.toml")
+        config.write_text(CONFIG.format(points=points, periods=periods), encoding="utf-8")
+        # the process tells its own peak: what its parent sees would count the parent's memory too
+        command = [
+            sys.executable, "-c", CHILD, "sweep", str(config), "-o", str(Path(folder, "memory.h5")),
+            "--threads", "1",
+        ]  # fmt: skip
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return float(done.stdout.split()[-1])
+
+
+def memory(quick: bool) -> dict[str, float]:
+    counts = (500, 2000) if quick else (2000, 6000, 20_000, 60_000)
+    return {str(n): peak_memory(n, 250) for n in counts}
+
+
+def draw(data: dict[str, Any]):
+    fig, axes = figure(8.0, 7.6, columns=2, rows=3)
+    plain = {"marker": "o", "color": "black"}
+
+    def curve(ax, values: dict[str, float], xlabel: str, ylabel: str, **style: Any) -> None:
+        ax.plot([float(k) for k in values], list(values.values()), **style)
+        ax.set_xlabel(xlabel)
+        ax.set_ylabel(ylabel)
+
+    a, b, c, d, e, free = axes.flat
+    curve(a, data["points"], "points", "CPU time (s)", **plain)
+    curve(b, data["periods"], "periods a point", "CPU time (s)", **plain)
+    for ax in (a, b, c):
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+    for k, (name, values) in enumerate(data["grid"].items()):
+        inverse = {str(1.0 / float(s)): v for s, v in values.items()}
+        curve(c, inverse, r"$1/\Delta\tau$", "CPU time a period (s)", label=name, **look(k, "skip" in name))
+    handles, labels = c.get_legend_handles_labels()
+    free.set_axis_off()
+    free.legend(handles, labels, loc="center left", title=r"over $1/\Delta\tau$")
+    one = data["threads"]["1"]
+    curve(d, {n: one / t for n, t in data["threads"].items()}, "threads", "speed-up (wall time)", **plain)
+    d.plot([1, len(data["threads"])], [1, len(data["threads"])], ":", color="0.45")
+    d.set_xticks(range(1, len(data["threads"]) + 1))
+    curve(e, data["memory_mib"], "points", "peak memory (MiB)", **plain)
+    e.set_ylim(bottom=0)
+    return fig
+
+
+def main() -> None:
+    options = arguments(__doc__)
+    repeats = 1 if options.quick else 5
+    data: dict[str, Any] = {}
+    for name, measured in (
+        ("points", over_points),
+        ("periods", over_periods),
+        ("grid", over_grid),
+        ("threads", over_threads),
+    ):
+        data[name] = measured(options.quick, repeats)
+        say(f"{name}: done")
+    data["memory_mib"] = memory(options.quick)
+    write("scaling", data, draw(data), options.output)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,259 @@
+"""Throughput: excitation periods a second of a sweep over A = 3…3.25, beside what people would write.
+
+Certified switching, trajectories abreast, against one trajectory at a time with libm's sine and cosine,
+hand-written Numba, heyoka and scipy on the same sweep; the literal scan against the obvious loop; the paper's
+own setting (Δτ = 1e-5, Muller to 1e-7) against certified. One thread; all threads last. Every contestant's
+sections are held against certified ones, so that none wins by being wrong.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import vibrodrive as vd
+from benchmarks.bound import sincos_seconds
+from benchmarks.common import (
+    TWO_PI,
+    arguments,
+    environment,
+    figure,
+    paired,
+    ratio,
+    say,
+    write,
+)
+from benchmarks.peers import certified_scalar, heyoka_events, literal_scan, scan_newton, scipy_ivp
+from benchmarks.peers.record import Case, Unavailable
+
+RANGE = (3.0, 3.25)
+EPS = (0.0, 2e-4)
+POINTS, PERIODS = 1000, 500
+
+
+def values(n: int) -> np.ndarray:
+    """n values of A: every one of the sweep's POINTS, thinned for slow contestants."""
+    return np.linspace(*RANGE, POINTS)[:: max(1, POINTS // n)]
+
+
+class Contestant:
+    """A sweep over `A`, `periods` from rest each, that returns the sections (points, periods, 2) or None."""
+
+    def __init__(self, A: np.ndarray, periods: int, work: Callable[[np.ndarray, int], Any]) -> None:
+        self.A, self.periods, self._work = A, periods, work
+
+    def __call__(self) -> Any:
+        return self._work(self.A, self.periods)
+
+    @property
+    def total(self) -> int:
+        return len(self.A) * self.periods
+
+
+def ours(**settings: Any) -> Callable[[np.ndarray, int], np.ndarray]:
+    settings = {"threads": 1, **settings}
+    return lambda A, periods: vd.sweep(A=A, transient=0, periods=periods, **settings).section
+
+
+def compiled_scalar(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
+    """The certified kernel, one trajectory at a time."""
+
+    def work(A: np.ndarray, periods: int) -> np.ndarray:
+        section = np.empty((len(A), periods, 2))
+        points = np.column_stack([A, np.full(len(A), 0.1), np.full(len(A), eps)])
+        certified_scalar.sweep(points, vd.ETA, 0, periods, section)
+        return section
+
+    return work
+
+
+def compiled_loop(kernel: Callable[..., Any], eps: float, *parameters: float):
+    """A kernel of `event_loop`, called for each A from Python: microseconds a call, of milliseconds."""
+    none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))
+
+    def work(A: np.ndarray, periods: int) -> np.ndarray:
+        section = np.empty((len(A), periods, 2))
+        for k, a in enumerate(A):
+            kernel(a, 0.1, eps, vd.ETA, *parameters, 0.0, 0, periods, section[k], *none)
+        return section
+
+    return work
+
+
+def heyoka_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
+    if heyoka_events.hy is None:
+        raise Unavailable("heyoka is not installed")
+    integrators = heyoka_events.Integrators(eps > 0.0, 2.2e-16)
+
+    def work(A: np.ndarray, periods: int) -> np.ndarray:
+        return np.array(
+            [heyoka_events.solve(Case(a, eps, periods=periods), integrators)[0].section for a in A]
+        )
+
+    return work
+
+
+def scipy_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
+    if scipy_ivp.solve_ivp is None:
+        raise Unavailable("scipy is not installed")
+    method = "LSODA" if eps > 0.0 else "DOP853"
+
+    def work(A: np.ndarray, periods: int) -> np.ndarray:
+        cases = (Case(a, eps, periods=periods) for a in A)
+        return np.array([scipy_ivp.solve(c, method, 1e-10, 1e-12)[0].section for c in cases])
+
+    return work
+
+
+def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
+    """Everyone on one thread, each with as much work as takes it some tenths of a second."""
+    n, p = (100, 100) if quick else (POINTS, PERIODS)
+    scan = scan_newton.STEP_DISTURBED if eps > 0.0 else scan_newton.STEP
+    paper = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
+    few = values(50)
+    literal = literal_scan.kernel_fixed
+    everyone = {
+        "certified": Contestant(values(n), p, ours(eps=eps, method="certified")),
+        certified_scalar.NAME: Contestant(values(n), p, compiled_scalar(eps)),
+        "paper's setting, skipping": Contestant(values(n), p, ours(eps=eps, **paper)),
+        "paper's setting, literal": Contestant(
+            values(10)[:8], 1 if quick else 50, ours(eps=eps, scan="literal", **paper)
+        ),
+        "fixed Δτ = 0.1, skipping": Contestant(values(n), p, ours(eps=eps, method="fixed", dtau=0.1)),
+        "fixed Δτ = 1e-4, literal": Contestant(
+            values(10)[:8], 10 if quick else 100, ours(eps=eps, method="fixed", dtau=1e-4, scan="literal")
+        ),
+        "obvious loop, fixed Δτ = 1e-4": Contestant(
+            values(10)[:2], 4 if quick else 20, compiled_loop(literal, eps, 1e-4, 0.0)
+        ),
+        scan_newton.NAME: Contestant(
+            values(n) if eps == 0.0 else few[:10],
+            p if eps == 0.0 else 50,
+            compiled_loop(scan_newton.kernel, eps, scan, 0.0),
+        ),
+    }
+    missing = []
+    slow: tuple[tuple[str, Callable[[float], Any], int, int], ...] = (
+        (heyoka_events.NAME, heyoka_sweep, 50, 100 if eps == 0.0 else 20),
+        (scipy_ivp.NAME, scipy_sweep, 10, 40 if eps == 0.0 else 3),
+    )
+    for name, make, points, periods in slow:
+        try:
+            everyone[name] = Contestant(values(points), periods, make(eps))
+        except Unavailable as why:
+            missing.append(name)
+            say(f"{name} is left out: {why}")
+    return everyone, missing
+
+
+def off(contestant: Contestant, eps: float) -> float:
+    """Share of its trajectories whose first 20 section points are more than 1e-6 off certified ones.
+
+    Only the first periods are compared: most of these motions are irregular, and no two computations of an
+    irregular motion stay together.
+    """
+    first = min(contestant.periods, 20)
+    true = vd.sweep(A=contestant.A, eps=eps, transient=0, periods=first, threads=1).section
+    got = np.asarray(contestant())[:, :first]
+    return float((np.abs(got - true).max(axis=(1, 2)) > 1e-6).mean())
+
+
+def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any]:
+    """Periods a second and the ratios that matter, of everyone at this ε."""
+    everyone, missing = contestants(eps, quick)
+    times = paired(everyone, 3 if quick else 7)
+    rate = {name: everyone[name].total / t.seconds for name, t in times.items()}
+
+    def times_faster(fast: str, slow: str) -> float:
+        return ratio(times[slow], times[fast], everyone[slow].total, everyone[fast].total)
+
+    rivals = [name for name in (certified_scalar.NAME, scan_newton.NAME, heyoka_events.NAME, scipy_ivp.NAME)]
+    ratios = {name: times_faster("certified", name) for name in rivals if name in times}
+    A = everyone[certified_scalar.NAME].A
+    section = np.empty((len(A), everyone[certified_scalar.NAME].periods, 2))
+    points = np.column_stack([A, np.full(len(A), 0.1), np.full(len(A), eps)])
+    counted = certified_scalar.sweep(points, vd.ETA, 0, section.shape[1], section)
+    evaluations = counted / (len(A) * section.shape[1])
+    pairs = evaluations * (2 if eps > 0.0 else 1)
+    steps = TWO_PI / 1e-4
+    for name, value in rate.items():
+        say(f"ε = {eps:g}: {name}: {value:.4g} periods a second")
+    return {
+        "eps": eps,
+        "periods_per_second": rate,
+        "certified_over": ratios,
+        "literal_over_obvious_loop": times_faster(
+            "fixed Δτ = 1e-4, literal", "obvious loop, fixed Δτ = 1e-4"
+        ),
+        "literal_ns_per_step": 1e9 / (rate["fixed Δτ = 1e-4, literal"] * steps),
+        "obvious_ns_per_step": 1e9 / (rate["obvious loop, fixed Δτ = 1e-4"] * steps),
+        "paper_over_certified": times_faster("certified", "paper's setting, skipping"),
+        "paper_skipping_over_literal": times_faster("paper's setting, skipping", "paper's setting, literal"),
+        "evaluations_per_period_one_at_a_time": evaluations,
+        "share_of_sincos_bound": pairs * pair["ours"] * rate["certified"],
+        "wrong_share": {name: off(c, eps) for name, c in everyone.items() if "fixed" not in name},
+        "missing": missing,
+    }
+
+
+def threads(quick: bool, busy: float) -> dict[str, Any]:
+    """Certified on a sweep of mixed ε, one thread and all, wall time."""
+    count = os.cpu_count() or 1
+    run = {
+        "A": np.linspace(*RANGE, 50 if quick else 500),
+        "eps": [0.0, 0.5e-4, 2e-4],
+        "transient": 0,
+        "periods": 50 if quick else 300,
+    }
+    times = paired(
+        {"one": lambda: vd.sweep(**run, threads=1), "all": lambda: vd.sweep(**run, threads=count)},
+        3 if quick else 7,
+    )
+    return {
+        "threads": count,
+        "speed_up": ratio(times["one"], times["all"], wall=True),
+        "busy_before": busy,
+    }
+
+
+def busy_share() -> float | None:
+    """Share of the cores busy over the last minute: speed-ups mean little on a busy machine."""
+    try:
+        return min(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    except OSError:
+        return None
+
+
+def draw(data: dict[str, Any]):
+    fig, axes = figure(8.0, 4.2, columns=2)
+    for ax, at in zip(axes[0], data["one_thread"], strict=True):
+        rates = dict(sorted(at["periods_per_second"].items(), key=lambda item: item[1]))
+        bars = ax.barh(range(len(rates)), list(rates.values()), color="0.8", edgecolor="black", linewidth=0.6)
+        for bar, name in zip(bars, rates, strict=True):
+            if name == "certified":
+                bar.set_color("black")
+        ax.set_xscale("log")
+        ax.set_yticks(range(len(rates)), list(rates))
+        ax.set_xlabel("excitation periods a second, one thread")
+        ax.set_title(f"$A = 3 \\ldots 3.25$, $\\varepsilon = {at['eps']:g}$")
+    return fig
+
+
+def main() -> None:
+    options = arguments(__doc__)
+    busy = busy_share()
+    pair = sincos_seconds()
+    data = {
+        "sincos_seconds": pair,
+        "one_thread": [one_thread(eps, options.quick, pair) for eps in EPS],
+        "all_threads": threads(options.quick, busy),
+        "cores": environment()["cores"],
+    }
+    write("throughput", data, draw(data), options.output)
+
+
+if __name__ == "__main__":
+    main()
