@@ -1,0 +1,73 @@
+"""One place for every option given to Numba, each with its reason.
+
+* ``error_model="numpy"``: no zero-division branches, which would keep loops from being vectorised.
+* ``nogil=True``: the writer works while a block is computed.
+* ``fastmath`` stays off: it would fold NaN checks away and change bits from machine to machine.
+* The cache directory carries a hash of the kernel sources. Numba notices a change in the file of the
+  function it loads, not in the files of the functions that one calls: without the hash an edited
+  equation could go on giving the old numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import numba
+
+_HERE = Path(__file__).parent
+
+
+def _fingerprint() -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(_HERE.glob("*.py")):
+        source = path.read_bytes()
+        if path.name in ("_jit.py", "parameters.py") or b"from vibrodrive._jit import" in source:
+            digest.update(path.name.encode() + b"\0" + source)
+    return digest.hexdigest()[:16]
+
+
+def _cache_directory() -> Path:
+    """A writable directory outside the installation, which may be read-only."""
+    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    name = f"vibrodrive-{_fingerprint()}"
+    for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{os.getuid()}"):
+        try:
+            (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError:
+            continue
+        if os.access(base / name, os.W_OK):
+            return base / name
+    return Path(tempfile.mkdtemp(prefix="vibrodrive-"))
+
+
+CACHE = _cache_directory()
+
+
+def is_compiled() -> bool:
+    """Whether the kernels of this version are on disk already."""
+    return any(CACHE.rglob("*run*.nbc"))
+
+
+def jit(function=None, **options):
+    """A kernel entry point: compiled once per version, kept on disk."""
+    if function is None:
+        return lambda f: jit(f, **options)
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(CACHE)
+    try:
+        return numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def inline(function):
+    """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
+    return numba.njit(forceinline=True, error_model="numpy", nogil=True)(function)
+
+
+def part(function):
+    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short."""
+    return numba.njit(error_model="numpy", nogil=True)(function)

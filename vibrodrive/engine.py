@@ -1,0 +1,563 @@
+"""The one loop: find the next switch, advance to it, decide, record. For one trajectory and for many abreast.
+
+`run` keeps up to `LANES` trajectories under way. Each pass takes one step of every lane's search
+(locate.py, vectorised); lanes that met something are settled one by one: the switch is recorded, the next
+state decided and its search begun. A lane whose trajectory ends takes the next point at once. Lanes never
+look at each other, so a trajectory's bits depend on nothing but its point.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibrodrive import lane as r
+from vibrodrive._jit import inline, jit, part
+from vibrodrive.counter import next_index
+from vibrodrive.lane import LANES, ROWS_K, ROWS_W
+from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
+from vibrodrive.motion import (
+    force_at,
+    grid_time,
+    pass_time,
+    place,
+    slide,
+    state_at,
+    time_until,
+)
+from vibrodrive.muller import refine, value
+from vibrodrive.parameters import Method, Scan, State, Status
+from vibrodrive.switching import (
+    INFINITY,
+    S1,
+    S2,
+    S4,
+    S5,
+    aim_force,
+    aim_gap,
+    aim_velocity,
+    decide_at_obstacle,
+    decide_in_air,
+)
+from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, arcsine, turns
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
+LITERAL = int(Scan.LITERAL)
+OK, TOO_CLOSE, BUDGET, NEVER_LEAVES = (
+    int(s) for s in (Status.OK, Status.TOO_CLOSE, Status.BUDGET, Status.NEVER_LEAVES)
+)
+
+STRETCH = 8.0 * PI
+"""A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
+
+ROUNDING = 2.0**-49
+"""Eight units in the last place: a margin below this share of the terms it is a difference of is too close to call."""
+
+
+@inline
+def meet(w, k, i, distance, bound):
+    """A decision was taken `distance` away from its opposite; `bound` is the rounding of that distance."""
+    if distance < w[r.MARGIN + i]:
+        w[r.MARGIN + i] = distance
+    if distance <= bound and k[r.STATUS + i] == OK:
+        k[r.STATUS + i] = TOO_CLOSE
+
+
+@inline
+def gap_rounding(w, i, h):
+    """How far rounding can put ξ off at h after the last switch."""
+    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h + w[r.A + i]
+    return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+
+
+@inline
+def force_rounding(w, i, late):
+    """How far rounding can put H off at a switch that rounding can delay by ROUNDING * late."""
+    terms = w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0
+    return ROUNDING * (terms + abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i]) * late)
+
+
+@inline
+def emit_sections(w, k, i, h, transient, section):
+    """Write the section points that lie within h of the present time, eqs. (3)-(5) at τ = φ_s + 2πk."""
+    count = k[r.SECTIONS + i]
+    first = k[r.PERIOD0 + i] + transient + (0 if w[r.SECTION + i] > w[r.PHI0 + i] else 1)
+    row = k[r.POINT + i]
+    state = k[r.STATE + i]
+    while count < section.shape[1]:
+        hs = time_until(w, k, i, first + count, w[r.SECTION + i])
+        if hs > h:
+            break
+        x, v = w[r.X0 + i], 0.0
+        if state == UP or state == DOWN:
+            x, v = state_at(w, i, hs)
+        section[row, count, 0] = x
+        section[row, count, 1] = v
+        count += 1
+    k[r.SECTIONS + i] = count
+
+
+@inline
+def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
+    if row < rows_int.shape[0]:
+        rows_int[row, 0] = k[r.PERIOD + i]
+        rows_int[row, 1] = before
+        rows_int[row, 2] = after
+        rows_float[row, 0] = w[r.PHI + i]
+        rows_float[row, 1] = x
+        rows_float[row, 2] = v
+
+
+@inline
+def record(w, k, i, before, after, x, v, transient, counts, rows_int, rows_float, stored):
+    """Count the switch and, where there is room, write its row, if it lies after the transient.
+
+    Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
+    """
+    n = k[r.PERIOD + i] - k[r.PERIOD0 + i]
+    recorded = n > transient or (n == transient and w[r.PHI + i] > w[r.PHI0 + i])
+    if recorded:
+        counts[k[r.POINT + i], after] += 1
+    if rows_int.shape[0] > 0:
+        write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
+        stored[0] += 1 if recorded else 0
+
+
+@inline
+def stretch(w, i, method):
+    """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
+    longest = STRETCH
+    if w[r.ETA + i] * STRETCH > 1e6:
+        longest = 1e6 / w[r.ETA + i]
+    left = w[r.LEFT + i]
+    if method == CERTIFIED:
+        w[r.LIMIT + i] = left if left < longest else longest
+    else:
+        steps = float(math.floor(longest / w[r.DTAU + i]))
+        last = float(math.ceil(left / w[r.DTAU + i]))
+        steps = steps if steps < last else last
+        w[r.LIMIT + i] = steps if steps > 1.0 else 1.0
+
+
+@inline
+def begin_search(w, k, i, state, method, scan):
+    """Aim at the switching function that ends `state` (switching.py) and put the cursor at its start."""
+    stretch(w, i, method)
+    span = w[r.LIMIT + i] if method == CERTIFIED else w[r.LIMIT + i] * w[r.DTAU + i]
+    if state == UP:
+        aim_velocity(w, k, i, 1.0, span)
+    elif state == DOWN:
+        aim_velocity(w, k, i, -1.0, span)
+        if method != CERTIFIED:
+            w[r.DIP + i] = 0.0
+    elif state == STICK:
+        aim_force(w, k, i, S4)
+    else:
+        aim_force(w, k, i, S5)
+    if method != CERTIFIED:
+        w[r.H + i] = 1.0
+        if state == STICK:
+            w[r.OTHER + i] = 1.0
+        if scan == LITERAL:
+            w[r.NOISE + i] = INFINITY
+
+
+@inline
+def can_leave(w, i, state):
+    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
+    reach = w[r.A + i] + w[r.AF + i]
+    return reach > 1.0 + w[r.B + i] or (state == STICK and reach > abs(1.0 - w[r.B + i]))
+
+
+@inline
+def calm_wait(w, i, state):
+    """The end of a wait at ε = 0: the arcsine of (1 + B)/A or (B - 1)/A, whichever comes first.
+
+    Returns (h, phase there, whether it lies in the next period, whether H falls to -1). On the rising half of the
+    excitation H climbs to 1, on the falling half it drops to -1; a wait that begins past its own
+    end by rounding ends at once.
+    """
+    phi = w[r.PHI + i]
+    falling = HALF_PI < phi <= 3.0 * HALF_PI
+    down = state == STICK and (falling or w[r.A + i] <= 1.0 + w[r.B + i])
+    target = w[r.PHI_DOWN + i] if down else w[r.PHI_UP + i]
+    later = phi > (3.0 * HALF_PI if down else HALF_PI)
+    h = target - phi
+    if later:
+        h = (TWO_PI - phi) + target
+    elif h < 0.0:
+        h = 0.0
+        target = phi
+    return h, target, later, down
+
+
+@inline
+def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
+    """Begin `state` at the present time, where the adhesive force is h_force, and aim at what ends it."""
+    k[r.STATE + i] = state
+    s = 1.0 if state == UP else (-1.0 if state == DOWN else 0.0)
+    a0 = h_force - s
+    if v == 0.0 and (at_boundary or a0 * s < 0.0):
+        a0 = 0.0  # H = ±1 by definition where a wait ends
+    slide(w, i, s, x, v, a0)
+    begin_search(w, k, i, state, method, scan)
+
+
+CONTINUE, END, STRETCHED, TURN, HIT, LEAVE_UP, LEAVE_DOWN = 0, 1, 2, 3, 4, 5, 6
+
+
+@inline
+def certified_event(w, k, i):
+    """(event, h) of a search without a grid."""
+    h = w[r.H + i]
+    met = w[r.MET + i]
+    which = k[r.SEARCH + i]
+    if which == S2:
+        x, _ = state_at(w, i, h)
+        if met == FALLEN or x <= 0.0:
+            # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
+            if met == ZERO:
+                meet(w, k, i, -x, gap_rounding(w, i, h))
+            above = w[r.ABOVE + i]
+            aim_gap(w, k, i, w[r.LIMIT + i])
+            w[r.H + i] = above
+            return CONTINUE, h
+        if met == ZERO:
+            meet(w, k, i, x, gap_rounding(w, i, h))
+    elif which == S1:
+        return HIT, h
+    if met == LIMIT_MET:
+        return END if h >= w[r.LEFT + i] else STRETCHED, h
+    if which == S4:
+        return LEAVE_UP if w[r.SIG + i] < 0.0 else LEAVE_DOWN, h
+    return LEAVE_UP if which == S5 else TURN, h
+
+
+@inline
+def grid_event(w, k, i, method):
+    """(event, h) of a search on the grid: at the grid point itself (fixed) or refined (Muller)."""
+    cursor = w[r.H + i]
+    dtau = w[r.DTAU + i]
+    h = cursor * dtau
+    before = (cursor - 1.0) * dtau
+    met = w[r.MET + i]
+    which = k[r.SEARCH + i]
+    if which == S4 and met == LIMIT_MET:
+        # one side has reached the limit unchanged: the other side's last grid point is still to be seen
+        w[r.SIG + i] = -w[r.SIG + i]
+        if value(w, i, h) < 0.0:
+            met = ZERO
+    if met == LIMIT_MET:
+        return END if h >= w[r.LEFT + i] else STRETCHED, h
+    hit = which == S1 or met == FALLEN
+    if met == FALLEN and cursor - w[r.ABOVE + i] > 1.0:
+        # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
+        above = w[r.ABOVE + i]
+        noise = w[r.NOISE + i]
+        aim_gap(w, k, i, h)
+        w[r.NOISE + i] = INFINITY if noise == INFINITY else w[r.NOISE + i]
+        w[r.H + i] = above + 1.0
+        return CONTINUE, h
+    if method == FIXED:
+        hit = hit or met == BOTH
+    else:
+        if which == S2 and not hit:
+            h = refine(w, i, before, h)
+            x, _ = state_at(w, i, h)
+            hit = x <= 0.0
+        if hit:
+            if which != S1:
+                aim_gap(w, k, i, h)
+            h = refine(w, i, before, h)
+        elif which != S2:
+            h = refine(w, i, before, h)
+    if hit:
+        return HIT, h
+    if which == S4:
+        return LEAVE_UP if w[r.SIG + i] < 0.0 else LEAVE_DOWN, h
+    return LEAVE_UP if which == S5 else TURN, h
+
+
+@part
+def settle(
+    w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+):
+    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended."""
+    certified = method == CERTIFIED
+    calm = certified and w[r.AF + i] == 0.0
+    phase, later = 0.0, False
+    if calm and (k[r.STATE + i] == STICK or k[r.STATE + i] == REST):
+        h, phase, later, down = calm_wait(w, i, k[r.STATE + i])
+        event = LEAVE_DOWN if down else LEAVE_UP
+    elif certified:
+        event, h = certified_event(w, k, i)
+    else:
+        event, h = grid_event(w, k, i, method)
+    while True:
+        if event == CONTINUE:
+            return True
+        if event == END or h > w[r.LEFT + i]:
+            emit_sections(w, k, i, INFINITY, transient, section)
+            return False
+        state = k[r.STATE + i]
+        x, v = w[r.X0 + i], 0.0
+        if state == UP or state == DOWN:
+            x, v = state_at(w, i, h)
+        emit_sections(w, k, i, h, transient, section)
+
+        # what one period may cost: switches, and a thousand steps of searching for each
+        if k[r.COUNTED + i] != k[r.PERIOD + i]:
+            k[r.COUNTED + i] = k[r.PERIOD + i]
+            k[r.COUNT + i] = 0
+        k[r.COUNT + i] += 1 + int((w[r.WORK + i] - w[r.PAID + i]) * 1e-3)
+        w[r.PAID + i] = w[r.WORK + i]
+        if k[r.COUNT + i] > budget:
+            k[r.STATUS + i] = BUDGET
+            return False
+
+        # a switch found with an error e comes late by e over the rate at which its function falls
+        terms = w[r.A + i] + abs(w[r.L + i]) * h
+        late = TWO_PI + h
+        if event == HIT:
+            late += (terms * (1.0 + h) + abs(w[r.X0 + i])) / (abs(v) + 1e-300)
+        # advance to the switch
+        wait = state == STICK or state == REST
+        if calm and wait:
+            w[r.PHI + i] = phase
+            k[r.PERIOD + i] += 1 if later else 0
+        elif method == FIXED:
+            grid_time(w, k, i, w[r.H + i])
+        else:
+            pass_time(w, k, i, h)
+        w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
+        if calm and wait:
+            w[r.P + i] = w[r.P_DOWN + i] if event == LEAVE_DOWN else w[r.P_UP + i]
+            w[r.Q + i] = w[r.B + i] + (-1.0 if event == LEAVE_DOWN else 1.0)
+            force = -1.0 if event == LEAVE_DOWN else 1.0
+        else:
+            force = place(w, k, i)
+
+        if event == STRETCHED:
+            enter(w, k, i, state, x, v, force, False, method, scan)
+            return True
+        # decide
+        if event == HIT:
+            x = 0.0 if certified else x
+            record(w, k, i, state, IMPACT, x, v, transient, counts, rows_int, rows_float, stored)
+            state, x, v = IMPACT, 0.0, 0.0
+            to = decide_at_obstacle(force)
+            meet(w, k, i, abs(force - 1.0), force_rounding(w, i, late))
+        elif event == TURN:
+            a = force - (1.0 if state == UP else -1.0)
+            late += terms / (abs(a) + 1e-300)
+            to = decide_in_air(force)
+            v = 0.0 if certified else v
+            if certified and x <= 0.0:
+                x = 0.0
+                to = decide_at_obstacle(force)
+            meet(w, k, i, abs(abs(force) - 1.0), force_rounding(w, i, late))
+        else:
+            to = UP if event == LEAVE_UP else DOWN
+        record(w, k, i, state, to, x, v, transient, counts, rows_int, rows_float, stored)
+        waiting = to == STICK or to == REST
+        if waiting and not can_leave(w, i, to):
+            k[r.STATE + i] = to
+            w[r.X0 + i] = x
+            emit_sections(w, k, i, INFINITY, transient, section)
+            if k[r.STATUS + i] == OK:
+                k[r.STATUS + i] = NEVER_LEAVES
+            return False
+        if not (calm and waiting):
+            enter(w, k, i, to, x, 0.0, force, certified and (state == STICK or state == REST), method, scan)
+            return True
+        k[r.STATE + i] = to
+        w[r.X0 + i] = x
+        h, phase, later, down = calm_wait(w, i, to)
+        event = LEAVE_DOWN if down else LEAVE_UP
+
+
+@part
+def set_parameters(w, k, i, points, row, method):
+    """The parameters of a point, its start in time, and the ends of its waits at ε = 0."""
+    a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
+    fast = a * eps > 0.0
+    w[r.A + i] = a
+    w[r.B + i] = b
+    w[r.AF + i] = a * eps * eta * eta if fast else 0.0
+    w[r.ETA + i] = eta if fast else 0.0
+    w[r.FRAC + i] = eta - float(math.floor(eta)) if fast else 0.0
+    w[r.DTAU + i] = points[row, 4] if method != CERTIFIED else 1.0
+    w[r.TOL + i] = points[row, 5]
+    w[r.PF + i] = 0.0
+    w[r.QF + i] = 0.0
+    w[r.THETA + i] = 0.0
+    _, phi = turns(points[row, 9], 0.0)
+    w[r.SECTION + i] = phi
+    n, phi = turns(points[row, 8], 0.0)
+    w[r.PHI + i] = phi
+    w[r.PHI0 + i] = phi
+    k[r.PERIOD + i] = int(n)
+    k[r.PERIOD0 + i] = int(n)
+    up = a - 1.0 - b
+    w[r.PHI_UP + i] = 0.0
+    w[r.P_UP + i] = 0.0
+    if up > 0.0:
+        w[r.PHI_UP + i] = arcsine((1.0 + b) / a, up / a)
+        w[r.P_UP + i] = math.sqrt(up * (a + (1.0 + b)))
+    below = abs(1.0 - b)
+    w[r.PHI_DOWN + i] = 0.0
+    w[r.P_DOWN + i] = 0.0
+    if a > below:
+        angle = arcsine(below / a, (a - below) / a)
+        w[r.PHI_DOWN + i] = (PI + angle if b <= 1.0 else PI - angle) + PI_LOW
+        w[r.P_DOWN + i] = -math.sqrt((a - below) * (a + below))
+
+
+@part
+def load(
+    w, k, i, points, row, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+):
+    """Put a point into lane i at its start. False when the trajectory ends before any search."""
+    set_parameters(w, k, i, points, row, method)
+    for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
+        k[row_k + i] = 0
+    k[r.COUNTED + i] = k[r.PERIOD + i]
+    k[r.POINT + i] = row
+    k[r.STATUS + i] = OK
+    w[r.WORK + i] = 0.0
+    w[r.PAID + i] = 0.0
+    w[r.MARGIN + i] = INFINITY
+    w[r.LEFT + i] = float(transient + periods) * TWO_PI
+    force = place(w, k, i)
+    x, v = points[row, 6], points[row, 7]
+    w[r.X0 + i] = x
+    if v > 0.0:
+        state = UP
+    elif v < 0.0:
+        state = DOWN
+    else:
+        state = decide_in_air(force) if x > 0.0 else decide_at_obstacle(force)
+        distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
+        meet(w, k, i, distance, force_rounding(w, i, TWO_PI))
+    k[r.STATE + i] = state
+    if rows_int.shape[0] > 0:
+        stored[0] = 1
+        write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
+    waiting = state == STICK or state == REST
+    if waiting and not can_leave(w, i, state):
+        emit_sections(w, k, i, INFINITY, transient, section)
+        if k[r.STATUS + i] == OK:
+            k[r.STATUS + i] = NEVER_LEAVES
+        return False
+    enter(w, k, i, state, x, v, force, False, method, scan)
+    if waiting and method == CERTIFIED and w[r.AF + i] == 0.0:
+        return settle(
+            w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+        )
+    return True
+
+
+@jit
+def run(
+    points, order, counter, method, scan, transient, periods, budget,
+    section, status, margin, counts, work, rows_int, rows_float, stored,
+):  # fmt: skip
+    """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
+
+    points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
+    (n,) · margin float64 (n,) · counts int64 (n, 5) · work float64 (n,) evaluations · rows_int int64 (cap, 3), rows_float
+    float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind the last one before the record, as
+    many as fit, and how many there were.
+    """
+    w = np.zeros(ROWS_W * LANES)
+    k = np.zeros(ROWS_K * LANES, dtype=np.int64)
+    grid = method != CERTIFIED
+    n = 0
+    more = True
+    while True:
+        while more and n < LANES:
+            c = next_index(counter)
+            if c >= order.shape[0]:
+                more = False
+                break
+            if load(
+                w, k, n, points, order[c], method, scan, transient, periods, budget,
+                section, counts, rows_int, rows_float, stored,
+            ):  # fmt: skip
+                n += 1
+            else:
+                finish(w, k, n, section, status, margin, work)
+        if n == 0:
+            break
+        fast = False
+        for i in range(n):
+            fast = fast or w[r.AF + i] > 0.0
+        search_all(w, n, fast, grid)
+        i = 0
+        while i < n:
+            if w[r.MET + i] != NOTHING and not settle(
+                w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+            ):
+                finish(w, k, i, section, status, margin, work)
+                n -= 1
+                for row in range(ROWS_W):
+                    w[row * LANES + i] = w[row * LANES + n]
+                for row in range(ROWS_K):
+                    k[row * LANES + i] = k[row * LANES + n]
+            else:
+                i += 1
+
+
+@part
+def finish(w, k, i, section, status, margin, work):
+    """Write what a point ends with; section points never reached are NaN."""
+    row = k[r.POINT + i]
+    for m in range(k[r.SECTIONS + i], section.shape[1]):
+        section[row, m, 0] = math.nan
+        section[row, m, 1] = math.nan
+    status[row] = k[r.STATUS + i]
+    margin[row] = w[r.MARGIN + i]
+    work[row] = w[r.WORK + i]
+
+
+@jit
+def sample_segments(points, rows_int, rows_float, method, transient, per_period, out, state):
+    """The closed form between the switches `rows` (as written by `run`): out float64 (n, 3) ξ, ξ', H; state int8 (n,)."""
+    w = np.zeros(ROWS_W * LANES)
+    k = np.zeros(ROWS_K * LANES, dtype=np.int64)
+    set_parameters(w, k, 0, points, 0, method)
+    start, phi0 = k[r.PERIOD] + transient, w[r.PHI0]
+    row = -1
+    for m in range(out.shape[0]):
+        n = start + m // per_period
+        phi = phi0 + TWO_PI * float(m % per_period) / float(per_period)
+        if phi >= TWO_PI:
+            phi -= TWO_PI
+            n += 1
+        while row + 1 < rows_int.shape[0] and (
+            row < 0 or rows_int[row + 1, 0] < n or (rows_int[row + 1, 0] == n and rows_float[row + 1, 0] <= phi)
+        ):
+            row += 1
+            k[r.PERIOD] = rows_int[row, 0]
+            w[r.PHI] = rows_float[row, 0]
+            before, now = rows_int[row, 1], rows_int[row, 2]
+            at_obstacle = before == IMPACT or now == IMPACT or now == REST
+            x = 0.0 if at_obstacle else rows_float[row, 1]
+            v = rows_float[row, 2] if before == now and row == 0 else 0.0
+            force = place(w, k, 0)
+            s = 1.0 if now == UP else (-1.0 if now == DOWN else 0.0)
+            left = method == CERTIFIED and (before == STICK or before == REST)
+            a0 = 0.0 if v == 0.0 and (left or (force - s) * s < 0.0) else force - s
+            slide(w, 0, s, x, v, a0)
+            k[r.STATE] = now
+        h = time_until(w, k, 0, n, phi)
+        now = k[r.STATE]
+        x, v = w[r.X0], 0.0
+        if now == UP or now == DOWN:
+            x, v = state_at(w, 0, h)
+        out[m, 0] = x
+        out[m, 1] = v
+        out[m, 2] = force_at(w, 0, h)
+        state[m] = now

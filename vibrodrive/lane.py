@@ -1,0 +1,37 @@
+"""The memory of a trajectory under way: one lane of a structure of arrays.
+
+`LANES` trajectories advance abreast. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]` (int64):
+one flat array each with constant offsets, so that the compiler sees that rows never overlap and vectorises.
+"""
+
+from __future__ import annotations
+
+LANES = 64
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 55 × 8 B = 28 kB)."""
+
+ROWS_W = 57
+ROWS_K = 10
+
+(
+    # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the disturbance
+    A, B, AF, ETA, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
+    # the ends of a wait at ε = 0: phase and A cos φ where H rises to 1, and where it falls to -1
+    PHI_UP, P_UP, PHI_DOWN, P_DOWN,
+    # the segment under way: where it began ...
+    PHI, THETA, X0, V0, A0,
+    # ... and its closed form, eqs. (4), (5), (9) relative to that instant (see motion.py)
+    L, P, Q, PF, QF,
+    # the gap ξ as a shape, watched while the mass slides down
+    XD2, XC1, XC2, XALF, XBEF, WATCH, DIP,
+    # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py)
+    C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
+    M2, M3, M2S, RF, NOISE,
+    # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, its cost so far and at the last settling
+    H, OTHER, ABOVE, LIMIT, MET, WORK, PAID,
+    # time left to the end of the record, smallest margin so far
+    LEFT, MARGIN,
+) = (LANES * row for row in range(ROWS_W))  # fmt: skip
+
+STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = (
+    LANES * row for row in range(ROWS_K)
+)

@@ -1,0 +1,194 @@
+"""Finding the first zero of a switching function without ever passing one.
+
+**Why no zero is passed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
+|g''| <= M2, |g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so
+M2 and M3 are their amplitudes. Taylor's theorem with the remainder bounded gives for every s > 0
+
+    g(τ + s) >= g + g's - M2 s²/2                                      (a)
+    g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for s <= S         (b)
+
+The right sides are parabolas. Up to its first positive root a parabola bounds g from below by something positive,
+so there is no zero of g before it. (a) gives a first step r; (b) with S = 2r bends the parabola towards the
+true curvature, and near a transversal zero the error of its root falls as the cube of the distance, from
+the left. A start on a zero (leaving stick or rest: g = g' = 0, g'' > 0) needs no exception: with S < 3g''/M3 the
+parabola (b) does not bend down at all before S, so the step S is free of zeros, and the start is not
+taken for the next switch. Where a fast ripple of amplitude a dominates M2 the slow part, less a, is bounded
+as in (a) with its own small M2, and the longer of the two steps is taken.
+
+The cursor never moves past a zero by more than the rounding of g over its slope. A tangency closer than
+rounding cannot be told from two zeros or none: it is met, and reported through the margin (margins.py).
+The same bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those
+skipped could have shown a change of sign.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive._jit import inline, part
+from vibrodrive.lane import (
+    ABOVE,
+    AL,
+    ALF,
+    BASE,
+    BE,
+    BEF,
+    C0,
+    C1,
+    C2,
+    D1,
+    D2,
+    DIP,
+    DTAU,
+    ETA,
+    LIMIT,
+    M2,
+    M2S,
+    M3,
+    MET,
+    NOISE,
+    OTHER,
+    P,
+    Q,
+    RF,
+    SIG,
+    V0,
+    WATCH,
+    WORK,
+    XALF,
+    XBEF,
+    XC1,
+    XC2,
+    XD2,
+    H,
+)
+from vibrodrive.motion import ripple, shape
+from vibrodrive.trig import ROUND, arc
+
+NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
+"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both functions below 0."""
+
+TINY = 1.2e-16
+"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+
+@inline
+def parabola(g, dg, m):
+    """First positive root of g + dg s - m s²/2 with g >= 0, m > 0: the step (a)."""
+    q = math.sqrt(dg * dg + 2.0 * m * g)
+    rising = dg > 0.0
+    numerator = dg + q if rising else 2.0 * g
+    denominator = m if rising else q - dg
+    return numerator / (denominator + 1e-300)
+
+
+@inline
+def safe_step(g, dg, ddg, m2, m3):
+    """(step, slope, cubic): the longer of the steps (a) and (b).
+
+    Where the step ends on the root of (b), `slope` is minus the derivative of the parabola there and
+    cubic = M3 S s² bounds three times its error times that slope; elsewhere slope = 0.
+    """
+    flat = 2.9 * ddg / m3  # a little less than 3, so that rounding cannot bend the parabola down
+    span = 2.0 * parabola(g, dg, m2)
+    span = flat if (flat > span) & (dg >= 0.0) else span
+    bend = ddg - m3 * span * (1.0 / 3.0)
+    q2 = dg * dg - 2.0 * g * bend
+    q = math.sqrt(q2 if q2 > 0.0 else 0.0)
+    falling = dg < 0.0
+    numerator = 2.0 * g if falling else dg + q
+    denominator = q - dg if falling else -bend
+    root = numerator / (denominator if denominator > 0.0 else 1e-300)
+    real = (q2 >= 0.0) & (falling | (bend < 0.0)) & (root < span)
+    step = root if real else span
+    return step, q if real else 0.0, m3 * span * step * step
+
+
+@inline
+def search(w, i, fast, grid):
+    """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
+
+    Without a grid the cursor H is a time after the last switch; on a grid, a whole number of steps.
+    """
+    cursor = w[H + i]
+    dtau = w[DTAU + i]
+    h = cursor * dtau if grid else cursor
+    al, be, c2, sig = w[AL + i], w[BE + i], w[C2 + i], w[SIG + i]
+    s, v, ds, dv, near = arc(h)
+    if fast:
+        eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
+        sf, vf, dsf, dvf, near_fast = arc(eta * h)
+        near = near & near_fast
+    g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
+    dg = w[D1 + i] + (2.0 * c2 * h - al * v + be * s)
+    ddg = 2.0 * c2 + (be * (1.0 - v) - al * s)
+    p, q = w[P + i], w[Q + i]
+    x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
+    if fast:
+        g += ripple(near, alf, bef, sf, vf, dsf, dvf)
+        fast_slope = eta * (alf * (1.0 - vf) + bef * sf)
+        dg += eta * (bef * sf - alf * vf)
+        ddg += eta * eta * (bef * (1.0 - vf) - alf * sf)
+        x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
+    g = w[BASE + i] + sig * g
+    dg = sig * dg
+    trusted = g - w[NOISE + i] if grid else g
+    trusted = trusted if trusted > 0.0 else 0.0
+    step, slope, cubic = safe_step(trusted, dg, sig * ddg, w[M2 + i], w[M3 + i])
+    if fast:
+        rf = w[RF + i]
+        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf
+        worth = (slow > 0.0) & (rf > 0.0)  # a calm lane beside disturbed ones keeps the bits it has elsewhere
+        long = parabola(slow if worth else 0.0, dg - sig * fast_slope, w[M2S + i])
+        long = long if worth else 0.0
+        slope = 0.0 if long > step else slope
+        step = long if long > step else step
+
+    limit = w[LIMIT + i]
+    if grid:
+        reach = cursor + (step / dtau if trusted > 0.0 else 0.0)
+        reach = reach if reach < limit else limit
+        whole = (reach + ROUND) - ROUND
+        whole = whole - 1.0 if whole > reach else whole
+        ahead = whole if whole > cursor + 1.0 else cursor + 1.0
+        at_limit = cursor >= limit
+        zero = g < 0.0
+        fallen = x < 0.0
+        met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if at_limit else NOTHING))
+        # where ξ and ξ' are both seen to have changed sign it is an impact; which of the two is noted for Muller
+        met = BOTH if zero & fallen else met
+        ahead = cursor if met != NOTHING else ahead
+    else:
+        ahead = h + step
+        zero = ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
+        at_limit = ahead >= limit
+        met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
+        met = FALLEN if x < -w[DIP + i] else met
+        ahead = limit if at_limit else ahead
+    w[ABOVE + i] = cursor if x >= 0.0 else w[ABOVE + i]
+    # a search of two sides goes on with the one that is behind
+    other = w[OTHER + i]
+    turn = ahead > other
+    w[H + i] = other if turn else ahead
+    w[OTHER + i] = ahead if turn else other
+    w[SIG + i] = -sig if turn else sig
+    w[MET + i] = NOTHING if turn else met
+    w[WORK + i] += 1.0
+
+
+@part
+def search_all(w, n, fast, grid):
+    """One step in each of the lanes 0..n-1. Four loops, so that each is free of branches."""
+    if grid:
+        if fast:
+            for i in range(n):
+                search(w, i, True, True)
+        else:
+            for i in range(n):
+                search(w, i, False, True)
+    elif fast:
+        for i in range(n):
+            search(w, i, True, False)
+    else:
+        for i in range(n):
+            search(w, i, False, False)

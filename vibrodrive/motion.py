@@ -1,0 +1,176 @@
+"""The closed-form motion between two switches, eqs. (1), (2), (4), (5), (9), relative to the last switch.
+
+With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
+
+    P = A cos φ,   Q = A sin φ,   PF = AF cos θ,   QF = AF sin θ,      H_i = Q + QF - B
+    H  = H_i + P sin h - Q vers h + PF sin ηh - QF vers ηh
+    ξ' = v + L h + Q sin h + P vers h + (QF sin ηh + PF vers ηh) / η
+    ξ  = x + (v + P + PF/η) h + L h²/2 - P sin h + Q vers h - (PF sin ηh - QF vers ηh) / η²
+
+where L = -(B + s), s = ±1 while sliding up / down. This is the paper's solution with its constants put in.
+All three are one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh; so is every switching
+function, and one routine searches them all. While h and ηh are below π/4 the linear and quadratic parts
+of sine and versine are added to d1 and d2 beforehand, where they cancel exactly:
+
+    c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
+
+A slide that starts from stick or rest has ξ' = ξ'' = 0: there d1 = 0 is set, not computed, and a motion that has
+only just begun keeps its full relative accuracy instead of drowning in the rounding of A.
+
+Time is (whole periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive._jit import inline, part
+from vibrodrive.lane import (
+    A0,
+    AF,
+    DTAU,
+    ETA,
+    FRAC,
+    GRID,
+    PERIOD,
+    PERIOD0,
+    PF,
+    PHI,
+    PHI0,
+    QF,
+    THETA,
+    V0,
+    X0,
+    XALF,
+    XBEF,
+    XC1,
+    XC2,
+    XD2,
+    A,
+    B,
+    L,
+    P,
+    Q,
+)
+from vibrodrive.trig import TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
+
+
+@inline
+def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
+    """The slow part of a shape; s, v, ds, dv from `arc(h)`."""
+    linear = d1 if near else c1
+    square = d2 if near else c2
+    return c0 + ((linear + square * h) * h + (al * (ds if near else s) + be * (dv if near else v)))
+
+
+@inline
+def ripple(near, alf, bef, s, v, ds, dv):
+    """The fast part of a shape; s, v, ds, dv from `arc(η h)`."""
+    return alf * (ds if near else s) + bef * (dv if near else v)
+
+
+@inline
+def state_at(w, i, h):
+    """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5) and their derivative."""
+    eta = w[ETA + i]
+    p, q = w[P + i], w[Q + i]
+    s, v, ds, dv, near = arc(h)
+    d2 = 0.5 * (p + eta * w[PF + i])
+    if eta > 0.0:
+        sf, vf, dsf, dvf, near_fast = arc(eta * h)
+        near = near & near_fast
+    x = shape(near, h, w[X0 + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
+    dx = shape(near, h, w[V0 + i], w[A0 + i], d2, w[L + i], 0.0, q, p, s, v, ds, dv)
+    if eta > 0.0:
+        x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
+        dx += ripple(near, eta * w[XBEF + i], -eta * w[XALF + i], sf, vf, dsf, dvf)
+    return x, dx
+
+
+@inline
+def force_at(w, i, h):
+    """Adhesive force H at h after the last switch, eq. (2)."""
+    s, v, _, _, _ = arc(h)
+    sf, vf, _, _, _ = arc(w[ETA + i] * h)
+    return (w[Q + i] + w[QF + i] - w[B + i]) + (
+        (w[P + i] * s - w[Q + i] * v) + (w[PF + i] * sf - w[QF + i] * vf)
+    )
+
+
+@inline
+def place(w, k, i):
+    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H."""
+    s, c = sincos(w[PHI + i])
+    w[P + i] = w[A + i] * c
+    w[Q + i] = w[A + i] * s
+    if w[AF + i] > 0.0:
+        w[THETA + i] = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]), w[PHI + i])
+        s, c = sincos(w[THETA + i])
+        w[PF + i] = w[AF + i] * c
+        w[QF + i] = w[AF + i] * s
+    return w[Q + i] + w[QF + i] - w[B + i]
+
+
+@part
+def fast_phase(eta, frac, period, phi):
+    """θ = η (2π n + φ) mod 2π: whole turns of the fast clock leave before anything is rounded.
+
+    2π n η mod 2π is 2π times the fraction of n·frac(η), an exact product.
+    """
+    p, e = two_product(period, frac)
+    turn = (p - math.floor(p)) + e
+    p, e = two_product(eta, phi)
+    _, theta = turns(p, e + turn * TWO_PI)
+    return theta
+
+
+@inline
+def slide(w, i, s, x, v, a0):
+    """Begin a slide (s = +1 up, -1 down) or a wait (s = 0) with ξ = x, ξ' = v and ξ'' = a0.
+
+    a0 is given, not computed: a slide out of stick or rest begins with exactly 0, and L takes up the rounding.
+    """
+    eta = w[ETA + i]
+    w[X0 + i] = x
+    w[V0 + i] = v
+    w[A0 + i] = a0
+    w[L + i] = -(w[B + i] + s) if v != 0.0 else a0 - w[Q + i] - w[QF + i]
+    w[XD2 + i] = 0.5 * a0
+    w[XC2 + i] = 0.5 * w[L + i]
+    w[XC1 + i] = v + w[P + i]
+    w[XALF + i] = 0.0
+    w[XBEF + i] = 0.0
+    if w[AF + i] > 0.0:
+        w[XC1 + i] = v + (w[P + i] + w[PF + i] / eta)
+        w[XALF + i] = -w[PF + i] / (eta * eta)
+        w[XBEF + i] = w[QF + i] / (eta * eta)
+
+
+@inline
+def pass_time(w, k, i, h):
+    """Move the present time on by h, wrapped into (PERIOD, PHI)."""
+    phi = w[PHI + i] + h
+    if phi >= TWO_PI:
+        n = float(math.floor(phi / TWO_PI))
+        phi = (phi - n * TWO_PI) - n * TWO_PI_LOW
+        if phi < 0.0:
+            phi += TWO_PI
+            n -= 1.0
+        k[PERIOD + i] += int(n)
+    w[PHI + i] = phi
+
+
+@inline
+def grid_time(w, k, i, steps):
+    """Move the present time on by `steps` grid steps: τ = τ0 + kΔτ from the integer k, never accumulated."""
+    k[GRID + i] += int(steps)
+    p, e = two_product(float(k[GRID + i]), w[DTAU + i])
+    n, phi = turns(p, e + w[PHI0 + i])
+    k[PERIOD + i] = k[PERIOD0 + i] + int(n)
+    w[PHI + i] = phi
+
+
+@inline
+def time_until(w, k, i, period, phase):
+    """h from the present time to (period, phase)."""
+    return float(period - k[PERIOD + i]) * TWO_PI + (phase - w[PHI + i])

@@ -1,0 +1,71 @@
+"""Muller's method (Muller 1956, reference [9] of the paper) on a bracket: the refinement of §4."""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive._jit import part
+from vibrodrive.lane import AL, ALF, BASE, BE, BEF, C0, C1, C2, D1, D2, ETA, SIG, TOL, WORK
+from vibrodrive.motion import ripple, shape
+from vibrodrive.trig import arc
+
+ITERATIONS = 100
+"""Bisection alone halves any bracket to nothing in this many steps, so the loop always ends by itself."""
+
+
+@part
+def value(w, i, h):
+    """The switching function searched in lane i, at h after the last switch."""
+    s, v, ds, dv, near = arc(h)
+    sf, vf, dsf, dvf, near_fast = arc(w[ETA + i] * h)
+    near = near & near_fast
+    c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]
+    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv)
+    g += ripple(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
+    w[WORK + i] += 1.0
+    return w[BASE + i] + w[SIG + i] * g
+
+
+@part
+def refine(w, i, low, high):
+    """A zero of the switching function between low (not yet changed sign) and high (changed).
+
+    Each step is the root, next to the newest point, of the parabola through the last three points; a step that
+    leaves the bracket is replaced by bisection. Ends when the step is below `tol`.
+    """
+    tol = w[TOL + i]
+    x0, x1 = low, high
+    g0, g1 = value(w, i, low), value(w, i, high)
+    x2 = 0.5 * (low + high)
+    # a slide out of rest begins on a zero of its own, which is not the next switch: leave it first
+    leaving = g0 <= 0.0
+    for _ in range(ITERATIONS):
+        g2 = value(w, i, x2)
+        if g2 < 0.0:
+            high = x2
+        else:
+            low = x2
+            leaving = False
+        if g2 == 0.0 and not leaving:
+            return x2
+        inside = False
+        x3 = x2
+        if not leaving and x0 != x1 and x1 != x2 and x0 != x2:
+            f01 = (g1 - g0) / (x1 - x0)
+            f12 = (g2 - g1) / (x2 - x1)
+            f012 = (f12 - f01) / (x2 - x0)
+            b = f12 + f012 * (x2 - x1)
+            disc = b * b - 4.0 * g2 * f012
+            root = math.sqrt(disc) if disc > 0.0 else 0.0
+            den = b + root if b > 0.0 else b - root
+            if den != 0.0:
+                x3 = x2 - 2.0 * g2 / den
+                inside = low < x3 < high
+        if not inside:
+            x3 = 0.5 * (low + high)
+        if abs(x3 - x2) < tol or x3 in (low, high):
+            return x3
+        x0, g0 = x1, g1
+        x1, g1 = x2, g2
+        x2 = x3
+    return x2

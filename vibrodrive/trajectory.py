@@ -1,0 +1,143 @@
+"""One trajectory: every switch after the transient, the section, and the closed form sampled between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.engine import run, sample_segments
+from vibrodrive.parameters import COLUMNS, Status, bad, check_count
+from vibrodrive.plan import Plan, make_plan
+from vibrodrive.trig import TWO_PI
+
+SWITCH = np.dtype(
+    [("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")]
+)
+"""A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
+
+
+class Sample(NamedTuple):
+    """The closed form at equidistant times: arrays of one length; `state` holds `State` members as int8."""
+
+    tau: np.ndarray
+    xi: np.ndarray
+    dxi: np.ndarray
+    state: np.ndarray
+    H: np.ndarray
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What `simulate` returns.
+
+    Attributes
+    ----------
+    switches : structured array
+        a row a switch in (τ0 + 2πT, τ0 + 2π(T + P)], in order: period (whole excitation periods since τ = 0),
+        phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
+    section : float64 (periods, 2)
+        ξ, ξ' at τ = section_phase + 2πk.
+    status : Status
+        OK, or why not; `status.advice` is a sentence.
+    margin : float
+        how close the closest decision came to going the other way; inf where nothing was decided.
+    evaluations : int
+        how often a switching function was evaluated.
+    arguments : dict
+        all arguments, as checked.
+    """
+
+    switches: np.ndarray
+    section: np.ndarray
+    status: Status
+    margin: float
+    evaluations: int
+    arguments: dict[str, Any]
+    _plan: Plan
+    _start: np.ndarray
+
+    def sample(self, points_per_period: int) -> Sample:
+        """The motion at points_per_period instants a period (and at both ends) of the recorded window.
+
+        Raises TypeError or ValueError unless points_per_period is a whole number >= 1.
+        """
+        count = check_count("points_per_period", points_per_period, 1, 10**8)
+        periods = self._plan.settings.periods
+        rows = np.concatenate([self._start, self.switches])
+        total = periods * count + 1
+        out = np.empty((total, 3))
+        state = np.empty(total, np.int8)
+        sample_segments(
+            self._plan.points(0, 1),
+            np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64),
+            np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1),
+            self._plan.settings.method,
+            self._plan.settings.transient,
+            count,
+            out,
+            state,
+        )
+        tau = self.arguments["tau0"] + TWO_PI * (
+            self._plan.settings.transient + np.arange(total) / count
+        )
+        return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
+
+
+def simulate(**arguments: Any) -> Trajectory:
+    """Simulate one trajectory.
+
+    Parameters
+    ----------
+    A : float
+        excitation amplitude, dimensionless (required).
+    B, eps, eta : float
+        incline over friction; relative amplitude ε and frequency ratio η of the disturbance, eq. (9).
+    method : "certified", "muller" or "fixed"
+        how the end of a state is found; the latter two need `dtau`.
+    dtau, tol : float
+        grid step Δτ, and the step tolerance of Muller's method.
+    xi0, dxi0, tau0 : float
+        initial gap, velocity and time.
+    transient, periods : int
+        excitation periods left out, and recorded.
+    section_phase : float
+        phase φ_s of the Poincaré section.
+    scan : "skip" or "literal"
+        whether grid points that provably carry no sign change are jumped over; same result to the bit.
+    budget : int
+        switches one period may hold before the trajectory is given up as chattering.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    """
+    plan = make_plan(arguments)
+    for name, values in plan.axes.items():
+        raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
+    s = plan.settings
+    capacity = 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128)
+    while True:
+        section = np.empty((1, s.periods, 2))
+        status, margin = np.empty(1, np.int8), np.empty(1)
+        counts, work = np.zeros((1, 5), np.int64), np.empty(1)
+        rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
+        stored = np.zeros(1, np.int64)
+        run(
+            plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
+            s.transient, s.periods, s.budget, section, status, margin, counts, work,
+            rows_int, rows_float, stored,
+        )  # fmt: skip
+        n = int(stored[0])
+        if n <= capacity:
+            break
+        capacity = n  # there were more switches than guessed: now their number is known
+    rows = np.empty(n, SWITCH)
+    rows["period"], rows["before"], rows["after"] = rows_int[:n].T
+    rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T
+    known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
+    return Trajectory(
+        rows[1:], section[0], Status(int(status[0])), float(margin[0]), int(work[0]), known, plan, rows[:1]
+    )

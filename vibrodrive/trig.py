@@ -1,0 +1,118 @@
+"""Sine and versine in plain arithmetic: branch-free, so that loops over them vectorise, and the same bits
+on every machine, with the JIT or without.
+
+Cody-Waite reduction by π/2 in three parts (the parts are fdlibm's), then polynomials on [-π/4, π/4].
+Absolute error of the sine below 1.1e-16 for |x| < 1.6e6.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive._jit import inline
+
+TWO_PI = 6.283185307179586
+TWO_PI_LOW = 2.4492935982947064e-16  # 2π = TWO_PI + TWO_PI_LOW to 107 bits
+HALF_PI = 1.5707963267948966
+HALF_PI_LOW = 6.123233995736766e-17
+PI = 3.141592653589793
+PI_LOW = 1.2246467991473532e-16
+
+_TO_QUADRANT = 0.6366197723675814  # 2/π
+ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
+_P1 = 1.57079632673412561417e00  # the first 33 bits of π/2: k * _P1 is exact for k < 2**20
+_P2 = 6.07710050630396597660e-11  # the next 33 bits
+_P3 = 2.02226624879595063154e-21  # the rest
+
+# (sin r - r) / r³ and (vers r - r²/2) / r⁴ as Chebyshev fits in r² over |r| < π/4 (mpmath's chebyfit):
+# relative errors 1.2e-16 and 3e-17, so the differences stay good to the last bit however small r is
+_S1, _S2, _S3 = -0.16666666666666666, 0.008333333333330948, -0.00019841269836756774
+_S4, _S5, _S6 = 2.7557316101617874e-06, -2.505113165023518e-08, 1.5918115263265974e-10
+_C1, _C2, _C3 = -0.041666666666666664, 0.0013888888888887398, -2.480158729876456e-05
+_C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.1382623647474604e-11
+
+
+@inline
+def arc(x):
+    """(sin x, vers x, sin x - x, vers x - x²/2, near) with vers x = 1 - cos x and near = |x| < π/4.
+
+    All four to full *relative* accuracy while `near`; the two differences are meaningless otherwise.
+    They carry a motion that has only just begun, where sin x - x would cancel to nothing.
+    """
+    k = (x * _TO_QUADRANT + ROUND) - ROUND
+    r = ((x - k * _P1) - k * _P2) - k * _P3
+    z = r * r
+    ds = r * (z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6))))))
+    dv = (z * z) * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
+    sine = r + ds
+    half = 0.5 * z
+    versine = half + dv
+    w = 1.0 - half
+    cosine = w + (((1.0 - w) - half) - dv)  # the rounding of 1 - z/2 given back
+    # quadrant k mod 4 as a number in {-2, -1, 0, 1, 2}: -2 and 2 are the same quadrant
+    q = k - 4.0 * ((0.25 * k + ROUND) - ROUND)
+    odd = (q == 1.0) | (q == -1.0)
+    a = cosine if odd else sine
+    b = sine if odd else cosine
+    s = -a if (q == 2.0) | (q == -2.0) | (q == -1.0) else a
+    c = -b if (q == 2.0) | (q == -2.0) | (q == 1.0) else b
+    near = k == 0.0
+    v = versine if near else 1.0 - c
+    return s, v, ds, dv, near
+
+
+@inline
+def sincos(x):
+    """(sin x, cos x)."""
+    s, v, _, _, _ = arc(x)
+    return s, 1.0 - v
+
+
+@inline
+def _asin_kernel(t):
+    """asin(sqrt(t)) / sqrt(t) - 1 for 0 <= t <= 1/4: fdlibm's rational approximation
+    (Sun Microsystems, 1993)."""
+    p = 7.91534994289814532176e-04 + t * 3.47933107596021167570e-05
+    p = 2.01212532134862925881e-01 + t * (-4.00555345006794114027e-02 + t * p)
+    p = t * (1.66666666666666657415e-01 + t * (-3.25565818622400915405e-01 + t * p))
+    q = -6.88283971605453293030e-01 + t * 7.70381505559019352791e-02
+    q = 1.0 + t * (-2.40339491173441421878e00 + t * (2.02094576023350569471e00 + t * q))
+    return p / q
+
+
+@inline
+def arcsine(y, short):
+    """asin(y) for 0 <= y <= 1, given also short = 1 - y, which the caller can form without cancellation."""
+    if y < 0.5:
+        return y + y * _asin_kernel(y * y)
+    t = 0.5 * short
+    root = math.sqrt(t)
+    return HALF_PI - (2.0 * (root + root * _asin_kernel(t)) - HALF_PI_LOW)
+
+
+@inline
+def two_product(a, b):
+    """a * b as an unevaluated sum of two numbers, exactly (Dekker 1971), without fused multiply-add."""
+    p = a * b
+    ah = 134217729.0 * a
+    ah = ah - (ah - a)
+    bh = 134217729.0 * b
+    bh = bh - (bh - b)
+    al = a - ah
+    bl = b - bh
+    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
+
+
+@inline
+def turns(high, low):
+    """(n, φ) with high + low = 2π n + φ and 0 <= φ < 2π; n as a float."""
+    n = float(math.floor(high / TWO_PI))
+    p, e = two_product(n, TWO_PI)
+    phase = ((high - p) - e) + (low - n * TWO_PI_LOW)
+    if phase < 0.0:
+        n -= 1.0
+        phase += TWO_PI
+    if phase >= TWO_PI:
+        n += 1.0
+        phase = max(phase - TWO_PI, 0.0)
+    return n, phase
