@@ -39,8 +39,7 @@ from benchmarks.peers.record import Case, Run, Unavailable
 PERIODS = 20
 SECTION_PHASE = 2.0  # the mass slides there in both orbits: at 0 it rests, and every method is right
 SETTLE, SECTIONS = 400, 1000
-STEPS_AFFORDED = 4e9  # grid points of the longest literal run
-STEPS_TIMED = 2e8
+TIMED, AFFORDED = 0.1, 15.0  # seconds: of one measurement, of a long run for ρ
 STEPS_OBVIOUS = 1e8  # of the obvious loop
 
 
@@ -89,14 +88,18 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     t = vd.simulate(**base, transient=0, periods=PERIODS)
     s = t.switches
     error = switch_error(true, s["period"], s["phase"], s["before"], s["after"])
-    timed = {"transient": 0, "periods": int(max(1, min(2000, STEPS_TIMED // steps)))}
+    start = time.process_time()
+    vd.simulate(**base, transient=0, periods=1)
+    once = time.process_time() - start
+    timed = {"transient": 0, "periods": int(np.clip(TIMED / once, 1, 2000))}
     timing = paired({"": lambda: vd.simulate(**base, **timed)}, repeats)[""]
+    seconds = timing.seconds / timed["periods"]
     far = None
-    if scene.n and steps * (SETTLE + SECTIONS) <= STEPS_AFFORDED:
+    if scene.n and seconds * (SETTLE + SECTIONS) <= AFFORDED:
         long = vd.simulate(**base, transient=SETTLE, periods=SECTIONS, section_phase=SECTION_PHASE)
         far = rho(long.section, orbit(scene.A, scene.n, SECTION_PHASE))
     return Point(
-        scene.A, scene.eps, family, setting, True, timing.seconds / timed["periods"],
+        scene.A, scene.eps, family, setting, True, seconds,
         # without a counter the grid points of a literal scan are known all the same
         steps if literal else getattr(t, "evaluations", None),
         finite(error.largest), error.wrong, error.of, finite(far),
@@ -183,7 +186,7 @@ def measure(quick: bool) -> tuple[list[Point], list[str]]:
             if family in missing:
                 continue
             try:
-                points.append(peer_point(scene, family, setting, run, true, 1.0 if quick else 10.0))
+                points.append(peer_point(scene, family, setting, run, true, 1.0 if quick else AFFORDED))
             except Unavailable as why:
                 missing.append(family)
                 say(f"{family} is left out: {why}")
