@@ -1,0 +1,5 @@
+"""`python -m vibrodrive` is the same as `vibrodrive`."""
+
+from vibrodrive.cli import main
+
+main()

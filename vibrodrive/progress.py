@@ -1,0 +1,97 @@
+"""How far a sweep is, in one line: rewritten on a terminal, now and then elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TextIO
+
+PLAIN_SECONDS = 10.0
+"""Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
+
+
+@dataclass
+class Tally:
+    """What a sweep has done so far. One thread counts, another one shows."""
+
+    points: int = 0  # of the sweep
+    done: int = 0  # computed, now or in an earlier run
+    fresh: int = 0  # computed in this run
+    periods: int = 0  # excitation periods of one point, transient included
+    stage: str = ""  # what goes on before the first point
+    began: float = field(default_factory=time.monotonic)  # of the computation
+
+    def start(self, points: int, done: int, periods: int) -> None:
+        """The computation begins: from here on time counts."""
+        self.points, self.done, self.periods = points, done, periods
+        self.stage, self.began = "", time.monotonic()
+
+    def add(self, points: int) -> None:
+        self.done += points
+        self.fresh += points
+
+    @property
+    def rate(self) -> float:
+        """Points per second in this run."""
+        return self.fresh / max(time.monotonic() - self.began, 1e-9)
+
+    def line(self) -> str:
+        """Share done, rate and time left."""
+        if self.stage:
+            return self.stage
+        share = f"{100 * self.done / max(self.points, 1):5.1f} %"
+        if not self.fresh:
+            return share
+        left = duration((self.points - self.done) / self.rate)
+        return f"{share}  {self.rate * self.periods:.2e} periods/s  {self.rate:.3g} points/s  {left} left"
+
+
+def duration(seconds: float) -> str:
+    """Seconds as a person says them: 3.2 s, 4 min 10 s, 2 h 5 min, 3 d 4 h."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, s = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {s} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours < 24 else f"{hours // 24} d {hours % 24} h"
+
+
+class Show:
+    """Shows a line on a stream; a stream that has gone away (a closed terminal) is no reason to stop."""
+
+    def __init__(self, stream: TextIO, name: str) -> None:
+        self._stream = stream
+        self._name = name
+        self._terminal = stream.isatty()
+        self._last = time.monotonic()
+        self._drawn = False
+
+    def update(self, line: Callable[[], str]) -> None:
+        """Draw what `line` returns, if it is time to."""
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            self._write(f"\r\x1b[K{self._name}  {line()}"[: width + 4])
+            self._drawn = True
+        elif time.monotonic() - self._last >= PLAIN_SECONDS:
+            self._last = time.monotonic()
+            self._write(f"{self._name}  {line()}\n")
+
+    def say(self, message: str) -> None:
+        """A line that stays."""
+        self.clear()
+        self._write(f"{message}\n")
+
+    def clear(self) -> None:
+        """Take the rewritten line away."""
+        if self._drawn:
+            self._write("\r\x1b[K")
+            self._drawn = False
+
+    def _write(self, text: str) -> None:
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.write(text)
+            self._stream.flush()

@@ -1,0 +1,157 @@
+"""What a sweep found, with named axes: from memory, or read from a file when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrodrive.parameters import Method, Status, bad
+from vibrodrive.plan import Plan, Settings
+from vibrodrive.size import refuse_large_results
+
+if TYPE_CHECKING:
+    from vibrodrive.sweep import Block
+
+Index = tuple[Any, ...]
+"""An int (one value) or slice(None) (all of them) for every axis."""
+
+Read = Callable[[str, Index], np.ndarray]
+"""Array `name` ("section", "status", "margin", "switches") at an Index."""
+
+
+class Results:
+    """Sections, statuses, margins and switch counts over the axes of a sweep.
+
+    Attributes
+    ----------
+    axes : dict[str, float64 array]
+        the swept parameters, in order.
+    scalars : dict[str, float]
+        the parameters that have one value.
+    settings : Settings
+        method, scan, transient, periods, budget.
+
+    The arrays are read on first access and kept. In what has not been computed yet the section and
+    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
+    """
+
+    def __init__(
+        self,
+        axes: Mapping[str, np.ndarray],
+        scalars: Mapping[str, float],
+        settings: Settings,
+        source: Mapping[str, np.ndarray] | Read,
+        title: str = "",
+    ) -> None:
+        self.axes = dict(axes)
+        self.scalars = dict(scalars)
+        self.settings = settings
+        self.title = title
+        self._arrays: dict[str, np.ndarray] = {}
+        self._source: Read
+        if callable(source):
+            self._source = source
+        else:
+            self._arrays.update(source)
+            self._source = lambda name, index: self._arrays[name][index]
+
+    @classmethod
+    def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
+        """All blocks of a plan, in memory. Raises TooLarge (a ValueError) where they do not fit it."""
+        refuse_large_results(plan)
+        n, shape, periods = plan.n_points, plan.shape, plan.settings.periods
+        section = np.full((2, n, periods), np.nan)
+        status = np.full(n, int(Status.NOT_COMPUTED), np.int8)
+        margin = np.full(n, np.nan)
+        switches = np.full((n, 5), -1, np.int64)
+        for b in blocks:
+            section[0, b.start : b.stop] = b.section[..., 0]
+            section[1, b.start : b.stop] = b.section[..., 1]
+            status[b.start : b.stop] = b.status
+            margin[b.start : b.stop] = b.margin
+            switches[b.start : b.stop] = b.switches
+        arrays = {
+            "section": np.moveaxis(section.reshape(2, *shape, periods), 0, -1),
+            "status": status.reshape(shape),
+            "margin": margin.reshape(shape),
+            "switches": switches.reshape(*shape, 5),
+        }
+        return cls(plan.axes, plan.scalars, plan.settings, arrays)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes."""
+        return tuple(len(a) for a in self.axes.values())
+
+    @property
+    def section(self) -> np.ndarray:
+        """float64 (axes…, periods, 2): ξ and ξ' at the instants of the section."""
+        return self._array("section")
+
+    @property
+    def status(self) -> np.ndarray:
+        """int8 (axes…): parameters.Status of every point."""
+        return self._array("status")
+
+    @property
+    def margin(self) -> np.ndarray:
+        """float64 (axes…): how close the closest decision came to going the other way."""
+        return self._array("margin")
+
+    @property
+    def switches(self) -> np.ndarray:
+        """int64 (axes…, 5): switches into each parameters.State within the recorded periods."""
+        return self._array("switches")
+
+    @property
+    def computed(self) -> float:
+        """Share of the points that are computed, 0 to 1."""
+        return float(np.mean(self.status != Status.NOT_COMPUTED))
+
+    def select(self, **values: float) -> Results:
+        """The part of the results at the value of an axis nearest to the one given; that axis is dropped.
+
+        Raises
+        ------
+        ValueError
+            if a name is no axis of these results.
+        """
+        index: list[Any] = [slice(None)] * len(self.axes)
+        axes, scalars = dict(self.axes), dict(self.scalars)
+        for name, value in values.items():
+            if name not in self.axes:
+                raise ValueError(bad("axis", name, "one of " + ", ".join(self.axes)))
+            nearest = int(np.argmin(np.abs(self.axes[name] - value)))
+            index[list(self.axes).index(name)] = nearest
+            scalars[name] = float(axes.pop(name)[nearest])
+        chosen = tuple(index)
+        return Results(
+            axes, scalars, self.settings, lambda n, i: self._read(n, _within(chosen, i)), title=self.title
+        )
+
+    def _array(self, name: str) -> np.ndarray:
+        if name not in self._arrays:
+            self._arrays[name] = self._source(name, (slice(None),) * len(self.axes))
+        return self._arrays[name]
+
+    def _read(self, name: str, index: Index) -> np.ndarray:
+        return self._arrays[name][index] if name in self._arrays else self._source(name, index)
+
+    def __repr__(self) -> str:
+        axes = ", ".join(
+            f"{name} {a[0]:g}" + (f"…{a[-1]:g} ({len(a)})" if len(a) > 1 else "")
+            for name, a in self.axes.items()
+        )
+        s = self.settings
+        return (
+            f"<Results {axes or 'of one point'}: {Method(s.method).name.lower()}, "
+            f"{s.transient} + {s.periods} periods>"
+        )
+
+
+def _within(chosen: Index, inner: Index) -> Index:
+    """`inner`, an index over the axes that `chosen` left, as an index over all of them."""
+    rest = iter(inner)
+    return tuple(next(rest) if isinstance(c, slice) else c for c in chosen)

@@ -1,0 +1,237 @@
+"""A sweep from a plan to a finished file: begun, resumed, stopped by a signal, watched.
+
+The work goes on in a thread of its own, because a signal reaches only the main thread, and only between
+two of its steps: a block may take minutes, an answer to Ctrl-C may not take more than a second.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import monotonic
+
+from vibrodrive.plan import Plan
+from vibrodrive.progress import Show, Tally, duration
+from vibrodrive.size import file_bytes, human
+from vibrodrive.store import Unwritable, Writer, open_writer
+from vibrodrive.store_layout import Origin, Progress
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+PATIENCE = 0.7
+"""Seconds a write may take to end after a signal; what it has not committed by then is computed again."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to compute, from which configuration, into which file, and with what."""
+
+    plan: Plan
+    origin: Origin
+    path: Path
+    threads: int | None = None
+    dask: str | None = None
+    overwrite: bool = False
+
+
+class Stopped(Exception):
+    """A signal ended the sweep; the message says how far it came. Threads may still be computing."""
+
+
+class Failed(RuntimeError):
+    """The sweep ended at work; the message is one line, and the file can be resumed."""
+
+
+def run(job: Job, show: Show) -> str:
+    """Compute what a file lacks; returns a line that says what was done.
+
+    Raises
+    ------
+    what `store.open_writer` raises
+        before anything is computed.
+    Failed
+        if the file could not be written or the computation broke off.
+    Stopped
+        after SIGINT, SIGTERM or SIGHUP. The caller should end the process at once.
+    """
+    work = _Work(job)
+    thread = threading.Thread(target=work.run, name="sweep", daemon=True)
+    with _signals() as caught:
+        thread.start()
+        while thread.is_alive() and not caught:
+            thread.join(0.1)
+            for notice in work.news():
+                show.say(notice)
+            if thread.is_alive():
+                show.update(work.tally.line)
+        for notice in work.news():
+            show.say(notice)
+        show.clear()
+        if caught and thread.is_alive():
+            raise Stopped(work.stop(caught[0], thread))
+    if work.error is not None:
+        raise work.error
+    return work.summary
+
+
+class _Work:
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.tally = Tally()
+        self.error: BaseException | None = None
+        self.summary = ""
+        self._writer: Writer | None = None
+        self._stopping = False
+        self._news: list[str] = []
+
+    def run(self) -> None:
+        try:
+            self._run()
+        except BaseException as error:
+            self.error = error
+
+    def news(self) -> Iterator[str]:
+        while self._news:
+            yield self._news.pop(0)
+
+    def stop(self, signum: int, thread: threading.Thread) -> str:
+        """Bring the file into a state from which it can be resumed."""
+        self._stopping = True
+        if self._writer is None:
+            thread.join(PATIENCE)
+        name = signal.Signals(signum).name
+        if self._writer is None:
+            return f"stopped by {name} before anything was computed"
+        with contextlib.suppress(OSError):
+            self._writer.close(patience=PATIENCE, sync=False)
+        done = self._writer.done
+        return f"stopped by {name}: {self.job.path} holds {done.sum()} of {len(done)} blocks"
+
+    def _run(self) -> None:
+        job, path = self.job, self.job.path
+        with _executor(job.dask) as executor:  # a cluster that is not there leaves no file behind
+            fresh = job.overwrite or not path.exists()
+            writer = open_writer(
+                path,
+                job.plan,
+                job.origin,
+                overwrite=job.overwrite,
+                progress=self._watch(f"laying out {human(file_bytes(job.plan))}"),
+            )
+            self._writer = writer
+            try:
+                if not fresh:
+                    self._check(writer)
+                self._complete(writer, executor)
+                self.tally.stage = "waiting for the disk"
+                writer.close()
+            except Unwritable as error:
+                writer.abandon()
+                raise Failed(f"{error}: {_held(writer)}") from None
+            except Exception as error:
+                writer.close()
+                raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
+
+    def _watch(self, doing: str) -> Progress:
+        def watch(done: int, total: int) -> None:
+            self.tally.stage = f"{doing}: {100 * done / total:.0f} %"
+            if self._stopping:
+                raise InterruptedError
+
+        return watch
+
+    def _check(self, writer: Writer) -> None:
+        writer.check(self._watch("checking what is there"))
+        path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
+        for k, fault in sorted(writer.repaired.items()):
+            self._news.append(f"{path}: block {k} is damaged ({fault}): computed again")
+        if 0 < done < blocks:
+            share = 100 * done / blocks
+            self._news.append(f"{path}: resumed with {done} of {blocks} blocks ({share:.1f} %)")
+
+    def _complete(self, writer: Writer, executor: Executor | None) -> None:
+        which = writer.missing()
+        if not which:
+            self.summary = f"{self.job.path} is complete: nothing to do"
+            return
+        if executor is None:
+            self._compile(writer.plan, which[:1])
+        from vibrodrive.sweep import run_blocks
+
+        plan, tally = writer.plan, self.tally
+        lengths = [stop - start for start, stop in plan.blocks()]
+        missing = sum(lengths[k] for k in which)
+        tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
+        for block in run_blocks(plan, which, threads=self.job.threads, executor=executor):
+            writer.write(block)
+            tally.add(block.stop - block.start)
+        took = monotonic() - tally.began
+        self.summary = (
+            f"{self.job.path}: {tally.fresh} points in {duration(took)} "
+            f"({tally.fresh * tally.periods / took:.2e} periods/s)"
+        )
+
+    def _compile(self, plan: Plan, which: list[int]) -> None:
+        """Compile the kernels if this version has not yet done so on this machine, and say it."""
+        from vibrodrive._jit import is_compiled
+        from vibrodrive.sweep import run_blocks
+
+        if is_compiled():
+            return
+        self._news.append("compiling the kernels, once for this version: some twenty seconds")
+        self.tally.stage = "compiling"
+        one_period = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
+        for _ in run_blocks(one_period, which, threads=self.job.threads):
+            pass
+
+
+@contextlib.contextmanager
+def _executor(address: str | None) -> Iterator[Executor | None]:
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+
+        client = Client(address, timeout="10s", set_as_default=False)
+    except ImportError:
+        raise Failed("--dask needs the extra: pip install 'vibrodrive[dask]'") from None
+    except (OSError, ValueError) as error:
+        raise Failed(f"--dask {address}: {_one_line(error)}") from None
+    with client:
+        yield client.get_executor()
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Collect signals instead of dying of them; a SIGHUP that nohup has switched off stays off."""
+    caught: list[int] = []
+
+    def note(signum: int, frame: object) -> None:
+        if caught:
+            os._exit(130)  # asked twice
+        caught.append(signum)
+
+    before = {s: signal.getsignal(s) for s in SIGNALS}
+    for s, handler in before.items():
+        if not (s == signal.SIGHUP and handler == signal.SIG_IGN):
+            signal.signal(s, note)
+    try:
+        yield caught
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)
+
+
+def _held(writer: Writer) -> str:
+    return f"{writer.done.sum()} of {len(writer.done)} blocks are safe, the same command goes on from there"
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

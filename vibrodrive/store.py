@@ -1,0 +1,310 @@
+"""Writing a result file block by block, so that a kill at any moment loses only what was in flight.
+
+The order is data, flush, status, flush: the status of a block says that the block is there. Nothing that is
+committed is written again, and the structure of the file does not change after it was laid out. Blocks
+that finish within GROUP_SECONDS of each other are committed together.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+import time
+from pathlib import Path
+from threading import Lock as Mutex
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from vibrodrive.parameters import Method, Scan
+from vibrodrive.plan import Plan
+from vibrodrive.size import refuse_large_file
+from vibrodrive.store_check import check_block, point_sums, read_marks
+from vibrodrive.store_layout import (
+    VARIABLES,
+    Header,
+    NoResult,
+    Origin,
+    Progress,
+    blank,
+    chunk_of,
+    lay_out,
+    open_result,
+    put_chunk,
+    quiet,
+    read_header,
+    tiles,
+)
+from vibrodrive.store_lock import Busy, Lock, draft_of
+
+if TYPE_CHECKING:
+    from vibrodrive.sweep import Block
+
+__all__ = ["Busy", "Different", "NoResult", "Unwritable", "Writer", "open_writer"]
+
+GROUP_SECONDS = 0.2
+"""A flush is cheap but not free, and a small block takes less than a millisecond to compute."""
+
+
+class Different(ValueError):
+    """The file was made from another configuration; the message is one line with the keys that differ."""
+
+
+class Unwritable(OSError):
+    """The system refused to write (disk full, file too large, …); str() is one line.
+
+    What is committed stays, and the sweep can be resumed.
+    """
+
+    def __str__(self) -> str:
+        return f"{self.filename}: {self.strerror}"
+
+
+class Writer:
+    """The one process that writes a file. Use `open_writer`; `close` when done.
+
+    Attributes
+    ----------
+    plan : Plan
+        the sweep as the file lays it out (its blocks, not those this version would choose).
+    done : bool array
+        which blocks are committed.
+    repaired : dict[int, str]
+        blocks found damaged when the file was opened, and why; they are to be computed again.
+    """
+
+    def __init__(self, file: h5py.File, lock: Lock, path: Path, plan: Plan) -> None:
+        self.path = path
+        self.plan = plan
+        self.tiles = tiles(plan)
+        self.done = np.zeros(len(self.tiles), bool)
+        self.repaired: dict[int, str] = {}
+        self._file = file
+        self._lock = lock
+        self._mutex = Mutex()
+        self._pending: list[Block] = []
+        self._committed_at = time.monotonic()
+        self._data = {v.name: file[v.name] for v in VARIABLES}
+
+    def missing(self) -> list[int]:
+        """Indices into plan.blocks() of what is still to compute."""
+        return np.flatnonzero(~self.done).tolist()
+
+    def write(self, block: Block) -> None:
+        """Write a finished block; it is committed within GROUP_SECONDS or by the next `write` after them.
+
+        Raises Unwritable.
+        """
+        with self._mutex:
+            xi = np.ascontiguousarray(block.section[..., 0])
+            dxi = np.ascontiguousarray(block.section[..., 1])
+            self._put(block.index, "section_xi", xi)
+            self._put(block.index, "section_dxi", dxi)
+            self._put(block.index, "margin", block.margin)
+            self._put(block.index, "switches", block.switches)
+            sums = point_sums(block.start, xi, dxi, block.margin, block.switches, block.status)
+            self._put(block.index, "checksum", sums)
+            self._pending.append(block._replace(section=block.section[:0]))  # its memory is not needed
+            if time.monotonic() - self._committed_at > GROUP_SECONDS:
+                self._commit()
+
+    def check(self, progress: Progress = quiet) -> None:
+        """Read all committed blocks again; those that are damaged are taken back, to be computed anew.
+
+        `progress` is called with (blocks looked at, blocks); what it raises ends the check.
+        """
+        _, done, wrong = read_marks(self._file, self.tiles)
+        for k in np.flatnonzero(done).tolist():
+            fault = check_block(self._file, self.tiles[k])
+            if fault:
+                wrong[k] = fault
+            progress(k + 1, len(self.tiles))
+        for k in wrong:
+            self._take_back(k)
+            done[k] = False
+        self._flush()
+        self.done, self.repaired = done, wrong
+
+    def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
+        """Commit what is pending and let go of the file; False if a write did not end within `patience` s.
+
+        May be called from another thread than `write`, and twice.
+        """
+        if not self._mutex.acquire(timeout=patience):
+            return False
+        try:
+            if self._file:  # an h5py.File is false once it is closed
+                self._commit()
+                self._file.close()
+                if sync:
+                    self._lock.sync()
+                self._lock.release()
+        finally:
+            self._mutex.release()
+        return True
+
+    def abandon(self) -> None:
+        """Let go of the file after it could not be written: what is committed stays, nothing is added."""
+        with self._mutex, contextlib.suppress(OSError, RuntimeError):
+            self._file.close()
+        self._lock.release()
+
+    def _put(self, k: int, name: str, values: np.ndarray) -> None:
+        data, slab = self._data[name], self.tiles[k].slab
+        start = tuple(s.start for s in slab)
+        count = tuple(s.stop - s.start for s in slab)
+        extra = data.shape[len(slab) :]
+        space = data.id.get_space()
+        space.select_hyperslab(start + (0,) * len(extra), count + extra)
+        memory = h5py.h5s.create_simple(count + extra)
+        values = np.ascontiguousarray(values, data.dtype).reshape(count + extra)
+        try:
+            data.id.write(memory, space, values)
+        except OSError as error:
+            raise _plain(error, self.path) from None
+
+    def _commit(self) -> None:
+        self._flush()
+        for block in self._pending:
+            self._put(block.index, "status", block.status)
+        self._flush()
+        self.done[[block.index for block in self._pending]] = True
+        self._pending.clear()
+        self._committed_at = time.monotonic()
+
+    def _flush(self) -> None:
+        try:
+            self._file.flush()
+        except (OSError, RuntimeError) as error:
+            raise _plain(error, self.path) from None
+
+    def _take_back(self, k: int) -> None:
+        # status first: from here on the block counts as missing. A damaged chunk is replaced as it
+        # lies in the file, because HDF5 would read it before writing a part of it.
+        for variable in reversed(VARIABLES):
+            empty = blank(variable, chunk_of(variable, self.plan))
+            put_chunk(self._data[variable.name], self.tiles[k], empty)
+            self._flush()
+
+
+def open_writer(
+    path: Path, plan: Plan, origin: Origin, *, overwrite: bool = False, progress: Progress = quiet
+) -> Writer:
+    """Lay out a new file, or open the one that is there to go on with it.
+
+    Parameters
+    ----------
+    path : Path
+    plan, origin
+        what is to be computed, and from which configuration.
+    overwrite : bool
+        replace the file, once the new one is laid out, even if it is complete or damaged.
+    progress : Callable[[int, int], None]
+        called while a new file is laid out, with (chunks, of how many); what it raises ends that, and
+        no file appears.
+
+    Raises
+    ------
+    Different
+        if the file there was made from another configuration.
+    NoResult
+        if it is no result file of this version, or damaged beyond reading.
+    Busy
+        if another process is writing it.
+    TooLarge
+        if a new file would not fit the disk.
+    Unwritable, OSError
+        if the system refuses.
+    """
+    if path.exists() and not overwrite:
+        return _resume(path, plan)
+    return _create(path, plan, origin, overwrite, progress)
+
+
+def _resume(path: Path, plan: Plan) -> Writer:
+    open_result(path).close()  # what cannot be read is refused before what cannot be written
+    lock = Lock(path)
+    try:
+        file = open_result(path, "r+")
+        header = read_header(file)
+        differences = compare(header, plan)
+        if differences:
+            raise Different(
+                f"{path}: made from another configuration: {'; '.join(differences)}. "
+                "Choose another file, or --overwrite"
+            )
+        return Writer(file, lock, path, header.plan)
+    except BaseException:
+        lock.release()
+        raise
+
+
+def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
+    draft = draft_of(path)
+    refuse_large_file(plan, path)
+    lock = Lock(draft, create=True, name=path)
+    old = file = None
+    try:
+        if path.exists():
+            if not overwrite:  # it appeared in the meantime
+                raise Busy(f"{path}: another process is writing it")
+            old = Lock(path)
+        file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
+        lay_out(file, plan, origin, progress)
+        file.flush()
+        os.replace(draft, path.resolve())  # a link stays one
+        return Writer(file, lock, path, plan)
+    except BaseException as error:
+        if file is not None:
+            with contextlib.suppress(OSError, RuntimeError):  # it may still try to write
+                file.close()
+        draft.unlink(missing_ok=True)
+        lock.release()
+        raise _plain(error, path) if isinstance(error, OSError) else error from None
+    finally:
+        if old is not None:
+            old.release()
+
+
+def compare(header: Header, plan: Plan) -> list[str]:
+    """Which parts of the plan of a file differ from another plan, each in words; empty if none does."""
+    there, here = _flat(header.plan), _flat(plan)
+    found = []
+    for key in [*there, *(k for k in here if k not in there)]:
+        a, b = there.get(key), here.get(key)
+        if a is None or b is None or a.tobytes() != b.tobytes():
+            found.append(f"{key} is {_words(a)} there and {_words(b)} here")
+    if not found and list(header.plan.axes) != list(plan.axes):
+        found.append(f"the axes are {', '.join(header.plan.axes)} there and {', '.join(plan.axes)} here")
+    return found
+
+
+def _flat(plan: Plan) -> dict[str, np.ndarray]:
+    scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
+    settings = vars(plan.settings) | {
+        "method": Method(plan.settings.method).name.lower(),
+        "scan": Scan(plan.settings.scan).name.lower(),
+    }
+    return plan.axes | scalars | {k: np.asarray(v) for k, v in settings.items()}
+
+
+def _words(value: np.ndarray | None) -> str:
+    if value is None:
+        return "not given"
+    if value.ndim == 0:
+        return str(value.item())
+    if len(value) <= 4:
+        return ", ".join(f"{v:.17g}" for v in value)
+    return f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
+
+
+def _plain(error: BaseException, path: Path) -> Unwritable:
+    """An OSError of HDF5, which comes as a page of text, as the system's own sentence."""
+    if isinstance(error, OSError) and error.errno:
+        return Unwritable(error.errno, error.strerror, str(path))
+    number = re.search(r"errno = (\d+)", str(error))
+    code = int(number[1]) if number else errno.EIO
+    return Unwritable(code, os.strerror(code), str(path))

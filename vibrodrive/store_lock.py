@@ -1,0 +1,71 @@
+"""One writer at a time, and a file that appears whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import struct
+import sys
+from pathlib import Path
+
+_UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+"""File systems without locks (some network mounts): there the user has to keep writers apart."""
+
+
+class Busy(RuntimeError):
+    """Another process is writing the file; the message is one line."""
+
+
+def draft_of(path: Path) -> Path:
+    """Where a file (what it is, if it is a link) is laid out before it gets its name."""
+    path = path.resolve()
+    return path.with_name(path.name + ".part")
+
+
+class Lock:
+    """Exclusive right to write one file, kept until `release` or the end of the process.
+
+    It belongs to the file, not to its name, and so survives the renaming that publishes the file.
+    Readers do not meet it, nor does the lock that HDF5 itself takes for them.
+    """
+
+    def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
+        """Lock an existing file, or create it. Raises Busy, or OSError where the system refuses."""
+        while True:
+            self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
+            try:
+                _lock(self._fd)
+            except OSError as error:
+                if error.errno not in _UNSUPPORTED:
+                    os.close(self._fd)
+                    raise Busy(f"{name or path}: another process is writing it") from None
+            if self._is(path):
+                return
+            os.close(self._fd)  # it was renamed between opening and locking
+
+    def _is(self, path: Path) -> bool:
+        try:
+            return os.path.samestat(os.fstat(self._fd), os.stat(path))
+        except FileNotFoundError:
+            return False
+
+    def sync(self) -> None:
+        """Have the system put the file on the disk."""
+        os.fsync(self._fd)
+
+    def release(self) -> None:
+        os.close(self._fd)
+
+
+def _lock(fd: int) -> None:
+    """Take the lock or raise OSError.
+
+    An open-file-description lock: a plain record lock would be dropped as soon as this process closes
+    any other handle on the file, and HDF5's readers try a flock, which a flock of ours would refuse them.
+    """
+    if sys.platform != "linux":
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    whole_file = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
+    fcntl.fcntl(fd, fcntl.F_OFD_SETLK, whole_file)
