@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
 from vibrodrive.counter import next_index
@@ -459,20 +457,18 @@ def load(
     return True
 
 
-@jit
+@jit(_nrt=False)
 def run(
-    points, order, counter, method, scan, transient, periods, budget,
+    w, k, points, order, counter, method, scan, transient, periods, budget,
     section, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
-    points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
+    w, k: lanes (see lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
     (n,) · margin float64 (n,) · counts int64 (n, 5) · work float64 (n,) evaluations · rows_int int64 (cap, 3), rows_float
     float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind the last one before the record, as
     many as fit, and how many there were.
     """
-    w = np.zeros(ROWS_W * LANES)
-    k = np.zeros(ROWS_K * LANES, dtype=np.int64)
     grid = method != CERTIFIED
     n = 0
     more = True
@@ -522,11 +518,9 @@ def finish(w, k, i, section, status, margin, work):
     work[row] = w[r.WORK + i]
 
 
-@jit
-def sample_segments(points, rows_int, rows_float, method, transient, per_period, out, state):
+@jit(_nrt=False)
+def sample_segments(w, k, points, rows_int, rows_float, method, transient, per_period, out, state):
     """The closed form between the switches `rows` (as written by `run`): out float64 (n, 3) ξ, ξ', H; state int8 (n,)."""
-    w = np.zeros(ROWS_W * LANES)
-    k = np.zeros(ROWS_K * LANES, dtype=np.int64)
     set_parameters(w, k, 0, points, 0, method)
     start, phi0 = k[r.PERIOD] + transient, w[r.PHI0]
     row = -1

@@ -6,6 +6,8 @@ one flat array each with constant offsets, so that the compiler sees that rows n
 
 from __future__ import annotations
 
+import numpy as np
+
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 55 × 8 B = 28 kB)."""
 
@@ -35,3 +37,8 @@ ROWS_K = 10
 STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = (
     LANES * row for row in range(ROWS_K)
 )
+
+
+def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
+    """Memory for the lanes of each thread: float64 and int64, one row a thread."""
+    return np.zeros((threads, ROWS_W * LANES)), np.zeros((threads, ROWS_K * LANES), np.int64)

@@ -16,6 +16,7 @@ import numpy as np
 
 from vibrodrive._jit import jit
 from vibrodrive.engine import run
+from vibrodrive.lane import new_lanes
 from vibrodrive.parameters import COLUMNS, check_count
 from vibrodrive.plan import Plan, make_plan
 from vibrodrive.results import Results
@@ -46,13 +47,13 @@ class Block(NamedTuple):
 
 @jit(parallel=True)
 def run_threads(
-    threads, points, order, counter, method, scan, transient, periods, budget,
+    w, k, points, order, counter, method, scan, transient, periods, budget,
     section, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
     """`run` on several threads that share one counter."""
-    for _ in numba.prange(threads):
+    for thread in numba.prange(w.shape[0]):
         run(
-            points, order, counter, method, scan, transient, periods, budget,
+            w[thread], k[thread], points, order, counter, method, scan, transient, periods, budget,
             section, status, margin, counts, work, rows_int, rows_float, stored,
         )  # fmt: skip
 
@@ -78,11 +79,12 @@ def compute_wave(plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: in
         section, status, margin, counts, work,
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
+    w, k = new_lanes(threads)
     if threads == 1:
-        run(*arguments)
+        run(w[0], k[0], *arguments)
     else:
         numba.set_num_threads(threads)
-        run_threads(threads, *arguments)
+        run_threads(w, k, *arguments)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)

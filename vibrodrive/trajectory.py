@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.engine import run, sample_segments
+from vibrodrive.lane import new_lanes
 from vibrodrive.parameters import COLUMNS, Status, bad, check_count
 from vibrodrive.plan import Plan, make_plan
 from vibrodrive.trig import TWO_PI
@@ -69,7 +70,10 @@ class Trajectory:
         total = periods * count + 1
         out = np.empty((total, 3))
         state = np.empty(total, np.int8)
+        w, k = new_lanes(1)
         sample_segments(
+            w[0],
+            k[0],
             self._plan.points(0, 1),
             np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64),
             np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1),
@@ -125,8 +129,9 @@ def simulate(**arguments: Any) -> Trajectory:
         counts, work = np.zeros((1, 5), np.int64), np.empty(1)
         rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
         stored = np.zeros(1, np.int64)
+        w, k = new_lanes(1)
         run(
-            plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
+            w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
             s.transient, s.periods, s.budget, section, status, margin, counts, work,
             rows_int, rows_float, stored,
         )  # fmt: skip
