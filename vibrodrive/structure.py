@@ -129,10 +129,14 @@ def major(switches: np.ndarray, speed: float) -> np.ndarray:
 
 
 def gaps(switches: np.ndarray, speed: float) -> np.ndarray:
-    """Whole excitation periods between successive major impacts (rounded, zeros dropped): int64 array."""
+    """Whole excitation periods between successive major impacts: int64 array."""
     landed = major(switches, speed)
-    apart = np.diff(landed["period"]) + np.diff(landed["phase"]) / (2 * np.pi)
-    whole = np.rint(apart).astype(np.int64)
+    return whole_gaps(landed["period"], landed["phase"])
+
+
+def whole_gaps(period: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """Excitation periods between successive instants, rounded, zeros dropped: int64 array."""
+    whole = np.rint(np.diff(period) + np.diff(phase) / (2 * np.pi)).astype(np.int64)
     return whole[whole > 0]
 
 

@@ -1,0 +1,274 @@
+"""The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
+
+A loss in ε is clean: kept below, lost above. A loss in Δτ is not: structure is lost at isolated values first
+and comes back, because a grid either happens to meet the switches of this orbit or not. So a limit is a
+band with two ends, the first loss and the last value kept.
+
+Many searches go abreast: each asks for the disturbances it wants judged next, and all that are asked for
+are computed in one call (impacts.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.impacts import landings
+from vibrodrive.limits_search import GRIDS, Asking, Band, search
+from vibrodrive.parameters import COLUMNS, Method, bad
+from vibrodrive.plan import DEFAULT_BUDGET, Plan, make_plan
+from vibrodrive.structure import MAJOR, Orbit, Structure, compare, gaps, orbit, order, repeats, whole_gaps
+from vibrodrive.sweep import check_threads
+from vibrodrive.trajectory import Trajectory, simulate
+
+CRITERIA = ("order", "gaps", "word")
+
+WATCHED = 256
+"""Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST) four times."""
+
+ABREAST = 32
+"""Searches under way at a time."""
+
+BATCH = 256
+"""Motions computed in one call, at most: bounds memory (1500 periods: 24 kB of section each)."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The limit of one orbit.
+
+    k2 : the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was
+        found up to `searched_to`, NaN if the undisturbed motion has no period
+    kept_below : largest disturbance below k2 that was kept in the bisection
+    last_kept : largest value kept together with its lower neighbour on the grid (a single one kept among
+        losses is chance); `kept_below` if nothing is kept above k2
+    share_kept : share of the values tried between k2 and last_kept that are kept; 0 if there are none
+    n : period of the undisturbed orbit, 0 if it has none
+    kept, lost : Structure at kept_below and at k2
+    how : how it was lost, in words
+    """
+
+    A: float
+    disturbance: str
+    method: str
+    criterion: str
+    k2: float
+    kept_below: float
+    last_kept: float
+    share_kept: float
+    searched_to: float
+    n: int
+    kept: Structure | None
+    lost: Structure | None
+    how: str
+
+
+def limit(
+    A: float,
+    disturbance: str = "eps",
+    method: str | None = None,
+    criterion: str = "order and gaps",
+    **arguments: Any,
+) -> Limit:
+    """Find the limit k₂ at one A.
+
+    Parameters
+    ----------
+    A : float
+    disturbance : "eps" or "dtau"
+        physical, eq. (9), or numerical (§5).
+    method : str, optional
+        how switches are found in the disturbed motion: "certified" (default for ε), "fixed" (default for
+        Δτ) or "muller". The undisturbed motion is always certified and has ε = 0.
+    criterion : str
+        what must be kept, of "order", "gaps" and "word" (see structure.py), joined by "and".
+    **arguments
+        those of `simulate`, e.g. B, eta, transient = 1000, periods = 1500; `dtau` where ε is sought on a
+        grid, `eps` where Δτ is sought for a disturbed motion; and `threads`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    """
+    if np.ndim(A) != 0:
+        raise TypeError(bad("A", "an axis", "a single number: `limits` takes many"))
+    ((_, found),) = limits([A], disturbance, method, criterion, **arguments)
+    return found
+
+
+def limits(
+    A: Sequence[float],
+    disturbance: str = "eps",
+    method: str | None = None,
+    criterion: str = "order and gaps",
+    *,
+    threads: int | None = None,
+    **arguments: Any,
+) -> Iterator[tuple[int, Limit]]:
+    """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`."""
+    wanted = _criterion(criterion)
+    if disturbance not in GRIDS:
+        raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+    if method is None:
+        method = "certified" if disturbance == "eps" else "fixed"
+    defaults = {"transient": 1000, "periods": 1500, "budget": DEFAULT_BUDGET}
+    plan = make_plan({**defaults, **arguments, "A": list(A), "method": method, disturbance: 1e-3})
+    if len(plan.axes) != 1:
+        raise TypeError(bad("axes", ", ".join(plan.axes), "A alone"))
+    chosen = Method(plan.settings.method)
+    if disturbance == "dtau" and chosen == Method.CERTIFIED:
+        raise ValueError(
+            bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it")
+        )
+    return _run(plan, disturbance, chosen.name.lower(), criterion, wanted, check_threads(threads))
+
+
+def _criterion(text: str) -> tuple[str, ...]:
+    if not isinstance(text, str):
+        raise TypeError(bad("criterion", text, "a text"))
+    names = tuple(part.strip() for part in text.split(" and "))
+    for name in names:
+        if name not in CRITERIA:
+            raise ValueError(bad("criterion", text, " and ".join(CRITERIA) + ", or some of them"))
+    return names
+
+
+@dataclass
+class _Problem:
+    """One search under way."""
+
+    index: int
+    row: np.ndarray  # the point, float64 (columns,)
+    base: Orbit
+    asking: Asking
+    asked: np.ndarray
+
+
+def _run(
+    plan: Plan, disturbance: str, method: str, criterion: str, wanted: tuple[str, ...], threads: int
+) -> Iterator[tuple[int, Limit]]:
+    judge = _Judge(plan, disturbance, wanted, threads)
+    blank = Limit(math.nan, disturbance, method, criterion, *[math.nan] * 5, 0, None, None, "")
+    waiting = list(range(plan.n_points))[::-1]
+    active: list[_Problem] = []
+    while waiting or active:
+        while waiting and len(active) < ABREAST:
+            index = waiting.pop()
+            row = plan.points(index, index + 1)[0]
+            here = replace(blank, A=float(row[0]))
+            base = judge.undisturbed(row)
+            if base is None:
+                yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
+                continue
+            asking = search(GRIDS[disturbance])
+            active.append(_Problem(index, row, base, asking, next(asking)))
+        if not active:
+            return
+        verdicts = judge([(p.row, p.base, p.asked) for p in active])
+        for problem, verdict in zip(list(active), verdicts, strict=True):
+            try:
+                problem.asked = problem.asking.send(verdict)
+            except StopIteration as end:
+                active.remove(problem)
+                yield problem.index, judge.explain(problem, end.value, blank)
+
+
+class _Judge:
+    """Verdicts on disturbed motions."""
+
+    def __init__(self, plan: Plan, disturbance: str, wanted: tuple[str, ...], threads: int) -> None:
+        self.settings = plan.settings
+        self.column = COLUMNS.index(disturbance)
+        self.disturbance = disturbance
+        self.wanted = wanted
+        self.threads = threads
+
+    def undisturbed(self, row: np.ndarray) -> Orbit | None:
+        exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
+        settings = {"transient": self.settings.transient, "budget": self.settings.budget}
+        return orbit(simulate(**exact, **settings, method="certified", periods=WATCHED))
+
+    def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:
+        """bool array for each (point, orbit, disturbances)."""
+        rows = np.concatenate([self._rows(row, values) for row, _, values in requests])
+        bases = [base for _, base, values in requests for _ in values]
+        verdicts = np.empty(len(rows), dtype=bool)
+        for start in range(0, len(rows), BATCH):
+            part = slice(start, start + BATCH)
+            judged = self._from_switches if "word" in self.wanted else self._from_landings
+            verdicts[part] = judged(rows[part], bases[part])
+        cuts = np.cumsum([len(values) for _, _, values in requests])[:-1]
+        return np.split(verdicts, cuts)
+
+    def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
+        """The Limit of a finished search, with the structure on both sides of the first loss."""
+        found = replace(blank, A=float(problem.row[0]), **band._asdict(), n=problem.base.n)
+        if not math.isfinite(band.k2):
+            return replace(found, how=f"not lost up to {band.searched_to:g}")
+        lost = self._trajectory(problem.row, band.k2)
+        kept = self._trajectory(problem.row, band.kept_below) if band.kept_below > 0 else None
+        structure = compare(problem.base, lost)
+        return replace(
+            found,
+            kept=compare(problem.base, kept) if kept is not None else None,
+            lost=structure,
+            how=_how(self.wanted, structure, lost, problem.base),
+        )
+
+    def _rows(self, row: np.ndarray, values: np.ndarray) -> np.ndarray:
+        rows = np.repeat(row[None, :], len(values), axis=0)
+        rows[:, self.column] = values
+        return rows
+
+    def _trajectory(self, row: np.ndarray, value: float) -> Trajectory:
+        point = dict(zip(COLUMNS, row.tolist(), strict=True)) | {self.disturbance: float(value)}
+        if self.settings.method == Method.CERTIFIED:
+            point["dtau"] = None
+        s = self.settings
+        return simulate(
+            **point, method=Method(s.method), transient=s.transient, periods=s.periods, budget=s.budget
+        )
+
+    def _from_landings(self, rows: np.ndarray, bases: list[Orbit]) -> np.ndarray:
+        speed = np.array([MAJOR * base.speed for base in bases])
+        motions = landings(rows, speed, self.settings, self.threads)
+        kept = np.ones(len(rows), dtype=bool)
+        for k, base in enumerate(bases):
+            if "order" in self.wanted:
+                kept[k] = order(base.points, motions.section[k])
+            if "gaps" in self.wanted and kept[k]:
+                kept[k] = repeats(whole_gaps(*motions.times(k)).tolist(), base.gaps)
+        return kept
+
+    def _from_switches(self, rows: np.ndarray, bases: list[Orbit]) -> np.ndarray:
+        def judge(k: int) -> bool:
+            motion = self._trajectory(rows[k], rows[k, self.column])
+            return compare(bases[k], motion).kept(self.wanted)
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            return np.array(list(pool.map(judge, range(len(rows)))), dtype=bool)
+
+
+def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:
+    told = []
+    if "order" in wanted and not lost.order:
+        nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
+        broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
+        where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
+        told.append(f"order broken {where}")
+    if "gaps" in wanted and not lost.gaps:
+        seen = sorted(set(gaps(motion.switches, base.speed).tolist()))
+        told.append(f"gaps {_listed(base.gaps)} became {_listed(seen)}")
+    if "word" in wanted and not lost.word:
+        told.append("other states between impacts")
+    return "; ".join(told)
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers)) or "none"

@@ -1,0 +1,102 @@
+"""The search for a limit: which disturbances to try next, given which were kept.
+
+A search is a generator that asks for verdicts, so that many of them can be answered in one computation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import NamedTuple
+
+import numpy as np
+
+ASKED = 16
+"""Grid values a search asks for at a time: those beyond a loss are wanted anyway, for the end of the band."""
+
+INTERIOR = 7
+"""Values put between two neighbours of the grid in a round of bisection: all are computed abreast."""
+
+ROUNDS = 2
+"""Rounds of bisection: they narrow a step of the grid 64-fold."""
+
+BEYOND = 2.0
+"""The search goes on to this multiple of the last value kept before it believes that nothing more is kept."""
+
+
+class Grid(NamedTuple):
+    """The values of a disturbance that are tried."""
+
+    value: Callable[[int], float]
+    decade: int  # indices per factor of ten
+    floor: float
+    top: float
+
+
+def _geometric(k: int) -> float:
+    return 1e-6 * 1.15**k
+
+
+def _round_values(k: int) -> float:
+    """…, 0.001, 0.0011, …, 0.0099, 0.01, 0.011, …: two digits, as one would choose a step."""
+    return float(f"{10 + k % 90}e{k // 90 - 4}")
+
+
+GRIDS = {
+    "eps": Grid(_geometric, 16, 1e-12, 1.0),  # a clean loss needs no finer grid than 1.15
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi),  # isolated losses do
+}
+
+
+Asking = Generator[np.ndarray, np.ndarray, "Band"]
+
+
+class Band(NamedTuple):
+    k2: float
+    kept_below: float
+    last_kept: float
+    share_kept: float
+    searched_to: float
+
+
+def search(grid: Grid) -> Asking:
+    """Ask for verdicts (True: kept) until both ends of the band are known."""
+    first = 0
+    while not (yield np.array([grid.value(first)]))[0]:
+        if grid.value(first) <= grid.floor:
+            return Band(grid.value(first), 0.0, 0.0, 0.0, grid.value(first))
+        first -= 2 * grid.decade
+    kept = {first: True}
+    loss: int | None = None
+    last = first  # of two neighbours kept
+    top = first
+    while grid.value(top + 1) <= grid.top:
+        if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):
+            break
+        asked = range(top + 1, top + 1 + ASKED)
+        inside = [k for k in asked if grid.value(k) <= grid.top]
+        for k, verdict in zip(inside, (yield np.array([grid.value(k) for k in inside])), strict=True):
+            kept[k] = bool(verdict)
+            if not kept[k] and loss is None:
+                loss = k
+            if kept[k] and kept[k - 1]:
+                last = k
+        top = inside[-1]
+    if loss is None:
+        return Band(math.inf, grid.value(top), grid.value(top), 0.0, grid.value(top))
+    low, high = yield from _bisect(grid.value(loss - 1), grid.value(loss))
+    if last < loss:
+        return Band(high, low, low, 0.0, grid.value(top))
+    between = [kept[k] for k in range(loss, last + 1)]
+    return Band(high, low, grid.value(last), float(np.mean(between)), grid.value(top))
+
+
+def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
+    """Narrow (kept, lost) around the first loss between them."""
+    for _ in range(ROUNDS):
+        inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]
+        verdict = yield inner
+        ends = [low, *inner.tolist(), high]
+        lost = [k for k in range(1, len(ends)) if k == len(ends) - 1 or not verdict[k - 1]]
+        low, high = ends[lost[0] - 1], ends[lost[0]]
+    return low, high
