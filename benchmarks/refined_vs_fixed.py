@@ -1,8 +1,9 @@
 """Fixed against refined switching: what each costs, how far off it is, and from which Δτ structure is lost.
 
 For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and held against the certified
-orbit: ρ of the section points, and whether order and gaps are kept. For the range 3.0 ≤ A ≤ 3.25 the same is
-done for those A whose certified motion is periodic, and the share that keeps its order is told.
+orbit: ρ of the section points, whether order and gaps are kept, and whether the word is. For the range
+3.0 ≤ A ≤ 3.25 the same is done for those A whose certified motion is periodic, and the share that keeps its
+order is told.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ METHODS: dict[str, dict[str, Any]] = {
     "fixed": {"method": "fixed"},
     "muller": {"method": "muller", "tol": 1e-7},
 }
+LABELS = {"fixed": "fixed", "muller": "Muller"}
 CRITERION = ("order", "gaps")
 
 
@@ -46,14 +48,13 @@ def single(A: float, quick: bool) -> dict[str, Any]:
         for dtau in steps(quick):
             s = structure.compare(base, vd.simulate(**window, **method, dtau=float(dtau)))
             rows.append({"dtau": dtau, "rho": finite(s.rho), "kept": s.kept(CRITERION), "word": s.word})
-        lost = [r["dtau"] for r in rows if not r["kept"]]
-        kept = [r["dtau"] for r in rows if r["kept"]]
-        found[name] = {
-            "rows": rows,
-            "first_lost": min(lost, default=None),
-            "last_kept": max(kept, default=None),
-        }
-        say(f"A = {A:g}, {name}: first lost at Δτ = {min(lost, default=np.nan):.3g}")
+        found[name] = {"rows": rows}
+        for answer in ("kept", "word"):
+            found[name][f"{answer}_first_lost"] = min(
+                (r["dtau"] for r in rows if not r[answer]), default=None
+            )
+            found[name][f"{answer}_last"] = max((r["dtau"] for r in rows if r[answer]), default=None)
+        say(f"A = {A:g}, {name}: structure first lost at Δτ = {found[name]['kept_first_lost']}")
     return found
 
 
@@ -109,7 +110,7 @@ def draw(data: dict[str, Any]):
                 ax.loglog(
                     [r["dtau"] for r in here], [max(r["rho"], 1e-16) for r in here],
                     marker, color=color, markerfacecolor=color if kept else "white",
-                    label=f"{name}, structure {'kept' if kept else 'lost'}",
+                    label=f"{LABELS[name]}, structure {'kept' if kept else 'lost'}" if here else None,
                 )  # fmt: skip
         ax.set_title(f"$A = {at['A']:g}$")
         ax.set_xlabel(r"$\Delta\tau$")
@@ -118,7 +119,7 @@ def draw(data: dict[str, Any]):
     ax = axes[0, 2]
     for name, (marker, color) in marks.items():
         at = data["range"][name]
-        ax.semilogx(at["dtau"], at["share_kept"], marker=marker, color=color, label=name)
+        ax.semilogx(at["dtau"], at["share_kept"], marker=marker, color=color, label=LABELS[name])
     ax.set_title("$3 \\leq A \\leq 3.25$")
     ax.set_xlabel(r"$\Delta\tau$")
     ax.set_ylabel("share of periodic motions that keep their order")

@@ -95,19 +95,14 @@ def work_precision(data: dict[str, Any]) -> str:
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:
-    head = [
-        "",
-        "fixed: first lost at Δτ",
-        "fixed: last kept",
-        "Muller: first lost at Δτ",
-        "Muller: last kept",
-    ]
+    head = ["", "order and gaps first lost at Δτ", "last kept at", "word first lost at Δτ", "last kept at"]
     rows = []
     for at in data["single"]:
-        row = [f"A = {at['A']:g}"]
-        for name in ("fixed", "muller"):
-            row += [number(at[name]["first_lost"]), number(at[name]["last_kept"])]
-        rows.append(row)
+        for name, label in (("fixed", "fixed"), ("muller", "Muller")):
+            ends = ("kept_first_lost", "kept_last", "word_first_lost", "word_last")
+            values = (at[name][end] for end in ends)
+            shown = ("never" if value is None else number(value) for value in values)
+            rows.append([f"A = {at['A']:g}, {label}", *shown])
     costs = [[k, duration(v)] for k, v in data["seconds_per_period"].items()]
     return table(head, rows) + "\n\n" + table(["switching, 3 ≤ A ≤ 3.25", "time a period"], costs)
 

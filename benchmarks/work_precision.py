@@ -79,6 +79,12 @@ class Point:
     notes: tuple[str, ...] = ()
 
 
+def evaluations(t: Any, grid_points: float | None) -> float | None:
+    """Evaluations a period; without a counter the grid points of a literal scan are known all the same."""
+    counted = getattr(t, "evaluations", None)
+    return counted / PERIODS if counted is not None else grid_points
+
+
 def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: Any) -> Point:
     """One setting of `vd.simulate`."""
     base = {"A": scene.A, "eps": scene.eps, **method}
@@ -100,8 +106,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
         far = rho(long.section, orbit(scene.A, scene.n, SECTION_PHASE))
     return Point(
         scene.A, scene.eps, family, setting, True, seconds,
-        # without a counter the grid points of a literal scan are known all the same
-        steps if literal else getattr(t, "evaluations", None),
+        evaluations(t, steps if literal else None),
         finite(error.largest), error.wrong, error.of, finite(far),
     )  # fmt: skip
 

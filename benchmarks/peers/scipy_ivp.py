@@ -37,7 +37,8 @@ def stopping(direction: float, component: int):
     return event
 
 
-EVENTS = {UP: [stopping(-1.0, 1)], DOWN: [stopping(1.0, 1), stopping(-1.0, 0)]}
+GROUND = [stopping(-1.0, 0)]
+EVENTS = {UP: [stopping(-1.0, 1)], DOWN: [stopping(1.0, 1), *GROUND]}
 
 
 def decide(state: int, force: float, impact: bool) -> int:
@@ -121,14 +122,22 @@ def solve(case: Case, method: str, rtol: float, atol: float) -> tuple[Recorder, 
                     rtol=rtol, atol=atol, first_step=min(FIRST_STEP, until - stop),
                 )  # fmt: skip
                 evaluations += piece.nfev
+                if state == DOWN and piece.status == 1 and piece.y[0, -1] < -atol:
+                    # ξ dipped below 0 and came back within one step, unseen: again, up to the lowest point
+                    lowest = piece.t[-1]
+                    piece = solve_ivp(
+                        down, (stop, lowest), y, method=method, events=GROUND, rtol=rtol, atol=atol,
+                        first_step=min(FIRST_STEP, lowest - stop),
+                    )  # fmt: skip
+                    evaluations += piece.nfev
                 stop, y = piece.t[-1], piece.y[:, -1]
-                if piece.status == 1:
+                if piece.status == 1 or stop < until:
                     break
                 out.point(*y)
                 if out.section_time > out.end:
                     return out, evaluations, case.total
             end = stop
-            impact = state == DOWN and len(piece.t_events[1]) > 0
+            impact = state == DOWN and len(piece.t_events[-1]) > 0
             xi = 0.0 if impact else y[0]
         whole = int(min(end, out.end) / TWO_PI)
         if whole > done:
