@@ -1,6 +1,7 @@
 """The limit k₂: the search against verdicts whose answer is known, then the paper's own orbits."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,11 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrodrive import structure
-from vibrodrive.impacts import landings
 from vibrodrive.limits import limit, limits
 from vibrodrive.limits_search import BEYOND, GRIDS, search
-from vibrodrive.parameters import COLUMNS
-from vibrodrive.plan import make_plan
 from vibrodrive.trajectory import simulate
 
 
@@ -83,34 +81,6 @@ def test_what_is_never_kept_has_the_limit_zero():
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"eps": [0.0, 1e-4, 3e-4]},
-        {"method": "fixed", "dtau": [0.03, 0.055]},
-        {"method": "muller", "dtau": [0.03, 0.1], "eps": 1e-4},
-    ],
-)
-def test_landings_are_the_fast_impacts_of_simulate_to_the_bit(arguments):
-    plan = make_plan({"A": 3.04, **arguments, "transient": 50, "periods": 80})
-    points = plan.points(0, plan.n_points)
-    found = landings(points, np.full(len(points), 0.2), plan.settings, threads=2)
-    alone = landings(points, np.full(len(points), 0.2), plan.settings, threads=1)
-    for k, row in enumerate(points):
-        point = dict(zip(COLUMNS, row.tolist(), strict=True))
-        if "method" not in arguments:
-            point["dtau"] = None
-        t = simulate(**point, method=arguments.get("method", "certified"), transient=50, periods=80)
-        fast = structure.major(t.switches, 0.2 / structure.MAJOR)
-        assert len(fast) > 20
-        for many in (found, alone):
-            period, phase = many.times(k)
-            assert np.array_equal(period, fast["period"])
-            assert np.array_equal(phase, fast["phase"])
-            assert np.array_equal(many.section[k], t.section)
-
-
-@pytest.mark.jit
 def test_first_subharmonic_in_epsilon():
     k = limit(3.04, "eps")
     assert k.n == 2
@@ -137,10 +107,10 @@ def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)
         exact = structure.orbit(simulate(A=A, periods=128))
-        below = simulate(A=A, method=method, **{kind: k.kept_below}, periods=600)
-        above = simulate(A=A, method=method, **{kind: k.k2}, periods=600)
-        assert structure.compare(exact, below) == k.kept
-        assert structure.compare(exact, above) == k.lost
+        for value, told in ((k.kept_below, k.kept), (k.k2, k.lost)):
+            again = structure.compare(exact, simulate(A=A, method=method, **{kind: value}, periods=600))
+            assert again.rho == pytest.approx(told.rho, rel=1e-9, abs=1e-9)
+            assert replace(again, rho=told.rho) == told
         assert k.kept.kept(("order", "gaps"))
         assert not k.lost.kept(("order", "gaps"))
 

@@ -27,7 +27,7 @@ def motion(times, word, speed=2.0, section=None, sizes=None):
             phase = 2 * np.pi * (time - whole) + 1e-3 * j
             rows.append((whole, phase, 0, after, 0.0, landing if after == IMPACT else 0.0))
     section = np.tile(POINTS, (20, 1)) if section is None else section
-    return SimpleNamespace(switches=np.array(rows, SWITCH), section=section)
+    return SimpleNamespace(switches=np.array(rows, SWITCH), section=section, sample=None)
 
 
 def test_period_is_the_smallest_and_must_be_seen_twice():

@@ -5,7 +5,7 @@ and comes back, because a grid either happens to meet the switches of this orbit
 band with two ends, the first loss and the last value kept.
 
 Many searches go abreast: each asks for the disturbances it wants judged next, and all that are asked for
-are computed in one call (impacts.py).
+are simulated on all cores (the kernels hold no lock).
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.impacts import landings
 from vibrodrive.limits_search import GRIDS, Asking, Band, search
 from vibrodrive.parameters import COLUMNS, Method, bad
 from vibrodrive.plan import DEFAULT_BUDGET, Plan, make_plan
-from vibrodrive.structure import MAJOR, Orbit, Structure, compare, gaps, orbit, order, repeats, whole_gaps
+from vibrodrive.structure import Orbit, Structure, compare, gaps, keeps, orbit
 from vibrodrive.sweep import check_threads
 from vibrodrive.trajectory import Trajectory, simulate
 
@@ -33,9 +32,6 @@ WATCHED = 256
 
 ABREAST = 32
 """Searches under way at a time."""
-
-BATCH = 256
-"""Motions computed in one call, at most: bounds memory (1500 periods: 24 kB of section each)."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +53,15 @@ class Limit:
     disturbance: str
     method: str
     criterion: str
-    k2: float
-    kept_below: float
-    last_kept: float
-    share_kept: float
-    searched_to: float
-    n: int
-    kept: Structure | None
-    lost: Structure | None
-    how: str
+    k2: float = math.nan
+    kept_below: float = math.nan
+    last_kept: float = math.nan
+    share_kept: float = math.nan
+    searched_to: float = math.nan
+    n: int = 0
+    kept: Structure | None = None
+    lost: Structure | None = None
+    how: str = ""
 
 
 def limit(
@@ -154,7 +150,7 @@ def _run(
     plan: Plan, disturbance: str, method: str, criterion: str, wanted: tuple[str, ...], threads: int
 ) -> Iterator[tuple[int, Limit]]:
     judge = _Judge(plan, disturbance, wanted, threads)
-    blank = Limit(math.nan, disturbance, method, criterion, *[math.nan] * 5, 0, None, None, "")
+    blank = Limit(math.nan, disturbance, method, criterion)
     waiting = list(range(plan.n_points))[::-1]
     active: list[_Problem] = []
     while waiting or active:
@@ -196,15 +192,15 @@ class _Judge:
 
     def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:
         """bool array for each (point, orbit, disturbances)."""
-        rows = np.concatenate([self._rows(row, values) for row, _, values in requests])
-        bases = [base for _, base, values in requests for _ in values]
-        verdicts = np.empty(len(rows), dtype=bool)
-        for start in range(0, len(rows), BATCH):
-            part = slice(start, start + BATCH)
-            judged = self._from_switches if "word" in self.wanted else self._from_landings
-            verdicts[part] = judged(rows[part], bases[part])
-        cuts = np.cumsum([len(values) for _, _, values in requests])[:-1]
-        return np.split(verdicts, cuts)
+
+        def kept(task: tuple[np.ndarray, Orbit, float]) -> bool:
+            row, base, value = task
+            return keeps(base, self._trajectory(row, value), self.wanted)
+
+        tasks = [(row, base, value) for row, base, values in requests for value in values.tolist()]
+        with ThreadPoolExecutor(self.threads) as pool:
+            verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
+        return np.split(verdicts, np.cumsum([len(values) for _, _, values in requests])[:-1])
 
     def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
         """The Limit of a finished search, with the structure on both sides of the first loss."""
@@ -221,11 +217,6 @@ class _Judge:
             how=_how(self.wanted, structure, lost, problem.base),
         )
 
-    def _rows(self, row: np.ndarray, values: np.ndarray) -> np.ndarray:
-        rows = np.repeat(row[None, :], len(values), axis=0)
-        rows[:, self.column] = values
-        return rows
-
     def _trajectory(self, row: np.ndarray, value: float) -> Trajectory:
         point = dict(zip(COLUMNS, row.tolist(), strict=True)) | {self.disturbance: float(value)}
         if self.settings.method == Method.CERTIFIED:
@@ -234,25 +225,6 @@ class _Judge:
         return simulate(
             **point, method=Method(s.method), transient=s.transient, periods=s.periods, budget=s.budget
         )
-
-    def _from_landings(self, rows: np.ndarray, bases: list[Orbit]) -> np.ndarray:
-        speed = np.array([MAJOR * base.speed for base in bases])
-        motions = landings(rows, speed, self.settings, self.threads)
-        kept = np.ones(len(rows), dtype=bool)
-        for k, base in enumerate(bases):
-            if "order" in self.wanted:
-                kept[k] = order(base.points, motions.section[k])
-            if "gaps" in self.wanted and kept[k]:
-                kept[k] = repeats(whole_gaps(*motions.times(k)).tolist(), base.gaps)
-        return kept
-
-    def _from_switches(self, rows: np.ndarray, bases: list[Orbit]) -> np.ndarray:
-        def judge(k: int) -> bool:
-            motion = self._trajectory(rows[k], rows[k, self.column])
-            return compare(bases[k], motion).kept(self.wanted)
-
-        with ThreadPoolExecutor(self.threads) as pool:
-            return np.array(list(pool.map(judge, range(len(rows)))), dtype=bool)
 
 
 def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:

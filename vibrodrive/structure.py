@@ -13,7 +13,7 @@ of a trajectory: a section point doesn't tell whether the mass has landed since 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -129,14 +129,9 @@ def major(switches: np.ndarray, speed: float) -> np.ndarray:
 
 
 def gaps(switches: np.ndarray, speed: float) -> np.ndarray:
-    """Whole excitation periods between successive major impacts: int64 array."""
+    """Excitation periods between successive major impacts, rounded, zeros dropped: int64 array."""
     landed = major(switches, speed)
-    return whole_gaps(landed["period"], landed["phase"])
-
-
-def whole_gaps(period: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """Excitation periods between successive instants, rounded, zeros dropped: int64 array."""
-    whole = np.rint(np.diff(period) + np.diff(phase) / (2 * np.pi)).astype(np.int64)
+    whole = np.rint(np.diff(landed["period"]) + np.diff(landed["phase"]) / (2 * np.pi)).astype(np.int64)
     return whole[whole > 0]
 
 
@@ -176,19 +171,25 @@ def compare(undisturbed: Any, disturbed: Any) -> Structure:
     if section.ndim != 2 or section.shape[1] != 2:
         raise ValueError(f"section of shape {section.shape}: must be (periods, 2), one motion at a time")
     rho, shift = deviation(base.points, section)
-    same_gaps = same_word = None
-    switches = getattr(disturbed, "switches", None)
-    if isinstance(base, Orbit) and switches is not None and switches.dtype.names:
-        same_gaps = repeats(gaps(switches, base.speed).tolist(), base.gaps)
-        same_word = repeats(words(switches, base.speed), base.word)
+    whole = base if isinstance(base, Orbit) and hasattr(disturbed, "sample") else None
     return Structure(
         n=len(base.points),
         order=bool(order(base.points, section)),
-        gaps=same_gaps,
-        word=same_word,
+        gaps=keeps(whole, disturbed, ("gaps",)) if whole else None,
+        word=keeps(whole, disturbed, ("word",)) if whole else None,
         rho=float(rho),
         shift=int(shift),
     )
+
+
+def keeps(base: Orbit, motion: Any, criterion: Sequence[str]) -> bool:
+    """Whether a Trajectory keeps all that `criterion` names; no more is looked at than that."""
+    answers: dict[str, Callable[[], bool]] = {
+        "order": lambda: bool(order(base.points, motion.section)),
+        "gaps": lambda: repeats(gaps(motion.switches, base.speed).tolist(), base.gaps),
+        "word": lambda: repeats(words(motion.switches, base.speed), base.word),
+    }
+    return all(answers[name]() for name in criterion)
 
 
 @dataclass(frozen=True)
@@ -199,15 +200,14 @@ class _Points:
 def _as_orbit(undisturbed: Any) -> Orbit | _Points:
     if isinstance(undisturbed, Orbit):
         return undisturbed
-    switches = getattr(undisturbed, "switches", None)
-    if switches is not None and switches.dtype.names:
+    if hasattr(undisturbed, "sample"):
         found = orbit(undisturbed)
         if found is not None:
             return found
         n = 0
     else:
         section = np.asarray(getattr(undisturbed, "section", undisturbed), dtype=np.float64)
-        n = period(section)
+        n = int(period(section))
     if n == 0:
         raise ValueError("the undisturbed motion has no period: there is no structure to keep")
     return _Points(np.array(section[-n:]))

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import matplotlib as mpl
 import numpy as np
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -50,7 +51,7 @@ STYLE: dict[str, Any] = {
     "ytick.right": True,
     "xtick.major.width": 0.5,
     "ytick.major.width": 0.5,
-    "axes.prop_cycle": mpl.cycler(color=[INK]),
+    "axes.prop_cycle": cycler(color=[INK]),
     "figure.constrained_layout.use": True,
     "figure.dpi": 100,
     "savefig.dpi": 250,
@@ -84,7 +85,7 @@ def styled(function: _F) -> _F:
 
     @functools.wraps(function)
     def wrapper(*args: Any, **kwargs: Any) -> Any:
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(STYLE):  # type: ignore[arg-type]
             return function(*args, **kwargs)
 
     return wrapper  # type: ignore[return-value]
