@@ -16,10 +16,14 @@ from vibrodrive.counter import next_index
 from vibrodrive.lane import LANES, ROWS_K, ROWS_W
 from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
 from vibrodrive.motion import (
+    arrive_all,
+    depart,
+    excitation,
     force_at,
     grid_time,
     pass_time,
     place,
+    section_at,
     slide,
     state_at,
     time_until,
@@ -64,17 +68,18 @@ def meet(w, k, i, distance, bound):
 
 
 @inline
+def meet_force(w, k, i, distance, late):
+    """The same for a decision by H, at a switch that rounding can delay by ROUNDING * late."""
+    terms = w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0
+    slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
+    meet(w, k, i, distance, ROUNDING * (terms + slope * late))
+
+
+@inline
 def gap_rounding(w, i, h):
     """How far rounding can put ξ off at h after the last switch."""
     terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h + w[r.A + i]
     return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
-
-
-@inline
-def force_rounding(w, i, late):
-    """How far rounding can put H off at a switch that rounding can delay by ROUNDING * late."""
-    terms = w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0
-    return ROUNDING * (terms + abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i]) * late)
 
 
 @inline
@@ -90,7 +95,10 @@ def emit_sections(w, k, i, h, transient, section):
             break
         x, v = w[r.X0 + i], 0.0
         if state == UP or state == DOWN:
-            x, v = state_at(w, i, hs)
+            if w[r.AF + i] > 0.0:
+                x, v = state_at(w, i, hs, True)
+            else:
+                x, v = section_at(w, i, hs)
         section[row, count, 0] = x
         section[row, count, 1] = v
         count += 1
@@ -207,13 +215,12 @@ CONTINUE, END, STRETCHED, TURN, HIT, LEAVE_UP, LEAVE_DOWN = 0, 1, 2, 3, 4, 5, 6
 
 
 @inline
-def certified_event(w, k, i):
-    """(event, h) of a search without a grid."""
+def certified_event(w, k, i, x):
+    """(event, h) of a search without a grid; x = ξ at the cursor."""
     h = w[r.H + i]
     met = w[r.MET + i]
     which = k[r.SEARCH + i]
     if which == S2:
-        x, _ = state_at(w, i, h)
         if met == FALLEN or x <= 0.0:
             # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
             if met == ZERO:
@@ -263,7 +270,7 @@ def grid_event(w, k, i, method):
     else:
         if which == S2 and not hit:
             h = refine(w, i, before, h)
-            x, _ = state_at(w, i, h)
+            x, _ = state_at(w, i, h, w[r.AF + i] > 0.0)
             hit = x <= 0.0
         if hit:
             if which != S1:
@@ -282,7 +289,10 @@ def grid_event(w, k, i, method):
 def settle(
     w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
 ):
-    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended."""
+    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
+
+    Without a grid `arrive_all` has put down the motion and the excitation there.
+    """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
     phase, later = 0.0, False
@@ -290,7 +300,7 @@ def settle(
         h, phase, later, down = calm_wait(w, i, k[r.STATE + i])
         event = LEAVE_DOWN if down else LEAVE_UP
     elif certified:
-        event, h = certified_event(w, k, i)
+        event, h = certified_event(w, k, i, w[r.THERE_X + i])
     else:
         event, h = grid_event(w, k, i, method)
     while True:
@@ -302,7 +312,10 @@ def settle(
         state = k[r.STATE + i]
         x, v = w[r.X0 + i], 0.0
         if state == UP or state == DOWN:
-            x, v = state_at(w, i, h)
+            if certified:
+                x, v = w[r.THERE_X + i], w[r.THERE_V + i]
+            else:
+                x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
 
         # what one period may cost: switches, and a thousand steps of searching for each
@@ -321,21 +334,22 @@ def settle(
         if event == HIT:
             late += (terms * (1.0 + h) + abs(w[r.X0 + i])) / (abs(v) + 1e-300)
         # advance to the switch
-        wait = state == STICK or state == REST
-        if calm and wait:
+        if calm and (state == STICK or state == REST):
+            force = 1.0 if event == LEAVE_UP else -1.0
             w[r.PHI + i] = phase
+            w[r.LOW + i] = 0.0
             k[r.PERIOD + i] += 1 if later else 0
-        elif method == FIXED:
-            grid_time(w, k, i, w[r.H + i])
+            w[r.P + i] = w[r.P_UP + i] if event == LEAVE_UP else w[r.P_DOWN + i]
+            w[r.Q + i] = w[r.B + i] + force
+        elif certified:
+            force = depart(w, k, i)
         else:
-            pass_time(w, k, i, h)
-        w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
-        if calm and wait:
-            w[r.P + i] = w[r.P_DOWN + i] if event == LEAVE_DOWN else w[r.P_UP + i]
-            w[r.Q + i] = w[r.B + i] + (-1.0 if event == LEAVE_DOWN else 1.0)
-            force = -1.0 if event == LEAVE_DOWN else 1.0
-        else:
+            if method == FIXED:
+                grid_time(w, k, i, w[r.H + i])
+            else:
+                pass_time(w, k, i, h)
             force = place(w, k, i)
+        w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
 
         if event == STRETCHED:
             enter(w, k, i, state, x, v, force, False, method, scan)
@@ -346,7 +360,7 @@ def settle(
             record(w, k, i, state, IMPACT, x, v, transient, counts, rows_int, rows_float, stored)
             state, x, v = IMPACT, 0.0, 0.0
             to = decide_at_obstacle(force)
-            meet(w, k, i, abs(force - 1.0), force_rounding(w, i, late))
+            meet_force(w, k, i, abs(force - 1.0), late)
         elif event == TURN:
             a = force - (1.0 if state == UP else -1.0)
             late += terms / (abs(a) + 1e-300)
@@ -355,7 +369,7 @@ def settle(
             if certified and x <= 0.0:
                 x = 0.0
                 to = decide_at_obstacle(force)
-            meet(w, k, i, abs(abs(force) - 1.0), force_rounding(w, i, late))
+            meet_force(w, k, i, abs(abs(force) - 1.0), late)
         else:
             to = UP if event == LEAVE_UP else DOWN
         record(w, k, i, state, to, x, v, transient, counts, rows_int, rows_float, stored)
@@ -391,10 +405,12 @@ def set_parameters(w, k, i, points, row, method):
     w[r.PF + i] = 0.0
     w[r.QF + i] = 0.0
     w[r.THETA + i] = 0.0
-    _, phi = turns(points[row, 9], 0.0)
+    _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
-    n, phi = turns(points[row, 8], 0.0)
+    w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
+    n, phi, low = turns(points[row, 8], 0.0)
     w[r.PHI + i] = phi
+    w[r.LOW + i] = low
     w[r.PHI0 + i] = phi
     k[r.PERIOD + i] = int(n)
     k[r.PERIOD0 + i] = int(n)
@@ -415,8 +431,9 @@ def set_parameters(w, k, i, points, row, method):
 
 @part
 def load(
-    w, k, i, points, row, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
-):
+    w, k, i, points, row, method, scan, transient, periods, budget, section, counts,
+    rows_int, rows_float, stored,
+):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
@@ -438,7 +455,7 @@ def load(
     else:
         state = decide_in_air(force) if x > 0.0 else decide_at_obstacle(force)
         distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
-        meet(w, k, i, distance, force_rounding(w, i, TWO_PI))
+        meet_force(w, k, i, distance, TWO_PI)
     k[r.STATE + i] = state
     if rows_int.shape[0] > 0:
         stored[0] = 1
@@ -464,7 +481,7 @@ def run(
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
-    w, k: lanes (see lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
+    w, k: memory of the lanes (see lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
     (n,) · margin float64 (n,) · counts int64 (n, 5) · work float64 (n,) evaluations · rows_int int64 (cap, 3), rows_float
     float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind the last one before the record, as
     many as fit, and how many there were.
@@ -491,19 +508,20 @@ def run(
         for i in range(n):
             fast = fast or w[r.AF + i] > 0.0
         search_all(w, n, fast, grid)
-        i = 0
-        while i < n:
+        if not grid:
+            arrive_all(w, k, n, fast)
+        # from the back, so that the lane moved into a gap has been settled already
+        for i in range(n - 1, -1, -1):
             if w[r.MET + i] != NOTHING and not settle(
                 w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
             ):
                 finish(w, k, i, section, status, margin, work)
                 n -= 1
-                for row in range(ROWS_W):
-                    w[row * LANES + i] = w[row * LANES + n]
-                for row in range(ROWS_K):
-                    k[row * LANES + i] = k[row * LANES + n]
-            else:
-                i += 1
+                if i != n:
+                    for row in range(ROWS_W):
+                        w[row * LANES + i] = w[row * LANES + n]
+                    for row in range(ROWS_K):
+                        k[row * LANES + i] = k[row * LANES + n]
 
 
 @part
@@ -536,6 +554,7 @@ def sample_segments(w, k, points, rows_int, rows_float, method, transient, per_p
             row += 1
             k[r.PERIOD] = rows_int[row, 0]
             w[r.PHI] = rows_float[row, 0]
+            w[r.LOW] = 0.0
             before, now = rows_int[row, 1], rows_int[row, 2]
             at_obstacle = before == IMPACT or now == IMPACT or now == REST
             x = 0.0 if at_obstacle else rows_float[row, 1]
@@ -550,7 +569,7 @@ def sample_segments(w, k, points, rows_int, rows_float, method, transient, per_p
         now = k[r.STATE]
         x, v = w[r.X0], 0.0
         if now == UP or now == DOWN:
-            x, v = state_at(w, 0, h)
+            x, v = state_at(w, 0, h, w[r.AF] > 0.0)
         out[m, 0] = x
         out[m, 1] = v
         out[m, 2] = force_at(w, 0, h)

@@ -11,7 +11,7 @@ import numpy as np
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 55 × 8 B = 28 kB)."""
 
-ROWS_W = 57
+ROWS_W = 68
 ROWS_K = 10
 
 (
@@ -19,8 +19,8 @@ ROWS_K = 10
     A, B, AF, ETA, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
     # the ends of a wait at ε = 0: phase and A cos φ where H rises to 1, and where it falls to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
-    # the segment under way: where it began ...
-    PHI, THETA, X0, V0, A0,
+    # the segment under way: where it began (φ = PHI + LOW, LOW below the last bit of PHI) ...
+    PHI, LOW, THETA, X0, V0, A0,
     # ... and its closed form, eqs. (4), (5), (9) relative to that instant (see motion.py)
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down
@@ -32,6 +32,8 @@ ROWS_K = 10
     H, OTHER, ABOVE, LIMIT, MET, WORK, PAID,
     # time left to the end of the record, smallest margin so far
     LEFT, MARGIN,
+    # where a lane stands that has met something: the motion at its cursor, and the time and excitation there
+    THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
 ) = (LANES * row for row in range(ROWS_W))  # fmt: skip
 
 STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = (
@@ -40,5 +42,5 @@ STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = 
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Memory for the lanes of each thread: float64 and int64, one row a thread."""
+    """Memory (w, k) for the lanes of each thread, one row a thread."""
     return np.zeros((threads, ROWS_W * LANES)), np.zeros((threads, ROWS_K * LANES), np.int64)

@@ -22,22 +22,35 @@ Time is (whole periods n, phase φ, phase θ), so it is as accurate after a mill
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
 from vibrodrive._jit import inline, part
 from vibrodrive.lane import (
     A0,
     AF,
+    COS_S,
     DTAU,
     ETA,
     FRAC,
     GRID,
+    LOW,
     PERIOD,
     PERIOD0,
     PF,
     PHI,
     PHI0,
     QF,
+    SIN_S,
+    THERE_LOW,
+    THERE_P,
+    THERE_PF,
+    THERE_PHI,
+    THERE_Q,
+    THERE_QF,
+    THERE_THETA,
+    THERE_TURNS,
+    THERE_V,
+    THERE_X,
     THETA,
     V0,
     X0,
@@ -48,11 +61,12 @@ from vibrodrive.lane import (
     XD2,
     A,
     B,
+    H,
     L,
     P,
     Q,
 )
-from vibrodrive.trig import TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
+from vibrodrive.trig import TWO_PI, arc, sincos, turns, two_product
 
 
 @inline
@@ -70,21 +84,31 @@ def ripple(near, alf, bef, s, v, ds, dv):
 
 
 @inline
-def state_at(w, i, h):
+def state_at(w, i, h, fast):
     """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5) and their derivative."""
     eta = w[ETA + i]
     p, q = w[P + i], w[Q + i]
     s, v, ds, dv, near = arc(h)
     d2 = 0.5 * (p + eta * w[PF + i])
-    if eta > 0.0:
+    if fast:
         sf, vf, dsf, dvf, near_fast = arc(eta * h)
         near = near & near_fast
     x = shape(near, h, w[X0 + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     dx = shape(near, h, w[V0 + i], w[A0 + i], d2, w[L + i], 0.0, q, p, s, v, ds, dv)
-    if eta > 0.0:
+    if fast:
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
         dx += ripple(near, eta * w[XBEF + i], -eta * w[XALF + i], sf, vf, dsf, dvf)
     return x, dx
+
+
+@inline
+def section_at(w, i, h):
+    """(ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
+    linear = w[XC1 + i] + w[XC2 + i] * h
+    return (
+        w[X0 + i] + linear * h + (w[Q + i] - w[SIN_S + i]),
+        w[V0 + i] + w[L + i] * h + (w[P + i] - w[COS_S + i]),
+    )
 
 
 @inline
@@ -98,30 +122,86 @@ def force_at(w, i, h):
 
 
 @inline
-def place(w, k, i):
-    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H."""
-    s, c = sincos(w[PHI + i])
-    w[P + i] = w[A + i] * c
-    w[Q + i] = w[A + i] * s
-    if w[AF + i] > 0.0:
-        w[THETA + i] = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]), w[PHI + i])
-        s, c = sincos(w[THETA + i])
-        w[PF + i] = w[AF + i] * c
-        w[QF + i] = w[AF + i] * s
-    return w[Q + i] + w[QF + i] - w[B + i]
+def excitation(a, phi, low):
+    """(a cos φ, a sin φ) at φ + low, low tiny."""
+    s, c = sincos(phi)
+    return a * (c - s * low), a * (s + c * low)
 
 
-@part
-def fast_phase(eta, frac, period, phi):
+@inline
+def fast_phase(eta, frac, period, phi, low):
     """θ = η (2π n + φ) mod 2π: whole turns of the fast clock leave before anything is rounded.
 
     2π n η mod 2π is 2π times the fraction of n·frac(η), an exact product.
     """
     p, e = two_product(period, frac)
-    turn = (p - math.floor(p)) + e
+    turn = (p - np.floor(p)) + e
     p, e = two_product(eta, phi)
-    _, theta = turns(p, e + turn * TWO_PI)
+    _, theta, _ = turns(p, e + eta * low + turn * TWO_PI)
     return theta
+
+
+@inline
+def later(phi, low, h):
+    """The time h after (φ, low): (whole periods, φ, low). The rounding of φ + h is kept in low."""
+    s = phi + h
+    back = s - phi
+    return turns(s, low + ((phi - (s - back)) + (h - back)))
+
+
+@inline
+def place(w, k, i):
+    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H."""
+    phi, low = w[PHI + i], w[LOW + i]
+    w[P + i], w[Q + i] = excitation(w[A + i], phi, low)
+    if w[AF + i] > 0.0:
+        w[THETA + i] = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]), phi, low)
+        w[PF + i], w[QF + i] = excitation(w[AF + i], w[THETA + i], 0.0)
+    return w[Q + i] + w[QF + i] - w[B + i]
+
+
+@part
+def arrive_all(w, k, n, fast):
+    """For each of n lanes, all it would take to settle it: the motion at its cursor and the excitation there.
+
+    Computed for all, needed for those that have met something: abreast that is cheaper than one by one.
+    """
+    if fast:
+        for i in range(n):
+            arrive(w, k, i, True)
+    else:
+        for i in range(n):
+            arrive(w, k, i, False)
+
+
+@inline
+def arrive(w, k, i, fast):
+    h = w[H + i]
+    w[THERE_X + i], w[THERE_V + i] = state_at(w, i, h, fast)
+    n, phi, low = later(w[PHI + i], w[LOW + i], h)
+    w[THERE_TURNS + i] = n
+    w[THERE_PHI + i] = phi
+    w[THERE_LOW + i] = low
+    w[THERE_P + i], w[THERE_Q + i] = excitation(w[A + i], phi, low)
+    if fast:
+        theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + n, phi, low)
+        w[THERE_THETA + i] = theta
+        w[THERE_PF + i], w[THERE_QF + i] = excitation(w[AF + i], theta, 0.0)
+
+
+@inline
+def depart(w, k, i):
+    """Move lane i on to where `arrive_all` has put it. Returns H there."""
+    k[PERIOD + i] += int(w[THERE_TURNS + i])
+    w[PHI + i] = w[THERE_PHI + i]
+    w[LOW + i] = w[THERE_LOW + i]
+    w[P + i] = w[THERE_P + i]
+    w[Q + i] = w[THERE_Q + i]
+    if w[AF + i] > 0.0:
+        w[THETA + i] = w[THERE_THETA + i]
+        w[PF + i] = w[THERE_PF + i]
+        w[QF + i] = w[THERE_QF + i]
+    return w[Q + i] + w[QF + i] - w[B + i]
 
 
 @inline
@@ -148,16 +228,9 @@ def slide(w, i, s, x, v, a0):
 
 @inline
 def pass_time(w, k, i, h):
-    """Move the present time on by h, wrapped into (PERIOD, PHI)."""
-    phi = w[PHI + i] + h
-    if phi >= TWO_PI:
-        n = float(math.floor(phi / TWO_PI))
-        phi = (phi - n * TWO_PI) - n * TWO_PI_LOW
-        if phi < 0.0:
-            phi += TWO_PI
-            n -= 1.0
-        k[PERIOD + i] += int(n)
-    w[PHI + i] = phi
+    """Move the present time on by h."""
+    n, w[PHI + i], w[LOW + i] = later(w[PHI + i], w[LOW + i], h)
+    k[PERIOD + i] += int(n)
 
 
 @inline
@@ -165,12 +238,12 @@ def grid_time(w, k, i, steps):
     """Move the present time on by `steps` grid steps: τ = τ0 + kΔτ from the integer k, never accumulated."""
     k[GRID + i] += int(steps)
     p, e = two_product(float(k[GRID + i]), w[DTAU + i])
-    n, phi = turns(p, e + w[PHI0 + i])
-    k[PERIOD + i] = k[PERIOD0 + i] + int(n)
-    w[PHI + i] = phi
+    n, phi, low = turns(p, e)
+    more, w[PHI + i], w[LOW + i] = later(w[PHI0 + i], low, phi)
+    k[PERIOD + i] = k[PERIOD0 + i] + int(n + more)
 
 
 @inline
 def time_until(w, k, i, period, phase):
     """h from the present time to (period, phase)."""
-    return float(period - k[PERIOD + i]) * TWO_PI + (phase - w[PHI + i])
+    return float(period - k[PERIOD + i]) * TWO_PI + ((phase - w[PHI + i]) - w[LOW + i])

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vibrodrive._jit import inline
 
 TWO_PI = 6.283185307179586
@@ -105,14 +107,22 @@ def two_product(a, b):
 
 @inline
 def turns(high, low):
-    """(n, φ) with high + low = 2π n + φ and 0 <= φ < 2π; n as a float."""
-    n = float(math.floor(high / TWO_PI))
+    """(n, φ, δ) with high + low = 2π n + φ + δ: n whole as a float, 0 <= φ < 2π, δ what φ has no bits for.
+
+    `low` must be small beside 2π.
+    """
+    n = np.floor(high * (1.0 / TWO_PI))
     p, e = two_product(n, TWO_PI)
-    phase = ((high - p) - e) + (low - n * TWO_PI_LOW)
-    if phase < 0.0:
-        n -= 1.0
-        phase += TWO_PI
-    if phase >= TWO_PI:
-        n += 1.0
-        phase = max(phase - TWO_PI, 0.0)
-    return n, phase
+    rest = high - p
+    small = low - (e + n * TWO_PI_LOW)
+    below = rest + small < 0.0
+    n = n - 1.0 if below else n
+    small = small + TWO_PI_LOW if below else small
+    rest = rest + TWO_PI if below else rest
+    phase = rest + small
+    delta = small - (phase - rest)
+    above = phase >= TWO_PI
+    n = n + 1.0 if above else n
+    delta = delta - TWO_PI_LOW if above else delta
+    phase = phase - TWO_PI if above else phase
+    return n, phase, delta
