@@ -77,21 +77,29 @@ def throughput(data: dict[str, Any]) -> str:
 
 
 def work_precision(data: dict[str, Any]) -> str:
-    head = ["scene", "method", "setting", "error in τ", "wrong switches", "ρ", "time a period"]
-    rows = [
-        [
-            f"A = {p['A']:g}, ε = {p['eps']:g}",
-            p["family"],
-            p["setting"],
-            number(p["error"]),
-            f"{p['wrong']} of {p['switches']}",
-            number(p["rho"]),
-            duration(p["seconds"]),
-        ]
-        for p in sorted(data["best"], key=lambda p: (p["eps"], p["A"], p["seconds"]))
-    ]
+    best = {(p["family"], p["A"], p["eps"]): p for p in data["best"]}
+    scenes = list(dict.fromkeys((p["A"], p["eps"]) for p in data["best"]))
+    first = scenes[0]
+    families = sorted(
+        dict.fromkeys(p["family"] for p in data["best"]),
+        key=lambda f: best[f, *first]["seconds"] if (f, *first) in best else math.inf,
+    )
+    head = ["method, cheapest of its most accurate settings"]
+    for A, eps in scenes:
+        head += [f"A = {A:g}, ε = {eps:g}: error in τ", "time a period"]
+    rows = []
+    for family in families:
+        row = [family]
+        for scene in scenes:
+            p = best.get((family, *scene))
+            if p is None:
+                row += ["", ""]
+                continue
+            wrong = f" ({p['wrong']} wrong)" if p["wrong"] else ""
+            row += [number(p["error"]) + wrong, duration(p["seconds"])]
+        rows.append(row)
     missing = "; not installed, left out: " + ", ".join(data["missing"]) if data["missing"] else ""
-    return table(head, rows) + f"\n\n{machine(data)}{missing}."
+    return table(head, rows) + f"\n\nOver 20 periods from rest. {machine(data)}{missing}."
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:

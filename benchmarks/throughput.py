@@ -228,7 +228,7 @@ def busy_share() -> float | None:
 
 
 def draw(data: dict[str, Any]):
-    fig, axes = figure(8.0, 4.2, columns=2)
+    fig, axes = figure(10.5, 4.2, columns=2)
     for ax, at in zip(axes[0], data["one_thread"], strict=True):
         rates = dict(sorted(at["periods_per_second"].items(), key=lambda item: item[1]))
         bars = ax.barh(range(len(rates)), list(rates.values()), color="0.8", edgecolor="black", linewidth=0.6)
