@@ -1,0 +1,124 @@
+"""Itineraries of several flights, and the intervals of launch phases that share one.
+
+An itinerary is the words of consecutive flights and, for each impact, its place on the line of time: before,
+in or after the window of some period. Each of these decisions is monotone in ψ while the ones before it stand
+(orbit_flight.py; composed flights are monotone, too). So the phases with one itinerary form an interval, and
+equal itineraries at two phases mean the same itinerary between them: bisection wherever two ends differ finds
+every border, to neighbouring floats, without any sampling. What can be missed is an interval without a float
+in it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrodrive._jit import jit
+from vibrodrive.orbit_flight import IMPACT, REST, append, flight, window
+from vibrodrive.trig import PI, PI_LOW
+
+FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
+
+MONTH, LATE = 6, 7  # letters of an itinerary beside the states: a period has passed; the window has, too
+
+NOTHING = np.empty((0, 3))  # for flights whose slides nobody wants to see
+
+DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
+
+
+@jit(_nrt=False)
+def flights(psi, n, A, B, horizon, slides):
+    """Up to n flights in a row, ended early by a rest or by the horizon (excitation periods in all).
+
+    Returns
+    -------
+    itinerary : int
+        the words of the flights and the places of their impacts.
+    periods, phase : int, float
+        the last impact; after a rest the launch out of it; from the period of the first launch.
+    slope : float
+        d(last impact time)/dψ; 0 after a rest.
+    flown, fate : int, int
+        number of flights, and FLYING, RESTS or LOST.
+    first : int
+        number of slides.
+    """
+    up, _ = window(A, B)
+    end = PI - up + PI_LOW
+    itinerary = 0
+    periods = 0
+    slope = 1.0
+    first = 0
+    for i in range(n):
+        k, phase, _, rate, itinerary, count = flight(psi, A, B, horizon - periods, itinerary, slides[first:])
+        if k < 0 or periods + k > horizon:
+            return itinerary, periods, psi, slope, i + 1, LOST, first
+        first += count
+        itinerary = append(itinerary, IMPACT + 1)
+        for _ in range(k):
+            itinerary = append(itinerary, MONTH)
+        periods += k
+        slope *= rate
+        psi = phase
+        if phase <= up or phase >= end:
+            itinerary = append(itinerary, REST + 1)
+            if phase >= end:
+                itinerary = append(itinerary, LATE)
+                periods += 1
+            return itinerary, periods, up, 0.0, i + 1, RESTS, first
+    return itinerary, periods, psi, slope, n, FLYING, first
+
+
+@jit(_nrt=False)
+def split(low, high, n, A, B, horizon, ends, stack, names, nothing):
+    """Cut [low, high] into the intervals of one itinerary of n flights.
+
+    `ends` float64 (rows, 2) receives the first and last float of each; `stack` float64 and `names` int64
+    (DEPTH, 2) are memory to work in, `nothing` float64 (0, 3). Returns the number of intervals, or -1 if
+    there are more than rows.
+    """
+    stack[0, 0] = low
+    stack[0, 1] = high
+    names[0, 0] = flights(low, n, A, B, horizon, nothing)[0]
+    names[0, 1] = flights(high, n, A, B, horizon, nothing)[0]
+    top = 1
+    found = 0
+    start = low
+    while top > 0:
+        top -= 1
+        a, b = stack[top, 0], stack[top, 1]
+        left, right = names[top, 0], names[top, 1]
+        if left == right:
+            continue
+        middle = 0.5 * (a + b)
+        if middle <= a or middle >= b:
+            if found >= len(ends) - 1:
+                return -1
+            ends[found, 0] = start
+            ends[found, 1] = a
+            found += 1
+            start = b
+            continue
+        name = flights(middle, n, A, B, horizon, nothing)[0]
+        stack[top, 0] = middle
+        stack[top, 1] = b
+        names[top, 0] = name
+        names[top, 1] = right
+        stack[top + 1, 0] = a
+        stack[top + 1, 1] = middle
+        names[top + 1, 0] = left
+        names[top + 1, 1] = name
+        top += 2
+    ends[found, 0] = start
+    ends[found, 1] = high
+    return found + 1
+
+
+def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
+    """[first, last] float of each interval of [low, high] with one itinerary of n flights, ascending."""
+    rows = 64
+    while True:
+        ends, stack, names = np.empty((rows, 2)), np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64)
+        count = split(low, high, n, A, B, horizon, ends, stack, names, NOTHING)
+        if count >= 0:
+            return ends[:count].tolist()
+        rows *= 4

@@ -1,0 +1,196 @@
+"""The impact-phase map: at ε = 0 an ideally plastic impact forgets everything except when it happened.
+
+So the motion is a map of the circle, phase of an impact ↦ phase of the next one. Over the phases at which an
+impact is followed by a rest it is constant; over the rest, the window φ_up < φ < π - φ_up in which H > 1, it
+falls on every branch between breakpoints. Its derivative is continuous where a sticking appears or vanishes
+and at φ_up (there it is 0); the map jumps at π - φ_up and where a flight grazes the obstacle.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibrodrive._jit import jit
+from vibrodrive.orbit_cells import NOTHING, intervals
+from vibrodrive.orbit_flight import FROM_STICK, IMPACT, REST, append, flight, window
+from vibrodrive.parameters import State, check
+from vibrodrive.trig import PI, PI_LOW, turns
+
+HORIZON = 100_000
+"""A flight of more excitation periods is given up: for B = 0 the mass may stay in the air for good."""
+
+SHOWN = 16
+"""Slides named of a flight that never lands."""
+
+
+@jit(_nrt=False)
+def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
+    """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
+    up, _ = window(A, B)
+    end = PI - up + PI_LOW
+    k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(0, REST + 1), nothing)
+    for i in range(len(phi)):
+        psi = turns(phi[i], 0.0)[1]
+        k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
+        if psi >= end:
+            k = k0 + 1 if k0 >= 0 else -1
+        elif psi > up:
+            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, 0, nothing)
+        phase[i] = landed
+        periods[i] = k
+        speed[i] = -velocity
+        slope[i] = rate
+        code[i] = append(word, IMPACT + 1)
+
+
+def states(psi: float, A: float, B: float) -> list[State]:
+    """The states of the flight launched at ψ, from UP to IMPACT, without a rest before it.
+
+    The first SHOWN of a flight that never lands.
+    """
+    k, *_, count = flight(psi, A, B, HORIZON, 0, NOTHING)
+    slides = np.empty((count if k >= 0 else SHOWN, 3))
+    flight(psi, A, B, HORIZON, 0, slides)
+    word: list[State] = []
+    falling = True
+    for tau, _, begun in slides:
+        if begun == FROM_STICK:
+            word.append(State.STICK)
+            falling = tau > 0.5 * PI
+        else:
+            falling = not falling
+        word.append(State.DOWN if falling else State.UP)
+    return [*word, State.IMPACT] if k >= 0 else word
+
+
+def spell(word: list[State]) -> str:
+    """A word as text: "REST UP STICK DOWN IMPACT"."""
+    return " ".join(s.name for s in word)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """The next impact after each of `start`; all arrays have its shape.
+
+    phase : phase of the next impact in [0, 2π); NaN if there is none.
+    periods : whole excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
+    speed : impact speed |ξ'|.
+    derivative : d phase / d start, exact: 0 after a rest, else closed-form variation of the flight.
+    word : the states on the way, as text.
+    """
+
+    start: np.ndarray
+    phase: np.ndarray
+    periods: np.ndarray
+    speed: np.ndarray
+    derivative: np.ndarray
+    code: np.ndarray = field(repr=False)
+    A: float = field(repr=False)
+    B: float = field(repr=False)
+
+    @functools.cached_property
+    def word(self) -> np.ndarray:
+        _, first, which = np.unique(self.code, return_index=True, return_inverse=True)
+        texts = [_word_from(phi, self.A, self.B) for phi in np.ravel(self.start)[first]]
+        return np.array(texts)[which].reshape(np.shape(self.start))
+
+
+def _word_from(phi: float, A: float, B: float) -> str:
+    if A <= 1.0 + B:
+        return State.REST.name
+    psi = turns(phi, 0.0)[1]
+    up, _ = window(A, B)
+    rest = [State.REST] if psi <= up or psi >= PI - up + PI_LOW else []
+    return spell(rest + states(psi, A, B))
+
+
+class ImpactMap:
+    """φ ↦ next impact, for one A and B.
+
+    `window` are the phases between which an impact is followed by a launch at once (empty for A <= 1 + B,
+    where the mass never leaves). `breakpoints` (ascending, in the window including its ends) are where the
+    map is not smooth, with `kinds` "rest" (the rest after the impact begins or ends), "grazing" (a jump: the
+    flight just touches the obstacle) or "stick" (a sticking in the air appears or vanishes), and `words` of
+    the flights between them.
+    """
+
+    def __init__(self, A: float, B: float = 0.1):
+        self.A = check("A", A)
+        self.B = check("B", B)
+        self.moves = self.A > 1.0 + self.B
+        up = window(self.A, self.B)[0] if self.moves else 0.5 * math.pi
+        self.window = (up, (PI - up) + PI_LOW)
+
+    def __call__(self, phi) -> Impacts:
+        """The next impact after each of the phases `phi` (any shape, any real number)."""
+        start = np.asarray(phi, dtype=np.float64)
+        flat = np.ascontiguousarray(start).reshape(-1)
+        n = flat.size
+        phase, speed, slope = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.nan)
+        periods, code = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
+        if self.moves:
+            impacts(flat, self.A, self.B, HORIZON, phase, periods, speed, slope, code, NOTHING)
+        return Impacts(
+            start,
+            phase.reshape(start.shape),
+            periods.reshape(start.shape),
+            speed.reshape(start.shape),
+            slope.reshape(start.shape),
+            code.reshape(start.shape),
+            self.A,
+            self.B,
+        )
+
+    def __repr__(self) -> str:
+        return f"ImpactMap(A={self.A!r}, B={self.B!r})"
+
+    @functools.cached_property
+    def _pieces(self) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        if not self.moves:
+            return np.empty(0), (), ()
+        up, end = self.window
+        low, high = math.nextafter(up, end), math.nextafter(end, up)
+        cells = intervals(low, high, 1, self.A, self.B, HORIZON)
+        phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
+        for (_, last), (first, _) in itertools.pairwise(cells):
+            before, after = (states(psi, self.A, self.B) for psi in (last, first))
+            if before != after:  # else only the place of the impact differs: the map is smooth here
+                phases.append(first)
+                kinds.append(kind_of_change(before, after))
+                words.append(spell(after))
+        return np.array([*phases, end]), (*kinds, "rest"), tuple(words)
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self._pieces[0]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return self._pieces[1]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """One word for each interval between two breakpoints."""
+        return self._pieces[2]
+
+
+def kind_of_change(before: list[State], after: list[State]) -> str:
+    """Why two neighbouring flights have different words: "grazing" if one ends where the other goes on."""
+    one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
+    return "grazing" if State.IMPACT in (one, other) else "stick"
+
+
+def impact_map(A: float, B: float = 0.1) -> ImpactMap:
+    """The impact-phase map at ε = 0 for excitation A and incline B.
+
+    Raises
+    ------
+    TypeError, ValueError
+        if A or B is no real number, NaN, infinite or negative.
+    """
+    return ImpactMap(A, B)
