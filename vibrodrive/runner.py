@@ -19,7 +19,7 @@ from time import monotonic
 from vibrodrive.plan import Plan
 from vibrodrive.progress import Show, Tally, duration
 from vibrodrive.size import file_bytes, human
-from vibrodrive.store import Unwritable, Writer, open_writer
+from vibrodrive.store import NoResult, Unwritable, Writer, open_writer
 from vibrodrive.store_layout import Origin, Progress
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -42,6 +42,10 @@ class Job:
 
 class Stopped(Exception):
     """A signal ended the sweep; the message says how far it came. Threads may still be computing."""
+
+
+class Cancelled(Exception):
+    """What ends the work itself after a signal."""
 
 
 class Failed(RuntimeError):
@@ -134,6 +138,9 @@ class _Work:
             except Unwritable as error:
                 writer.abandon()
                 raise Failed(f"{error}: {_held(writer)}") from None
+            except NoResult:
+                writer.abandon()
+                raise
             except Exception as error:
                 writer.close()
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
@@ -142,7 +149,7 @@ class _Work:
         def watch(done: int, total: int) -> None:
             self.tally.stage = f"{doing}: {100 * done / total:.0f} %"
             if self._stopping:
-                raise InterruptedError
+                raise Cancelled
 
         return watch
 

@@ -25,12 +25,14 @@ from vibrodrive.size import refuse_large_file
 from vibrodrive.store_check import check_block, point_sums, read_marks
 from vibrodrive.store_layout import (
     VARIABLES,
+    Damaged,
     Header,
     NoResult,
     Origin,
     Progress,
     blank,
     chunk_of,
+    damaged_coordinates,
     lay_out,
     open_result,
     put_chunk,
@@ -114,7 +116,8 @@ class Writer:
     def check(self, progress: Progress = quiet) -> None:
         """Read all committed blocks again; those that are damaged are taken back, to be computed anew.
 
-        `progress` is called with (blocks looked at, blocks); what it raises ends the check.
+        `progress` is called with (blocks looked at, blocks); what it raises ends the check. Raises Damaged
+        if what is wrong is not within a block, Unwritable if the system refuses.
         """
         _, done, wrong = read_marks(self._file, self.tiles)
         for k in np.flatnonzero(done).tolist():
@@ -122,10 +125,13 @@ class Writer:
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(self.tiles))
+        if damaged_coordinates(self._file, self.plan):
+            raise Damaged(
+                f"{self.path}: its coordinates are damaged: restore it, or replace it with --overwrite"
+            )
         for k in wrong:
             self._take_back(k)
             done[k] = False
-        self._flush()
         self.done, self.repaired = done, wrong
 
     def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
@@ -164,7 +170,7 @@ class Writer:
         try:
             data.id.write(memory, space, values)
         except OSError as error:
-            raise _plain(error, self.path) from None
+            raise self._refused(error) from None
 
     def _commit(self) -> None:
         self._flush()
@@ -186,8 +192,17 @@ class Writer:
         # lies in the file, because HDF5 would read it before writing a part of it.
         for variable in reversed(VARIABLES):
             empty = blank(variable, chunk_of(variable, self.plan))
-            put_chunk(self._data[variable.name], self.tiles[k], empty)
+            try:
+                put_chunk(self._data[variable.name], self.tiles[k], empty)
+            except OSError as error:
+                raise self._refused(error) from None
             self._flush()
+
+    def _refused(self, error: BaseException) -> OSError | Damaged:
+        """A write that went wrong: by the system's doing, or because the file's structure makes no sense."""
+        if getattr(error, "errno", None) or "errno" in str(error):
+            return _plain(error, self.path)
+        return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
 
 
 def open_writer(
@@ -227,6 +242,7 @@ def open_writer(
 def _resume(path: Path, plan: Plan) -> Writer:
     open_result(path).close()  # what cannot be read is refused before what cannot be written
     lock = Lock(path)
+    file = None
     try:
         file = open_result(path, "r+")
         header = read_header(file)
@@ -238,6 +254,8 @@ def _resume(path: Path, plan: Plan) -> Writer:
             )
         return Writer(file, lock, path, header.plan)
     except BaseException:
+        if file is not None:
+            file.close()
         lock.release()
         raise
 
@@ -292,12 +310,10 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
 
 
 def _words(value: np.ndarray | None) -> str:
-    if value is None:
+    if value is None or (value.ndim == 0 and value != value):
         return "not given"
-    if value.ndim == 0:
-        return str(value.item())
-    if len(value) <= 4:
-        return ", ".join(f"{v:.17g}" for v in value)
+    if value.size <= 4:
+        return ", ".join(str(v) for v in np.atleast_1d(value).tolist())
     return f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
 
 

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.parameters import Status
-from vibrodrive.store_layout import VARIABLES, Tile
+from vibrodrive.store_layout import BROKEN, VARIABLES, Tile
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _DXI = np.uint64(0xBF58476D1CE4E5B9)
@@ -80,7 +80,7 @@ def check_block(file: h5py.File, tile: Tile) -> str | None:
     for variable in VARIABLES:
         try:
             read = file[variable.name][tile.slab]
-        except OSError:
+        except BROKEN:
             return f"{variable.name}: its checksum does not fit"
         values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
     if not np.isin(values["status"], _ENDINGS).all():

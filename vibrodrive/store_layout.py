@@ -56,6 +56,10 @@ VARIABLES = (
 """In the order in which a block is written: the status is the mark that commits it."""
 
 
+BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
+"""What h5py raises where the bytes it meets mean nothing."""
+
+
 class NoResult(ValueError):
     """A file that is no (whole, readable) result file of this version; the message is one line."""
 
@@ -89,6 +93,12 @@ def digest(text: str) -> str:
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
     """The axes as dimensions of the file."""
     return plan.axes or {"point": np.zeros(1)}
+
+
+def coordinates(plan: Plan) -> dict[str, np.ndarray]:
+    """All dimensions of the file and their values."""
+    periods = np.arange(1, plan.settings.periods + 1)
+    return {**axes_of(plan), "period": periods, "state": np.array(list(State), np.int8)}
 
 
 class Tile(NamedTuple):
@@ -126,12 +136,10 @@ def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
 
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
     """Write everything but the results into an empty file, and room for all of them."""
-    dimensions = {**axes_of(plan), "period": np.arange(1, plan.settings.periods + 1)}
-    for name, values in dimensions.items():
+    for name, values in coordinates(plan).items():
         _coordinate(file, name, values)
-    states = _coordinate(file, "state", np.array(list(State), np.int8))
-    states.attrs["flag_values"] = np.array(list(State), np.int8)
-    states.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+    file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
+    file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
     where = tiles(plan)
     for n, variable in enumerate(VARIABLES):
         empty, data = blank(variable, chunk_of(variable, plan)), _variable(file, variable, plan)
@@ -144,13 +152,24 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     file.attrs.update(_attributes(plan, origin))
 
 
-def _coordinate(file: h5py.File, name: str, values: np.ndarray) -> h5py.Dataset:
+def damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
+    """Which coordinates are not what was written."""
+    wrong = []
+    for name, values in coordinates(plan).items():
+        try:
+            if not np.array_equal(file[name][...], values):
+                wrong.append(name)
+        except BROKEN:
+            wrong.append(name)
+    return wrong
+
+
+def _coordinate(file: h5py.File, name: str, values: np.ndarray) -> None:
     chunks = (min(len(values), 1 << 16),)
     data = file.create_dataset(name, data=values, chunks=chunks, fletcher32=True)
     data.make_scale(name)
     data.attrs["units"] = "1"
     data.attrs["long_name"] = _meaning(name)
-    return data
 
 
 def _meaning(name: str) -> str:
@@ -189,7 +208,8 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes) -> None:
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
-    outline = {"axes": list(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
+    axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
+    outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings)})
     return {
         "Conventions": "CF-1.10",
         "title": origin.title or "Sweep of a friction-impact oscillator",
@@ -199,7 +219,8 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
         "overrides": json.dumps(origin.overrides),
         "method": Method(plan.settings.method).name.lower(),
         "scan": Scan(plan.settings.scan).name.lower(),
-        "plan": json.dumps(outline),
+        "plan": outline,
+        "plan_sha256": digest(outline),
         "versions": json.dumps(_versions()),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -220,22 +241,33 @@ def _versions() -> dict[str, str]:
 def open_result(path: Path, mode: str = "r") -> h5py.File:
     """Open a result file. Raises NoResult, or OSError where the system refuses.
 
-    HDF5's own lock stays off: it would shut readers out while a sweep runs, which the layout makes
-    unnecessary. Writers exclude each other by `store_lock`.
+    HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
+    makes unnecessary. Writers exclude each other by `store_lock`.
     """
     with open(path, "rb"):  # the system's own words for a missing or forbidden file
         pass
     if not h5py.is_hdf5(path):
         raise NoResult(f"{path}: no result file (not HDF5, or its beginning is damaged)")
     try:
-        return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
+        return _open(path, mode)
     except OSError as error:
         what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
         raise Damaged(f"{path}: {what}: restore it, or replace it with --overwrite") from None
 
 
+def _open(path: Path, mode: str) -> h5py.File:
+    if mode == "r":
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            if "locking flag" not in str(error):
+                raise
+    # HDF5 wants all handles of one process on a file to agree, and this process is writing it
+    return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
+
+
 def read_header(file: h5py.File) -> Header:
-    """Rebuild the plan a file was laid out for. Raises NoResult."""
+    """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
     path, attrs = file.filename, file.attrs
     try:
         version = attrs.get("schema_version")
@@ -249,13 +281,19 @@ def read_header(file: h5py.File) -> Header:
         text = str(attrs["config"])
         if digest(text) != attrs["config_sha256"]:
             raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
+        if digest(str(attrs["plan"])) != attrs["plan_sha256"]:
+            raise Damaged(f"{path}: damaged: the plan does not have the SHA-256 written beside it")
         outline = json.loads(attrs["plan"])
         axes = {name: file[name][...] for name in outline["axes"]}
+        for name, values in axes.items():
+            if hashlib.sha256(values.tobytes()).hexdigest() != outline["axes"][name]:
+                raise Damaged(f"{path}: damaged: axis {name} is not what was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
         plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling)
         for variable in VARIABLES:
-            if file[variable.name].chunks != chunk_of(variable, plan):
+            data = file[variable.name]
+            if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")
         return Header(
             plan,
@@ -263,5 +301,7 @@ def read_header(file: h5py.File) -> Header:
             str(attrs["created"]),
             json.loads(attrs["versions"]),
         )
-    except (OSError, KeyError, TypeError, AttributeError, RuntimeError, json.JSONDecodeError) as error:
+    except NoResult:
+        raise
+    except BROKEN as error:
         raise Damaged(f"{path}: damaged beyond reading ({error}): replace it with --overwrite") from None

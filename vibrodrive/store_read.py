@@ -19,6 +19,7 @@ from vibrodrive.store_layout import (
     Progress,
     Tile,
     axes_of,
+    damaged_coordinates,
     open_result,
     quiet,
     read_header,
@@ -152,27 +153,16 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
     """Read every committed block, check its checksums, and count. Raises as `load`."""
     with open_result(path) as file:
         header = read_header(file)
-        where = tiles(header.plan)
+        plan = header.plan
+        where = tiles(plan)
         status, done, wrong = read_marks(file, where)
         for k in np.flatnonzero(done).tolist():
             fault = check_block(file, where[k])
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(where))
-        general = []
-        for name in ("period", "state", *(["point"] if not header.plan.axes else [])):
-            try:
-                values = file[name][...]
-            except (OSError, KeyError):
-                values = None
-            if values is None or not np.array_equal(values, _expected(name, header.plan)):
-                general.append(f"coordinate {name}: not what was written")
+        general = [f"coordinate {name}: not what was written" for name in damaged_coordinates(file, plan)]
         return Report(header, done, _count(status), wrong, general, path.stat().st_size)
-
-
-def _expected(name: str, plan: Plan) -> np.ndarray:
-    lengths = {"period": plan.settings.periods, "state": 5, "point": 1}
-    return np.arange(lengths[name]) + (name == "period")
 
 
 def _count(status: np.ndarray) -> dict[str, int]:
