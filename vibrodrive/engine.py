@@ -285,7 +285,7 @@ def grid_event(w, k, i, method):
     return LEAVE_UP if which == S5 else TURN, h
 
 
-@part
+@inline
 def settle(
     w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
 ):
@@ -446,6 +446,7 @@ def load(
     w[r.MARGIN + i] = INFINITY
     w[r.LEFT + i] = float(transient + periods) * TWO_PI
     force = place(w, k, i)
+    fast = w[r.AF + i] > 0.0
     x, v = points[row, 6], points[row, 7]
     w[r.X0 + i] = x
     if v > 0.0:
@@ -467,10 +468,9 @@ def load(
             k[r.STATUS + i] = NEVER_LEAVES
         return False
     enter(w, k, i, state, x, v, force, False, method, scan)
-    if waiting and method == CERTIFIED and w[r.AF + i] == 0.0:
-        return settle(
-            w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
-        )
+    if waiting and method == CERTIFIED and not fast:
+        w[r.LIMIT + i] = 0.0  # nothing to search: the next pass hands the lane over to calm_wait
+        w[r.OTHER + i] = INFINITY
     return True
 
 
