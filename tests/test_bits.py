@@ -1,0 +1,84 @@
+"""Results are equal to the bit: compiled or not, one thread or two, alone or abreast, cut into blocks or not."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+
+RUN = """
+import json, sys
+import vibrodrive as vd
+out = []
+for a in json.loads(sys.argv[1]):
+    t = vd.simulate(**a)
+    out.append([t.section.tobytes().hex(), t.switches.tobytes().hex(), float(t.margin).hex(), int(t.status)])
+    s = t.sample(16)
+    out.append([x.tobytes().hex() for x in s[1:]])
+print(json.dumps(out))
+"""
+
+CASES = [
+    dict(A=3.04, transient=3, periods=4),
+    dict(A=1.5, eps=5e-4, transient=1, periods=2),
+    dict(A=3.0, B=1.3, xi0=4.0, tau0=1.0, transient=0, periods=4),
+    dict(A=3.04, method="fixed", dtau=0.1, transient=2, periods=4),
+    dict(A=3.04, method="muller", dtau=0.01, tol=1e-9, transient=1, periods=3),
+    dict(A=3.04, method="muller", dtau=0.001, eps=2e-4, transient=1, periods=1),
+    dict(A=1.0, transient=0, periods=2),
+]
+
+
+@pytest.mark.jit
+def test_compiled_equals_pure_python():
+    cases = json.dumps(CASES)
+    outputs = []
+    for disable in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", RUN, cases],
+            env={**os.environ, "NUMBA_DISABLE_JIT": disable},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        outputs.append(json.loads(done.stdout))
+    assert outputs[0] == outputs[1]
+
+
+ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, periods=10)
+
+
+@pytest.mark.jit
+def test_one_thread_equals_two_equals_one_by_one():
+    one = vd.sweep(threads=1, **ARGUMENTS)
+    two = vd.sweep(**ARGUMENTS)
+    for name in ("section", "status", "margin", "switches"):
+        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=name in ("section", "margin"))
+    for i in (0, 17, 149):
+        for j in (0, 1):
+            t = vd.simulate(A=ARGUMENTS["A"][i], eps=ARGUMENTS["eps"][j], transient=10, periods=10)
+            assert np.array_equal(t.section, one.section[i, j])
+            assert t.margin == one.margin[i, j]
+            assert t.status == one.status[i, j]
+            after = np.bincount(t.switches["after"], minlength=5)
+            assert np.array_equal(after, one.switches[i, j])
+
+
+@pytest.mark.jit
+def test_each_kernel_is_compiled_once():
+    """Integers, float32, strided or Fortran-ordered input: one signature, cast at the boundary."""
+    from vibrodrive.engine import run, sample_segments
+    from vibrodrive.sweep import run_threads
+
+    vd.simulate(A=3, B=np.float32(0.125), transient=np.int32(1), periods=np.int64(2))
+    vd.simulate(A=3, method="fixed", dtau=1, transient=1, periods=2).sample(3)
+    vd.sweep(A=np.arange(12)[::3], eps=np.float32([0, 1e-4]), transient=1, periods=1, threads=1)
+    vd.sweep(A=[1, 2, 3], method="muller", dtau=0.01, transient=1, periods=1, threads=2)
+    for kernel in (run, sample_segments, run_threads):
+        assert len(kernel.signatures) == 1
