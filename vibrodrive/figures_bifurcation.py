@@ -19,7 +19,7 @@ PANELS = 6
 """Panels of one figure at most; of a longer axis evenly spaced values are shown."""
 
 ROWS = 420
-"""Rows of the image of a panel: at print size a little coarser than a pixel, so that a line is not a hair."""
+"""Rows of the image of a panel: at print size a little coarser than a pixel."""
 
 FAINTEST = 0.3
 """Ink of a spot visited once: it must survive a bad printer."""
@@ -105,6 +105,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     full = math.log(max(values.shape[1] / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
     ink = np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
+    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be a hair
     start, stop = (u[0], u[-1]) if len(u) > 1 else (u[0] - 0.5, u[0] + 0.5)
     pixel = np.linspace(start, stop, int(np.clip(len(u), 1500, 8000)))
     nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
@@ -137,8 +138,8 @@ def quantity_index(quantity: str) -> int:
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Which points have a section worth drawing."""
-    return np.isin(status, (Status.OK, Status.NEVER_LEAVES))
+    """Which points have a section. (One that came too close to a decision has: it is one of two motions.)"""
+    return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
 
 
 def some(items: list[Any]) -> list[Any]:

@@ -83,12 +83,11 @@ def phase_curve(source: Any, titles: Sequence[str] | None = None) -> Figure:
     return fig
 
 
-def draw_phase(ax: Axes, motion: Motion, **line: Any) -> None:
+def draw_phase(ax: Axes, motion: Motion, points_per_period: int = 400) -> None:
     """One phase curve into given axes. Many periods on top of each other get thin lines."""
-    drawn = curve(motion)
+    drawn = curve(motion, points_per_period)
     many = len(motion.section) > 40
-    options: dict[str, Any] = {"lw": 0.25 if many else 0.8, "color": INK, "rasterized": many}
-    ax.plot(drawn.xi, drawn.dxi, **(options | line))
+    ax.plot(drawn.xi, drawn.dxi, color=INK, lw=0.25 if many else 0.8, rasterized=many)
     ax.plot(*_joined(drawn.jumps[:, :, 1:]), color=GREY, lw=0.25 if many else 0.5, zorder=1, rasterized=many)
     ax.axhline(0.0, color=GREY, lw=0.4, zorder=0)
     name_axes(ax, "xi", "dxi")
@@ -113,12 +112,13 @@ def draw_time(
     quantity: str = "xi",
     titles: Sequence[str] | None = None,
     excitation: bool = True,
+    points_per_period: int = 400,
 ) -> None:
     """Time curves of one quantity into given axes."""
     column = 1 + quantity_index(quantity)
     low, high = math.inf, -math.inf
     for k, motion in enumerate(motions):
-        drawn = curve(motion)
+        drawn = curve(motion, points_per_period)
         low, high = min(low, drawn.tau[0]), max(high, drawn.tau[-1])
         style = LINES[k % len(LINES)]
         ax.plot(drawn.tau, drawn[column], style, label=titles[k] if titles else None)
@@ -139,7 +139,9 @@ def time_displacement(source: Any, titles: Sequence[str] | None = None) -> Figur
 
 
 @styled
-def trajectory_figure(trajectory: Motion, curves: Sequence[str] = ("phase", "time")) -> Figure:
+def trajectory_figure(
+    trajectory: Motion, curves: Sequence[str] = ("phase", "time"), points_per_period: int = 400
+) -> Figure:
     """A row for each of `curves`: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
 
     Raises
@@ -155,12 +157,13 @@ def trajectory_figure(trajectory: Motion, curves: Sequence[str] = ("phase", "tim
     fig, axes = new(len(curves), 1, height=2.2 * sum(tall), height_ratios=tall)
     for name, ax in zip(curves, axes[:, 0], strict=True):
         if name == "phase":
-            draw_phase(ax, trajectory)
+            draw_phase(ax, trajectory, points_per_period)
         elif name == "section":
             ax.plot(*np.asarray(trajectory.section).T, ".", ms=2, mew=0)
             name_axes(ax, "xi", "dxi")
         else:
-            draw_time(ax, [trajectory], "xi" if name == "time" else "dxi")
+            quantity = "xi" if name == "time" else "dxi"
+            draw_time(ax, [trajectory], quantity, points_per_period=points_per_period)
     shown = [equation(n, trajectory.arguments[n]) for n in ("A", "B", "eps")]
     axes[0, 0].set_title(", ".join(shown), loc="left")
     return fig
