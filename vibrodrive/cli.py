@@ -119,6 +119,7 @@ def plot(file: Path, output: Path | None, kind: str | None, quantity: str | None
     """Draw the diagram of a result file, finished or not."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
+    _check_figure(target)
     share = _draw(file, target, options)
     while follow and share < 1:
         share = _draw(file, target, options, unless=share)
@@ -143,6 +144,17 @@ def _draw(file: Path, target: Path, options: dict[str, Any], unless: float = -1.
 
 
 FOLLOW_SECONDS = 1.0
+
+
+def _check_figure(target: Path) -> None:
+    """Refuse what cannot be drawn or written before anything is computed."""
+    from vibrodrive.parameters import bad
+    from vibrodrive.style import FORMATS
+
+    if target.suffix.lower() not in FORMATS:
+        raise click.ClickException(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
+    if not target.absolute().parent.is_dir():
+        raise click.ClickException(bad("figure", str(target), "in a directory that exists"))
 
 
 def _save(figure: Figure, target: Path) -> None:
@@ -242,11 +254,12 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
             arguments[name] = float(value[0])
     if "periods" in drawn:
         arguments["periods"] = drawn.pop("periods")
+    target = output or Path(config.stem + ".png")
+    _check_figure(target)
     settings.plan()
     from vibrodrive import figures, simulate
 
     motion = simulate(**arguments)
-    target = output or Path(config.stem + ".png")
     _save(figures.trajectory_figure(motion, **drawn), target)
     _say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
     if motion.status != Status.OK:
@@ -293,11 +306,8 @@ def _on_signal(signum: int, frame: object) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
-    from contextlib import suppress
-
     for signum in (signal.SIGINT, signal.SIGTERM):
-        with suppress(ValueError):  # not the main thread
-            signal.signal(signum, _on_signal)
+        signal.signal(signum, _on_signal)
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
         print(f"vibrodrive: {message}", file=sys.stderr)

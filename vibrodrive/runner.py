@@ -169,7 +169,12 @@ class _Work:
             return
         if executor is None:
             self._compile(writer.plan, which[:1])
+        import numba
+
+        from vibrodrive.fletcher import fletcher32
         from vibrodrive.sweep import run_blocks
+
+        writer.fletcher32 = None if numba.config.DISABLE_JIT else fletcher32
 
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]

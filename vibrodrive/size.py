@@ -67,9 +67,9 @@ def block_bytes(plan: Plan) -> int:
 
 
 def refuse_large_axis(key: str, num: int) -> None:
-    """Raise TooLarge if the values of one axis alone do not fit the memory."""
+    """Raise TooLarge if the values of one axis alone (and the copies on the way) do not fit the memory."""
     need, have = 8 * num, available_memory()
-    if need > have // 2:
+    if 4 * need > have:
         raise TooLarge(
             f"{key} = {num}: must be small enough for the memory: "
             f"its values alone take {human(need)}, {human(have)} are available"

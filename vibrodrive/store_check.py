@@ -16,7 +16,7 @@ from vibrodrive.parameters import Status
 from vibrodrive.store_layout import BROKEN, VARIABLES, Tile
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
-_DXI = np.uint64(0xBF58476D1CE4E5B9)
+_SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
 _MARGIN = np.uint64(0x94D049BB133111EB)
 _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
@@ -24,20 +24,21 @@ _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D
 """Odd, so that no bit is lost in a product modulo 2**64; otherwise arbitrary."""
 
 
-def point_sums(
-    start: int, xi: np.ndarray, dxi: np.ndarray, margin: np.ndarray, switches: np.ndarray, status: np.ndarray
-) -> np.ndarray:
-    """Checksum uint64 of each of the points start, start + 1, …
+def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Checksum uint64 of the points start, start + 1, …, their sections left out.
 
-    xi, dxi are float64 (points, periods), margin float64, switches int64 (points, 5), status int8.
+    margin is float64 (points,), switches int64 (points, 5), status int8 (points,).
     """
     total = np.arange(start + 1, start + 1 + len(status), dtype=np.uint64) * _POINT
-    total += np.add.reduce(_words(xi), axis=1)
-    total += np.add.reduce(_words(dxi), axis=1) * _DXI
     total += _words(margin) * _MARGIN
     total += np.add.reduce(_words(switches) * _SWITCHES, axis=1)
     total += status.astype(np.uint64) * _STATUS
     return total
+
+
+def section_sums(values: np.ndarray, column: int) -> np.ndarray:
+    """What a column (0: ξ, 1: ξ') of a section, float64 (points, periods), adds to the checksums."""
+    return np.add.reduce(_words(values), axis=1) * _SECTION[column]
 
 
 def _words(array: np.ndarray) -> np.ndarray:
@@ -85,14 +86,12 @@ def check_block(file: h5py.File, tile: Tile) -> str | None:
         values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
     if not np.isin(values["status"], _ENDINGS).all():
         return "status: a value that means nothing"
-    checksum = values.pop("checksum")
-    if not np.array_equal(checksum, point_sums(tile.start, **_arguments(values))):
+    sums = point_sums(tile.start, values["margin"], values["switches"], values["status"])
+    for column, name in enumerate(("section_xi", "section_dxi")):
+        sums += section_sums(values[name], column)
+    if not np.array_equal(values["checksum"], sums):
         return "the values do not add up to their checksum"
     return None
-
-
-def _arguments(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name.removeprefix("section_"): v for name, v in values.items()}
 
 
 _ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]

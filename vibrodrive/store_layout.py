@@ -200,7 +200,7 @@ def _variable(file: h5py.File, variable: Variable, plan: Plan) -> h5py.Dataset:
     return data
 
 
-def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes) -> None:
+def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:
     """Write one chunk as it lies in the file, whatever lies there now."""
     corner = tuple(s.start for s in tile.slab)
     data.id.write_direct_chunk(corner + (0,) * (data.ndim - len(corner)), content)

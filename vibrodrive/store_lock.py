@@ -33,7 +33,10 @@ class Lock:
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
         """Lock an existing file, or create it. Raises Busy, or OSError where the system refuses."""
         while True:
-            self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
+            try:
+                self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(name or path)) from None
             try:
                 _lock(self._fd)
             except OSError as error:
