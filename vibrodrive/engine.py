@@ -17,6 +17,7 @@ from vibrodrive.lane import LANES, ROWS_K, ROWS_W
 from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
 from vibrodrive.motion import (
     arrive_all,
+    copy_for_arrival,
     depart,
     excitation,
     force_at,
@@ -41,6 +42,7 @@ from vibrodrive.switching import (
     aim_velocity,
     decide_at_obstacle,
     decide_in_air,
+    skip_start,
 )
 from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, arcsine, turns
 
@@ -209,6 +211,8 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
         a0 = 0.0  # H = ±1 by definition where a wait ends
     slide(w, i, s, x, v, a0)
     begin_search(w, k, i, state, method, scan)
+    if method == CERTIFIED and v == 0.0 and s != 0.0:
+        skip_start(w, i, s)
 
 
 CONTINUE, END, STRETCHED, TURN, HIT, LEAVE_UP, LEAVE_DOWN = 0, 1, 2, 3, 4, 5, 6
@@ -287,11 +291,11 @@ def grid_event(w, k, i, method):
 
 @inline
 def settle(
-    w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+    w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
 ):
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
-    Without a grid `arrive_all` has put down the motion and the excitation there.
+    Without a grid `arrive_all` has put down the motion and the excitation there, in lane j of `g`.
     """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
@@ -300,7 +304,7 @@ def settle(
         h, phase, later, down = calm_wait(w, i, k[r.STATE + i])
         event = LEAVE_DOWN if down else LEAVE_UP
     elif certified:
-        event, h = certified_event(w, k, i, w[r.THERE_X + i])
+        event, h = certified_event(w, k, i, g[r.THERE_X + j])
     else:
         event, h = grid_event(w, k, i, method)
     while True:
@@ -313,7 +317,7 @@ def settle(
         x, v = w[r.X0 + i], 0.0
         if state == UP or state == DOWN:
             if certified:
-                x, v = w[r.THERE_X + i], w[r.THERE_V + i]
+                x, v = g[r.THERE_X + j], g[r.THERE_V + j]
             else:
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
@@ -342,7 +346,7 @@ def settle(
             w[r.P + i] = w[r.P_UP + i] if event == LEAVE_UP else w[r.P_DOWN + i]
             w[r.Q + i] = w[r.B + i] + force
         elif certified:
-            force = depart(w, k, i)
+            force = depart(w, k, i, g, j)
         else:
             if method == FIXED:
                 grid_time(w, k, i, w[r.H + i])
@@ -476,16 +480,18 @@ def load(
 
 @jit(_nrt=False)
 def run(
-    w, k, points, order, counter, method, scan, transient, periods, budget,
+    lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
     section, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
-    w, k: memory of the lanes (see lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
+    lanes_w, lanes_k: memory of the lanes and of copies of those to be settled (lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
     (n,) · margin float64 (n,) · counts int64 (n, 5) · work float64 (n,) evaluations · rows_int int64 (cap, 3), rows_float
     float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind the last one before the record, as
     many as fit, and how many there were.
     """
+    w, g = lanes_w[0], lanes_w[1]
+    k, gk = lanes_k[0], lanes_k[1]
     grid = method != CERTIFIED
     n = 0
     more = True
@@ -508,12 +514,19 @@ def run(
         for i in range(n):
             fast = fast or w[r.AF + i] > 0.0
         search_all(w, n, fast, grid)
+        m = 0
+        for i in range(n):
+            gk[m] = i
+            m += 1 if w[r.MET + i] != NOTHING else 0
         if not grid:
-            arrive_all(w, k, n, fast)
+            for j in range(m):
+                copy_for_arrival(w, k, gk[j], g, gk, j, fast)
+            arrive_all(g, gk, m, fast)
         # from the back, so that the lane moved into a gap has been settled already
-        for i in range(n - 1, -1, -1):
-            if w[r.MET + i] != NOTHING and not settle(
-                w, k, i, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+        for j in range(m - 1, -1, -1):
+            i = gk[j]
+            if not settle(
+                w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
             ):
                 finish(w, k, i, section, status, margin, work)
                 n -= 1
@@ -537,8 +550,9 @@ def finish(w, k, i, section, status, margin, work):
 
 
 @jit(_nrt=False)
-def sample_segments(w, k, points, rows_int, rows_float, method, transient, per_period, out, state):
+def sample_segments(lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, out, state):
     """The closed form between the switches `rows` (as written by `run`): out float64 (n, 3) ξ, ξ', H; state int8 (n,)."""
+    w, k = lanes_w[0], lanes_k[0]
     set_parameters(w, k, 0, points, 0, method)
     start, phi0 = k[r.PERIOD] + transient, w[r.PHI0]
     row = -1

@@ -11,7 +11,7 @@ import numpy as np
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 55 × 8 B = 28 kB)."""
 
-ROWS_W = 68
+ROWS_W = 69
 ROWS_K = 10
 
 (
@@ -27,7 +27,7 @@ ROWS_K = 10
     XD2, XC1, XC2, XALF, XBEF, WATCH, DIP,
     # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py)
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
-    M2, M3, M2S, RF, NOISE,
+    M3, M2S, RF, SPAN, SPAN0, NOISE,
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, its cost so far and at the last settling
     H, OTHER, ABOVE, LIMIT, MET, WORK, PAID,
     # time left to the end of the record, smallest margin so far
@@ -42,5 +42,5 @@ STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = 
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Memory (w, k) for the lanes of each thread, one row a thread."""
-    return np.zeros((threads, ROWS_W * LANES)), np.zeros((threads, ROWS_K * LANES), np.int64)
+    """Memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] copies of those to be settled."""
+    return np.zeros((threads, 2, ROWS_W * LANES)), np.zeros((threads, 2, ROWS_K * LANES), np.int64)

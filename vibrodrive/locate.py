@@ -1,24 +1,26 @@
 """Finding the first zero of a switching function without ever passing one.
 
 **Why no zero is passed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
-|g''| <= M2, |g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so
-M2 and M3 are their amplitudes. Taylor's theorem with the remainder bounded gives for every s > 0
+|g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum
+of the amplitudes of their third derivatives. Taylor's theorem with the remainder bounded gives, for any S > 0,
 
-    g(τ + s) >= g + g's - M2 s²/2                                      (a)
-    g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for s <= S         (b)
+    g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
 
-The right sides are parabolas. Up to its first positive root a parabola bounds g from below by something positive,
-so there is no zero of g before it. (a) gives a first step r; (b) with S = 2r bends the parabola towards the
-true curvature, and near a transversal zero the error of its root falls as the cube of the distance, from
-the left. A start on a zero (leaving stick or rest: g = g' = 0, g'' > 0) needs no exception: with S < 3g''/M3 the
-parabola (b) does not bend down at all before S, so the step S is free of zeros, and the start is not
-taken for the next switch. Where a fast ripple of amplitude a dominates M2 the slow part, less a, is bounded
-as in (a) with its own small M2, and the longer of the two steps is taken.
+The right side is a parabola. Up to S or its first positive root, whichever comes first, it is positive and so is g:
+that is the step. S is free: it is taken as long as the last step, and near a transversal zero the parabola's root
+then falls short of the zero by an error that shrinks faster than the square of the distance. Where a fast ripple of
+amplitude a dominates M3, the slow part less a is bounded in the same way with the small bound M2 of
+its own second derivative, g_slow + g_slow's - M2 s²/2 - a, and the longer step is taken.
 
-The cursor never moves past a zero by more than the rounding of g over its slope. A tangency closer than
-rounding cannot be told from two zeros or none: it is met, and reported through the margin (margins.py).
-The same bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those
-skipped could have shown a change of sign.
+**Starts on a zero.** Leaving stick or rest g = g' = 0 and g'' = |H'| > 0: with S < 3g''/M3 the parabola does
+not bend down, so the whole of S is free of zeros, and the search begins there; the start is not taken for the
+next switch. At ε = 0 a slide that starts by accelerating goes on doing so until H is back at the same boundary, a
+known phase: the search begins at that peak of |ξ'|.
+
+**Rounding.** The cursor never moves past a zero by more than the rounding of g over its slope. A tangency closer
+than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
+bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
+could have shown a change of sign.
 """
 
 from __future__ import annotations
@@ -42,7 +44,6 @@ from vibrodrive.lane import (
     DTAU,
     ETA,
     LIMIT,
-    M2,
     M2S,
     M3,
     MET,
@@ -52,6 +53,8 @@ from vibrodrive.lane import (
     Q,
     RF,
     SIG,
+    SPAN,
+    SPAN0,
     V0,
     WATCH,
     WORK,
@@ -74,7 +77,7 @@ TINY = 1.2e-16
 
 @inline
 def parabola(g, dg, m):
-    """First positive root of g + dg s - m s²/2 with g >= 0, m > 0: the step (a)."""
+    """First positive root of g + dg s - m s²/2 with g >= 0, m > 0: the step of the slow part."""
     q = math.sqrt(dg * dg + 2.0 * m * g)
     rising = dg > 0.0
     numerator = dg + q if rising else 2.0 * g
@@ -83,15 +86,12 @@ def parabola(g, dg, m):
 
 
 @inline
-def safe_step(g, dg, ddg, m2, m3):
-    """(step, slope, cubic): the longer of the steps (a) and (b).
+def safe_step(g, dg, ddg, m3, span):
+    """(step, slope, cubic): the step for S = span.
 
-    Where the step ends on the root of (b), `slope` is minus the derivative of the parabola there and
+    Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there and
     cubic = M3 S s² bounds three times its error times that slope; elsewhere slope = 0.
     """
-    flat = 2.9 * ddg / m3  # a little less than 3, so that rounding cannot bend the parabola down
-    span = 2.0 * parabola(g, dg, m2)
-    span = flat if (flat > span) & (dg >= 0.0) else span
     bend = ddg - m3 * span * (1.0 / 3.0)
     q2 = dg * dg - 2.0 * g * bend
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
@@ -134,7 +134,10 @@ def search(w, i, fast, grid):
     dg = sig * dg
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
-    step, slope, cubic = safe_step(trusted, dg, sig * ddg, w[M2 + i], w[M3 + i])
+    span = w[SPAN + i]
+    step, slope, cubic = safe_step(trusted, dg, sig * ddg, w[M3 + i], span)
+    # the next S: as far as this step went where the root is in sight, further where it is not
+    span = (step if slope > 0.0 else 3.0 * span) + 1e-9 * w[SPAN0 + i]
     if fast:
         rf = w[RF + i]
         slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf
@@ -142,6 +145,7 @@ def search(w, i, fast, grid):
         long = parabola(slow if worth else 0.0, dg - sig * fast_slope, w[M2S + i])
         long = long if worth else 0.0
         slope = 0.0 if long > step else slope
+        span = w[SPAN0 + i] if long > step else span
         step = long if long > step else step
 
     limit = w[LIMIT + i]
@@ -173,6 +177,7 @@ def search(w, i, fast, grid):
     w[OTHER + i] = ahead if turn else other
     w[SIG + i] = -sig if turn else sig
     w[MET + i] = NOTHING if turn else met
+    w[SPAN + i] = w[SPAN0 + i] if turn else span
     w[WORK + i] += 1.0
 
 

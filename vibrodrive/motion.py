@@ -162,10 +162,7 @@ def place(w, k, i):
 
 @part
 def arrive_all(w, k, n, fast):
-    """For each of n lanes, all it would take to settle it: the motion at its cursor and the excitation there.
-
-    Computed for all, needed for those that have met something: abreast that is cheaper than one by one.
-    """
+    """For each of n lanes, all it takes to settle it: the motion at its cursor and the excitation there."""
     if fast:
         for i in range(n):
             arrive(w, k, i, True)
@@ -190,17 +187,31 @@ def arrive(w, k, i, fast):
 
 
 @inline
-def depart(w, k, i):
-    """Move lane i on to where `arrive_all` has put it. Returns H there."""
-    k[PERIOD + i] += int(w[THERE_TURNS + i])
-    w[PHI + i] = w[THERE_PHI + i]
-    w[LOW + i] = w[THERE_LOW + i]
-    w[P + i] = w[THERE_P + i]
-    w[Q + i] = w[THERE_Q + i]
+def copy_for_arrival(w, k, i, g, gk, j, fast):
+    """Copy what `arrive` reads of lane i into lane j of g, so that the lanes that arrive lie side by side.
+
+    gk[PERIOD + j] is written, and nothing else of gk: its first row lists the lanes.
+    """
+    for row in (H, X0, V0, A0, XD2, XC1, XC2, L, P, Q, PHI, LOW, A):
+        g[row + j] = w[row + i]
+    if fast:
+        for row in (XALF, XBEF, PF, ETA, FRAC, AF):
+            g[row + j] = w[row + i]
+        gk[PERIOD + j] = k[PERIOD + i]
+
+
+@inline
+def depart(w, k, i, g, j):
+    """Move lane i on to where `arrive_all` has put lane j of g. Returns H there."""
+    k[PERIOD + i] += int(g[THERE_TURNS + j])
+    w[PHI + i] = g[THERE_PHI + j]
+    w[LOW + i] = g[THERE_LOW + j]
+    w[P + i] = g[THERE_P + j]
+    w[Q + i] = g[THERE_Q + j]
     if w[AF + i] > 0.0:
-        w[THETA + i] = w[THERE_THETA + i]
-        w[PF + i] = w[THERE_PF + i]
-        w[QF + i] = w[THERE_QF + i]
+        w[THETA + i] = g[THERE_THETA + j]
+        w[PF + i] = g[THERE_PF + j]
+        w[QF + i] = g[THERE_QF + j]
     return w[Q + i] + w[QF + i] - w[B + i]
 
 

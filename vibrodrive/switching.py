@@ -30,17 +30,21 @@ from vibrodrive.lane import (
     D2,
     DIP,
     ETA,
-    M2,
     M2S,
     M3,
     MARGIN,
     NOISE,
     OTHER,
     PF,
+    PHI,
+    PHI_DOWN,
+    PHI_UP,
     QF,
     RF,
     SEARCH,
     SIG,
+    SPAN,
+    SPAN0,
     V0,
     WATCH,
     X0,
@@ -57,6 +61,7 @@ from vibrodrive.lane import (
     Q,
 )
 from vibrodrive.parameters import State
+from vibrodrive.trig import PI, TWO_PI
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
@@ -109,8 +114,9 @@ def _start(w, k, i, which, base, sig, a, noise):
     fast = a * eta * eta
     w[RF + i] = a
     w[M2S + i] = 2.0 * abs(w[C2 + i]) + w[A + i] + 1e-300  # never zero: it divides
-    w[M2 + i] = w[M2S + i] + fast
-    w[M3 + i] = w[A + i] + fast * eta + 1e-300
+    w[M3 + i] = w[A + i] + fast * eta
+    w[SPAN0 + i] = 1.0 if a == 0.0 else (w[A + i] + fast) / w[M3 + i]
+    w[SPAN + i] = w[SPAN0 + i]
     w[NOISE + i] = NOISE_SHARE * (base + abs(w[C0 + i]) + 2.0 * (abs(w[AL + i]) + abs(w[BE + i]) + a) + noise)
     w[H + i] = 0.0
     w[OTHER + i] = INFINITY
@@ -160,6 +166,19 @@ def aim_velocity(w, k, i, s, limit):
     if s < 0.0:
         w[WATCH + i] = w[X0 + i]
         w[DIP + i] = w[MARGIN + i]
+
+
+@inline
+def skip_start(w, i, s):
+    """A slide that starts with ξ' = 0: put the cursor where the search can begin (locate.py, starts on a zero)."""
+    h = 0.0
+    if w[ETA + i] == 0.0:
+        h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
+        if h >= TWO_PI:
+            h -= TWO_PI
+    elif w[A0 + i] == 0.0:
+        h = 2.9 * s * 2.0 * w[D2 + i] / w[M3 + i]
+    w[H + i] = h if h > 0.0 else 0.0
 
 
 @inline
