@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
@@ -17,6 +18,7 @@ import vibrodrive as vd
 from tests import fake
 from vibrodrive import cli, config
 from vibrodrive.plan import make_plan
+from vibrodrive.progress import Show, Tally, duration
 from vibrodrive.store import open_writer
 from vibrodrive.store_layout import Origin
 
@@ -36,7 +38,7 @@ def run(tmp_path, monkeypatch, capsys):
     """Run a command in an empty directory; returns (exit code, stdout, stderr)."""
     monkeypatch.chdir(tmp_path)
     Path("small.toml").write_text(SMALL)
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
 
     def call(*arguments):
         monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
@@ -65,7 +67,10 @@ def quick(monkeypatch):
 
 def fresh(code):
     """Run Python code in a new process; returns what it prints."""
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    ).stdout
 
 
 def test_help_imports_nothing_heavy():
@@ -356,3 +361,74 @@ def test_trajectory_draws_one_motion(run):
     assert (code, out) == (0, "")
     assert Path("small.png").read_bytes()[:4] == b"\x89PNG"
     assert "switches" in err
+
+
+class Stream(io.StringIO):
+    def __init__(self, terminal):
+        super().__init__()
+        self.isatty = lambda: terminal
+
+
+def test_progress_rewrites_its_line_on_a_terminal():
+    stream = Stream(terminal=True)
+    show = Show(stream, "s.h5")
+    show.update(lambda: "1 %")
+    show.update(lambda: "2 %")
+    show.say("done")
+    assert stream.getvalue() == "\r\x1b[Ks.h5  1 %\r\x1b[Ks.h5  2 %\r\x1b[Kdone\n"
+
+
+def test_progress_is_a_plain_line_now_and_then_elsewhere(monkeypatch):
+    clock = iter([0.0, 1.0, 9.9, 10.1, 10.1, 15.0, 20.2, 20.2])
+    monkeypatch.setattr("time.monotonic", lambda: next(clock))
+    stream = Stream(terminal=False)
+    show = Show(stream, "s.h5")
+    for share in (10, 20, 30, 40, 50):
+        show.update(lambda share=share: f"{share} %")
+    assert stream.getvalue() == "s.h5  30 %\ns.h5  50 %\n"
+
+
+def test_progress_tells_rate_and_time_left(monkeypatch):
+    monkeypatch.setattr("time.monotonic", lambda: 100.0)
+    tally = Tally()
+    tally.start(points=1000, done=400, periods=50)
+    assert tally.line() == " 40.0 %"
+    monkeypatch.setattr("time.monotonic", lambda: 110.0)
+    tally.add(200)
+    assert tally.line() == " 60.0 %  1.00e+03 periods/s  20 points/s  20.0 s left"
+
+
+def test_a_terminal_that_has_gone_away_is_no_reason_to_stop():
+    stream = Stream(terminal=True)
+    show = Show(stream, "s.h5")
+    stream.close()
+    show.update(lambda: "1 %")
+    show.say("done")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(3.21, "3.2 s"), (250, "4 min 10 s"), (7500, "2 h 5 min"), (3.2 * 86400, "3 d 4 h")],
+)
+def test_durations_as_a_person_says_them(seconds, words):
+    assert duration(seconds) == words
+
+
+@pytest.mark.jit
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_sweep(run):
+    """60 000 points take no more than 60 MiB more than 2000, whose blocks are as large."""
+    peak = {}
+    for points in (2000, 60_000):
+        code = (
+            "import resource, sys\nfrom vibrodrive.cli import main\n"
+            f"try: main(['sweep', 'small.toml', '-o', '{points}.h5', '--set', 'A.num={points}', "
+            "'--set', 'eps=0', '--set', 'periods=500'])\n"
+            "except SystemExit as end: assert not end.code\n"
+            "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        )
+        if not peak:
+            fresh(code)  # compiles, which takes memory of its own
+            Path(f"{points}.h5").unlink()
+        peak[points] = int(fresh(code))
+    assert peak[60_000] - peak[2000] < 60 * 1024

@@ -295,7 +295,9 @@ def _same_command() -> str:
 def _leave(code: int, message: str) -> NoReturn:
     """End at once, whatever other threads are doing; everything that matters is on the disk."""
     try:
-        print(f"vibrodrive: {message}", file=sys.stderr, flush=True)
+        os.write(
+            2, f"vibrodrive: {message}\n".encode()
+        )  # the stream may be in use: this may be a signal handler
     finally:
         os._exit(code)
 
@@ -306,8 +308,9 @@ def _on_signal(signum: int, frame: object) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(signum, _on_signal)
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if not (signum == signal.SIGHUP and signal.getsignal(signum) == signal.SIG_IGN):  # nohup
+            signal.signal(signum, _on_signal)
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
         print(f"vibrodrive: {message}", file=sys.stderr)
