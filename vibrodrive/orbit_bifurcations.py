@@ -30,7 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrodrive.orbit_path import DOUBLING, Path
-from vibrodrive.orbit_search import UNSTABLE, Orbit, orbits
+from vibrodrive.orbit_search import Orbit, orbits
 from vibrodrive.parameters import bad, check, check_count
 
 ONSET = "onset"
@@ -56,7 +56,7 @@ class Bifurcation:
     ----------
     A, B : where.
     kind : "onset", "period doubling", "fold", "border", "grazing" or "stick" (see the head of this module).
-    orbit : the orbit, on the side where it exists (below A if on both).
+    orbit : the orbit, as close to A as floats tell it from what it ends in.
     multiplier_below, multiplier_above : its multiplier a little below and above A; NaN where there is no such
         orbit.
     """
@@ -124,39 +124,26 @@ class _Search:
     def compare(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
         """Find what happens between a and b, whose orbits are `below` and `above`."""
         if (ends := _that_ends(below, above)) is not None:
-            orbit = ends
+            path = Path.of(ends)
             lives_below = any(o is ends for o in below)
-            where, kind, last = Path.of(ends).end(*((a, b) if lives_below else (b, a)))
+            where, kind, last = path.end(*((a, b) if lives_below else (b, a)))
+            orbit = path.parent.orbit(where) if kind == DOUBLING else path.orbit(last)
         elif (turns := _that_turns(below, above)) is not None:
-            orbit = turns
-            where = last = Path.of(turns).doubling(a, b)
-            kind = DOUBLING
+            path = Path.of(turns)
+            where = last = path.doubling(a, b)
+            kind, orbit = DOUBLING, path.orbit(where)
         else:
             return
         first, last = min(where, last) - APART, max(where, last) + APART
-        before = self.orbits(first)
-        after = self.orbits(last)
-        name = orbit.name
-        if kind == DOUBLING and orbit.impacts % 2 == 0:  # born or dead there: report the orbit that doubles
-            name = name[: orbit.impacts // 2]
-        self.report(where, kind, name, before, after)
+        before, after = self.orbits(first), self.orbits(last)
+        if not any(f.kind == kind and abs(f.A - where) < AGAIN for f in self.found):
+            self.found.append(
+                Bifurcation(where, kind, orbit, _multiplier(orbit, before), _multiplier(orbit, after))
+            )
         if first > a:
             self.compare(a, below, first, before)
         if last < b:
             self.compare(last, after, b, above)
-
-    def report(
-        self, where: float, kind: str, name: tuple[str, ...], before: Sequence[Orbit], after: Sequence[Orbit]
-    ) -> None:
-        """Note a bifurcation of the orbit called `name` on one side or both."""
-        if any(f.kind == kind and abs(f.A - where) < AGAIN for f in self.found):
-            return
-        named = [o for o in (*before, *after) if o.name == name]
-        orbit = min(named, key=lambda o: (o.kind == UNSTABLE, abs(o.A - where)))
-        lower, upper = _same(orbit, before), _same(orbit, after)
-        below = lower.multiplier if lower else math.nan
-        above = upper.multiplier if upper else math.nan
-        self.found.append(Bifurcation(where, kind, lower or upper or orbit, below, above))
 
 
 def _that_ends(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
@@ -176,10 +163,11 @@ def _that_turns(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
     return next((o for o in below if not kinds[o.name, o.kind]), None)
 
 
-def _same(orbit: Orbit, others: Sequence[Orbit]) -> Orbit | None:
-    """The orbit among others that `orbit` goes on as: of its period, and close."""
+def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
+    """The multiplier of what `orbit` is among others: of its period, and close. NaN if it is none of them."""
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < MEET]
-    return min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
+    same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
+    return same.multiplier if same else math.nan
 
 
 def gap_between(one: Orbit, other: Orbit) -> float:

@@ -1,11 +1,11 @@
 """Itineraries of several flights, and the intervals of launch phases that share one.
 
-An itinerary is the words of consecutive flights and, for each impact, its place on the line of time: before,
-in or after the window of some period. Each of these decisions is monotone in ψ while the ones before it stand
-(orbit_flight.py; composed flights are monotone, too). So the phases with one itinerary form an interval, and
-equal itineraries at two phases mean the same itinerary between them: bisection wherever two ends differ finds
-every border, to neighbouring floats, without any sampling. What can be missed is an interval without a float
-in it.
+An itinerary is the words of consecutive flights and, after each impact, how many windows have passed and
+whether the mass rests before the next launch. Each of these decisions is monotone in ψ while the ones before
+it stand (orbit_flight.py; composed flights are monotone, too). So the phases with one itinerary form an
+interval, and equal itineraries at two phases mean the same itinerary between them: bisection wherever two
+ends differ finds every border, to neighbouring floats, without any sampling. What can be missed is an
+interval without a float in it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vibrodrive.trig import PI, PI_LOW
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
 
-MONTH, LATE = 6, 7  # letters of an itinerary beside the states: a period has passed; the window has, too
+WINDOW = 6  # a letter of an itinerary beside the states: a window has passed
 
 NOTHING = np.empty((0, 3))  # for flights whose slides nobody wants to see
 
@@ -53,18 +53,16 @@ def flights(psi, n, A, B, horizon, slides):
         if k < 0 or periods + k > horizon:
             return itinerary, periods, psi, slope, i + 1, LOST, first
         first += count
-        itinerary = append(itinerary, IMPACT + 1)
-        for _ in range(k):
-            itinerary = append(itinerary, MONTH)
-        periods += k
         slope *= rate
         psi = phase
-        if phase <= up or phase >= end:
-            itinerary = append(itinerary, REST + 1)
-            if phase >= end:
-                itinerary = append(itinerary, LATE)
-                periods += 1
-            return itinerary, periods, up, 0.0, i + 1, RESTS, first
+        rests = phase <= up or phase >= end
+        k += 1 if phase >= end else 0
+        periods += k
+        itinerary = append(itinerary, IMPACT + 1)
+        for _ in range(k):
+            itinerary = append(itinerary, WINDOW)
+        if rests:
+            return append(itinerary, REST + 1), periods, up, 0.0, i + 1, RESTS, first
     return itinerary, periods, psi, slope, n, FLYING, first
 
 

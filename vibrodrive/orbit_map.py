@@ -21,7 +21,7 @@ from vibrodrive.orbit_flight import FROM_STICK, IMPACT, REST, append, flight, wi
 from vibrodrive.parameters import State, check
 from vibrodrive.trig import PI, PI_LOW, turns
 
-HORIZON = 100_000
+HORIZON = 10_000
 """A flight of more excitation periods is given up: for B = 0 the mass may stay in the air for good."""
 
 SHOWN = 16

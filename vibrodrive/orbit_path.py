@@ -11,7 +11,7 @@ import numpy as np
 from vibrodrive.orbit_cells import NOTHING, RESTS, flights
 from vibrodrive.orbit_flight import flight
 from vibrodrive.orbit_map import ImpactMap, kind_of_change, states
-from vibrodrive.orbit_search import Orbit, cells, launches, returns
+from vibrodrive.orbit_search import Orbit, cells, follow, launches, returns
 from vibrodrive.trig import TWO_PI, TWO_PI_LOW
 
 DOUBLING, FOLD, BORDER, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
@@ -73,6 +73,12 @@ class Path:
             if n == self.impacts
             for psi, _ in returns(system, low, high, n, periods)
         ]
+
+    def orbit(self, A: float) -> Orbit:
+        """The orbit at an A where it exists; of several the most stable one."""
+        system = ImpactMap(A, self.B)
+        found = [follow(system, psi, self.impacts, True) for psi in self.starts(A)]
+        return min(found, key=lambda o: abs(o.multiplier))
 
     def multiplier(self, A: float) -> float:
         """At A, of the first such orbit; NaN if there is none."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,6 +42,8 @@ class Orbit:
         or doubling closer than rounding can tell; then the phases are good to some 1e-7 only).
     word : the states of one period, after the first impact, as text.
     A, B : where.
+    name : the word of each flight with the number of windows it spans, in a rotation that does not depend on
+        where the orbit is said to begin: what stays the same until a bifurcation is met as A moves.
     """
 
     period: int
@@ -54,16 +56,7 @@ class Orbit:
     word: str
     A: float
     B: float
-
-    @property
-    def name(self) -> tuple[str, ...]:
-        """The word of each flight with its whole periods: the same until a bifurcation is met as A moves.
-
-        A rotation of it that does not depend on where the orbit is said to begin.
-        """
-        words = self.word.removesuffix(" IMPACT").split(" IMPACT ")
-        flights = [f"{w} IMPACT {g}" for w, g in zip(words, self.gaps, strict=True)]
-        return min(tuple(flights[i:] + flights[:i]) for i in range(self.impacts))
+    name: tuple[str, ...] = field(repr=False)
 
 
 def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
@@ -164,6 +157,9 @@ def follow(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         words.append([State.REST] * rests + states(up if rests else phase, A, B))
         phase = float(step.phase)
         speeds[(i + 1) % n] = step.speed
+    late = (phases >= end).astype(np.int64)
+    spans = gaps + np.roll(late, -1) - late  # counted from launch to launch: a rest may last over the turn 2π
+    names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
     first = int(np.argmin(phases))
     words = words[first:] + words[:first]
     return Orbit(
@@ -177,6 +173,7 @@ def follow(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         word=spell([s for word in words for s in word]),
         A=A,
         B=B,
+        name=min(tuple(names[i:] + names[:i]) for i in range(n)),
     )
 
 

@@ -1,0 +1,108 @@
+"""Periodic orbits against 50 digits, against a dense sampling of the map, and against brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.mp_flight import next_impact, orbit_phase, slope
+from tests.reference import reference
+from vibrodrive.orbit_map import impact_map
+from vibrodrive.orbit_search import orbits
+
+SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
+             (3.25, 0.1), (3.6, 0.1), (4.3, 0.1), (3.4, 0.5), (5.0, 1.0), (8.0, 0.5), (3.0, 1.3),
+             (9.0, 2.0)]  # fmt: skip
+"""(A, B) with one to eight orbits of up to three periods, of every kind."""
+
+
+@pytest.mark.parametrize(("A", "B"), SOMEWHERE)
+def test_orbits_close_in_the_reference(A, B):
+    found = orbits(A, B, 3)
+    assert found
+    for orbit in found:
+        n = orbit.impacts
+        assert orbit.gaps.sum() == orbit.period
+        phi = float(orbit.phases[0])
+        words = []
+        for i in range(n):
+            landing = next_impact(A, B, phi)
+            words.append(landing.word)
+            assert landing.periods == orbit.gaps[i]
+            phi = landing.phase
+            assert float(phi) == pytest.approx(orbit.phases[(i + 1) % n], abs=1e-11)
+            assert -float(landing.velocity) == pytest.approx(orbit.speeds[(i + 1) % n], abs=1e-11)
+        assert " ".join(words) == orbit.word
+        if orbit.kind == "superstable":
+            assert orbit.multiplier == 0.0
+            assert "REST" in orbit.word
+        else:
+            exact = orbit_phase(A, B, float(orbit.phases[0]), n, orbit.period)
+            assert float(exact) == pytest.approx(orbit.phases[0], abs=1e-12)
+            assert orbit.multiplier == pytest.approx(float(slope(A, B, exact, n)), rel=1e-8)
+            assert orbit.kind == ("stable" if abs(orbit.multiplier) < 1 else "unstable")
+            assert (orbit.multiplier < 0) == (n % 2 == 1)
+
+
+def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Between which neighbours of `phi` the n-fold map is smooth and `period` periods long, and where it then
+    crosses the diagonal: bool (len(phi) - 1,) each."""
+    system = impact_map(A, B)
+    low, high = system.window
+    time, alive, words = phi.copy(), np.ones(len(phi), bool), np.zeros(len(phi), dtype="<U400")
+    total = np.zeros(len(phi), dtype=np.int64)
+    for _ in range(n):
+        step = system(time)
+        alive &= (step.phase > low) & (step.phase < high)
+        total += step.periods
+        words = np.char.add(words, step.word)
+        time = step.phase
+    smooth = (
+        alive[1:] & alive[:-1] & (words[1:] == words[:-1]) & (total[1:] == period) & (total[:-1] == period)
+    )
+    ahead = time - phi
+    return smooth, smooth & (ahead[1:] * ahead[:-1] < 0)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("A", "B"), SOMEWHERE)
+def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
+    """And none is found that the sampling excludes; narrower branches than its spacing it does not see."""
+    found = orbits(A, B, 3)
+    phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
+    for period in (1, 2, 3):
+        for n in range(1, period + 1):
+            smooth, crossed = sampled(A, B, n, period, phi)
+            launches = [
+                p for o in found for p in o.phases
+                if o.kind != "superstable" and n % o.impacts == 0 and o.period * (n // o.impacts) == period
+            ]  # fmt: skip
+            cells = np.searchsorted(phi, launches) - 1
+            assert set(np.flatnonzero(crossed)) == {c for c in cells if smooth[c]}
+
+
+def test_the_two_periodic_motion_of_the_paper():
+    """A = 3.04: one impact in two periods; the section points of the undisturbed motion are known."""
+    (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
+    assert (stable.period, stable.impacts) == (2, 1)
+    section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
+    known = [(2.7733816327, -2.6101762195), (1.2155473776, -2.8904206661)]
+    np.testing.assert_allclose(np.array(section, dtype=float), known, atol=1e-9)
+
+
+def test_a_rest_makes_superstable_whatever_follows():
+    (orbit,) = orbits(1.5)
+    assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
+    assert orbits(1.1) == orbits(0.0) == []
+
+
+def test_longer_periods_contain_the_shorter_ones():
+    short, long = orbits(3.17, 0.1, 3), orbits(3.17, 0.1, 6)
+    assert [o.phases.tolist() for o in long if o.period <= 3] == [o.phases.tolist() for o in short]
+    assert len({o.name for o in long}) == len(long)
+
+
+@pytest.mark.parametrize("limit", [0, -1, 2.0, "3"])
+def test_bad_period(limit):
+    with pytest.raises((TypeError, ValueError), match="max_period"):
+        orbits(3.04, 0.1, limit)
