@@ -29,11 +29,16 @@ from vibrodrive.style import (
 class Motion(Protocol):
     """What a figure needs of a Trajectory."""
 
-    switches: np.ndarray
-    section: np.ndarray
-    arguments: dict[str, Any]
+    @property
+    def switches(self) -> np.ndarray: ...
 
-    def sample(self, points_per_period: int) -> Any: ...
+    @property
+    def section(self) -> np.ndarray: ...
+
+    @property
+    def arguments(self) -> dict[str, Any]: ...
+
+    def sample(self, points_per_period: int, /) -> Any: ...
 
 
 class Curve(NamedTuple):

@@ -70,22 +70,22 @@ class Structure:
         return all(getattr(self, name) for name in criterion)
 
 
-def period(section: np.ndarray, longest: int = LONGEST, close: float = CLOSE) -> np.ndarray | int:
+def period(section: np.ndarray, longest: int = LONGEST, close: float = CLOSE) -> np.ndarray:
     """Smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
 
-    A period is claimed only if it is seen twice. Returns an integer array (…), an int for one section.
+    A period is claimed only if it is seen twice. Returns int64 (…).
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
     for n in range(1, min(longest, section.shape[-2] // 2) + 1):
         apart = np.abs(section[..., n:, :] - section[..., :-n, :]).max(axis=(-2, -1))
         found = np.where((found == 0) & (apart <= close), n, found)
-    return found if found.ndim else int(found)
+    return found
 
 
 def orbit(trajectory: Any, longest: int = LONGEST, close: float = CLOSE) -> Orbit | None:
     """The periodic orbit a Trajectory has settled on, or None if it has not repeated."""
-    n = period(trajectory.section, longest, close)
+    n = int(period(trajectory.section, longest, close))
     if n == 0:
         return None
     speed = float(-impacts(trajectory.switches)["dxi"].min(initial=0.0))
