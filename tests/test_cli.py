@@ -62,6 +62,7 @@ def quick(monkeypatch):
             yield block
 
     monkeypatch.setattr(import_module("vibrodrive.sweep"), "run_blocks", blocks)
+    monkeypatch.setattr(import_module("vibrodrive._jit"), "is_compiled", lambda: True)
     return computed
 
 
@@ -177,6 +178,7 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["sweep", "small.toml", "--method", "newton"], ["--method", "newton", "certified"]),
         (["sweep", "small.toml", "--method", "fixed"], ["dtau", "missing"]),
         (["sweep", "small.toml", "--threads", "0"], ["--threads", "0"]),
+        (["sweep", "small.toml", "--threads", "9999"], ["--threads = 9999", "<="]),
         (["sweep", "small.toml", "--set", "periods=0"], ["small.toml", "periods = 0", ">= 1"]),
         (["sweep", "small.toml", "--set", "A=nan"], ["A = nan", "number"]),
         (["sweep", "small.toml", "--set", "A=[]"], ["A = []", "at least one"]),

@@ -20,7 +20,8 @@ from vibrodrive.parameters import State, Status
 from vibrodrive.plan import make_plan
 from vibrodrive.size import TooLarge, file_bytes
 from vibrodrive.store import Busy, Different, NoResult, open_writer
-from vibrodrive.store_layout import VARIABLES, Damaged, Origin, tiles
+from vibrodrive.store_header import Damaged
+from vibrodrive.store_layout import VARIABLES, Origin, tiles
 from vibrodrive.store_read import load, look, verify
 
 ARRAYS = ("section", "status", "margin", "switches")

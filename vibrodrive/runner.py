@@ -168,12 +168,10 @@ class _Work:
             return
         if executor is None:
             self._compile(writer.plan, which[:1])
-        import numba
-
         from vibrodrive.fletcher import fletcher32
         from vibrodrive.sweep import run_blocks
 
-        writer.fletcher32 = None if numba.config.DISABLE_JIT else fletcher32
+        writer.fletcher32 = fletcher32 if _compiling() else None
 
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]
@@ -193,7 +191,7 @@ class _Work:
         from vibrodrive._jit import is_compiled
         from vibrodrive.sweep import run_blocks
 
-        if is_compiled():
+        if is_compiled() or not _compiling():
             return
         self._news.append("compiling the kernels, once for this version: some twenty seconds")
         self.tally.stage = "compiling"
@@ -236,6 +234,13 @@ def _signals() -> Iterator[list[int]]:
     finally:
         for s, handler in before.items():
             signal.signal(s, handler)
+
+
+def _compiling() -> bool:
+    """Whether Numba compiles at all (it can be told not to)."""
+    from numba import config
+
+    return not getattr(config, "DISABLE_JIT", 0)
 
 
 def _held(writer: Writer) -> str:

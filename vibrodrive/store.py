@@ -21,25 +21,20 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from vibrodrive.parameters import Method, Scan
 from vibrodrive.plan import Plan
 from vibrodrive.size import refuse_large_file
 from vibrodrive.store_check import check_block, point_sums, read_marks, section_sums
+from vibrodrive.store_compare import compare
+from vibrodrive.store_header import Damaged, NoResult, damaged_coordinates, open_result, read_header
 from vibrodrive.store_layout import (
     VARIABLES,
-    Damaged,
-    Header,
-    NoResult,
     Origin,
     Progress,
     blank,
     chunk_of,
-    damaged_coordinates,
     lay_out,
-    open_result,
     put_chunk,
     quiet,
-    read_header,
     tiles,
 )
 from vibrodrive.store_lock import Busy, Lock, draft_of
@@ -273,7 +268,7 @@ def _resume(path: Path, plan: Plan) -> Writer:
     try:
         file = open_result(path, "r+")
         header = read_header(file)
-        differences = compare(header, plan)
+        differences = compare(header.plan, plan)
         if differences:
             raise Different(
                 f"{path}: made from another configuration: {'; '.join(differences)}. "
@@ -312,36 +307,6 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
     finally:
         if old is not None:
             old.release()
-
-
-def compare(header: Header, plan: Plan) -> list[str]:
-    """Which parts of the plan of a file differ from another plan, each in words; empty if none does."""
-    there, here = _flat(header.plan), _flat(plan)
-    found = []
-    for key in [*there, *(k for k in here if k not in there)]:
-        a, b = there.get(key), here.get(key)
-        if a is None or b is None or a.tobytes() != b.tobytes():
-            found.append(f"{key} is {_words(a)} there and {_words(b)} here")
-    if not found and list(header.plan.axes) != list(plan.axes):
-        found.append(f"the axes are {', '.join(header.plan.axes)} there and {', '.join(plan.axes)} here")
-    return found
-
-
-def _flat(plan: Plan) -> dict[str, np.ndarray]:
-    scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
-    settings = vars(plan.settings) | {
-        "method": Method(plan.settings.method).name.lower(),
-        "scan": Scan(plan.settings.scan).name.lower(),
-    }
-    return plan.axes | scalars | {k: np.asarray(v) for k, v in settings.items()}
-
-
-def _words(value: np.ndarray | None) -> str:
-    if value is None or (value.ndim == 0 and value != value):
-        return "not given"
-    if value.size <= 4:
-        return ", ".join(str(v) for v in np.atleast_1d(value).tolist())
-    return f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
 
 
 def _plain(error: BaseException, path: Path) -> Unwritable:

@@ -13,7 +13,8 @@ import h5py
 import numpy as np
 
 from vibrodrive.parameters import Status
-from vibrodrive.store_layout import BROKEN, VARIABLES, Tile
+from vibrodrive.store_header import BROKEN
+from vibrodrive.store_layout import VARIABLES, Tile
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)

@@ -13,18 +13,8 @@ from vibrodrive.parameters import Status
 from vibrodrive.plan import Plan
 from vibrodrive.results import Index, Results
 from vibrodrive.store_check import check_block, read_marks
-from vibrodrive.store_layout import (
-    Damaged,
-    Header,
-    Progress,
-    Tile,
-    axes_of,
-    damaged_coordinates,
-    open_result,
-    quiet,
-    read_header,
-    tiles,
-)
+from vibrodrive.store_header import Damaged, Header, damaged_coordinates, open_result, read_header
+from vibrodrive.store_layout import Progress, Tile, axes_of, quiet, tiles
 
 __all__ = ["Report", "load", "look", "verify"]
 

@@ -1,0 +1,105 @@
+"""`vibrodrive sweep`: from a configuration to a result file."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from vibrodrive.cli_common import FILE, METHOD, SET, THREADS, leave, read, same_command, say
+from vibrodrive.cli_plot import draw
+
+if TYPE_CHECKING:
+    from vibrodrive.plan import Plan
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@METHOD
+@THREADS
+@click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
+@click.option("--plot", "plotted", is_flag=True, help="Draw the result when it is complete.")
+@click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
+@click.option("--overwrite", is_flag=True, help="Replace the result file instead of resuming it.")
+def sweep(
+    config: Path,
+    output: Path | None,
+    overrides: tuple[str, ...],
+    method: str | None,
+    threads: int | None,
+    dask: str | None,
+    plotted: bool,
+    dry_run: bool,
+    overwrite: bool,
+) -> None:
+    """Compute the sweep that CONFIG describes, into a file. A file that is there is resumed."""
+    from vibrodrive.progress import Show
+    from vibrodrive.size import refuse_large_block
+
+    settings = read(config, overrides, method)
+    plan = settings.plan()
+    path = output or Path(config.stem + ".h5")
+    refuse_large_block(plan, threads or os.cpu_count() or 1)
+    if threads and not dask:
+        _check_threads(threads)
+    if dry_run:
+        _dry_run(plan, path, threads)
+        return
+    from vibrodrive.runner import Job, Stopped, run
+    from vibrodrive.store_layout import Origin
+
+    origin = Origin(settings.text, settings.overrides, settings.title)
+    show = Show(sys.stderr, path.name)
+    try:
+        show.say(run(Job(plan, origin, path, threads, dask, overwrite), show))
+    except Stopped as stopped:
+        leave(130, f"{stopped}; resume with: {same_command()}")
+    _tell_statuses(path)
+    if plotted:
+        draw(path, path.with_suffix(".png"), {})
+
+
+def _check_threads(threads: int) -> None:
+    from vibrodrive.sweep import check_threads
+
+    try:
+        check_threads(threads)
+    except ValueError as error:
+        raise click.ClickException(f"--{error}") from None
+
+
+def _dry_run(plan: Plan, path: Path, threads: int | None) -> None:
+    from vibrodrive import estimate
+    from vibrodrive.progress import duration
+    from vibrodrive.size import block_bytes, file_bytes, human, refuse_large_file
+
+    periods = plan.settings.transient + plan.settings.periods
+    click.echo(f"points   {plan.n_points}")
+    click.echo(
+        f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)"
+    )
+    click.echo(f"file     {human(file_bytes(plan))}")
+    workers = threads or os.cpu_count() or 1
+    click.echo(f"memory   {human(BASE_MEMORY + 2 * workers * block_bytes(plan))}")
+    refuse_large_file(plan, path)
+    click.echo(f"time     {duration(estimate.seconds(plan, threads))}")
+
+
+BASE_MEMORY = 200_000_000
+"""Interpreter, NumPy, Numba and the compiled kernels."""
+
+
+def _tell_statuses(path: Path) -> None:
+    """Say which points did not simply go well."""
+    from vibrodrive.parameters import Status
+    from vibrodrive.store_read import look
+
+    for name, points in look(path).statuses.items():
+        if name != Status.OK.name:
+            advice = Status[name].advice if name in Status.__members__ else "unknown"
+            say(f"{points} points {name}: {advice}")
