@@ -10,20 +10,17 @@ import pytest
 import vibrodrive as vd
 from tests.reference import SCENES, mp, scene
 
-PARAMETERS = ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0")
-
-
-def errors(exact, trajectory, period0):
-    """Largest error in τ, ξ and ξ' over all switches, after checking that states and order agree."""
+def errors(exact, trajectory):
+    """Errors in τ, ξ and ξ' of all switches, after checking that states and order agree."""
     rows = trajectory.switches
     assert [(s.before, s.after) for s in exact.switches] == [(r["before"], r["after"]) for r in rows]
-    tau = dx = dv = 0.0
+    late, dx, dv = [], [], []
     for s, r in zip(exact.switches, rows, strict=True):
-        late = (int(r["period"]) - s.period) * 2 * mp.pi + (mp.mpf(float(r["phase"])) - s.phase)
-        tau = max(tau, abs(float(late)))
-        dx = max(dx, abs(float(s.xi - mp.mpf(float(r["xi"])))))
-        dv = max(dv, abs(float(s.dxi - mp.mpf(float(r["dxi"])))))
-    return tau, dx, dv
+        turns = (int(r["period"]) - s.period) * 2 * mp.pi
+        late.append(abs(float(turns + (mp.mpf(float(r["phase"])) - s.phase))))
+        dx.append(abs(float(s.xi - mp.mpf(float(r["xi"])))))
+        dv.append(abs(float(s.dxi - mp.mpf(float(r["dxi"])))))
+    return np.array(late), np.array(dx), np.array(dv)
 
 
 def certified(name):
@@ -37,20 +34,22 @@ def certified(name):
 )
 def test_switches_of_the_paper(name, bound):
     """1000 periods at ε = 0 to 1e-11 in τ, 100 periods at ε = 2e-4 to 1e-10."""
-    tau, dx, dv = errors(scene(name), certified(name), 0)
-    assert tau < bound
-    assert dx < 100 * bound
-    assert dv < 100 * bound
+    tau, dx, dv = errors(scene(name), certified(name))
+    assert tau.max() < bound
+    assert dx.max() < 100 * bound
+    assert dv.max() < 100 * bound
 
 
 @pytest.mark.jit
 @pytest.mark.parametrize("name", [n for n in SCENES if n not in ("one-periodic", "two-periodic", "disturbed")])
 def test_switches_beyond_the_paper(name):
+    """To 1e-10. In one scene the mass chatters: some twenty bounces in a row each multiply what they inherit by
+    2 to 3, so that an error of 1e-17 at the first is 1e-9 at the last, whatever double it was computed in."""
     exact, ours = scene(name), certified(name)
-    tau, _, _ = errors(exact, ours, 0)
-    assert tau < 1e-9
+    late, _, _ = errors(exact, ours)
+    assert late.max() < (1e-8 if name == "fast disturbance" else 1e-10)
     section = np.array([[float(x), float(v)] for x, v in exact.section])
-    np.testing.assert_allclose(ours.section, section, atol=1e-8)
+    assert np.abs(ours.section - section).max() < 100 * max(late.max(), 1e-13)
 
 
 @pytest.mark.jit

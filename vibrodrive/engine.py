@@ -56,6 +56,9 @@ OK, TOO_CLOSE, BUDGET, NEVER_LEAVES = (
 STRETCH = 8.0 * PI
 """A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
 
+LONGEST_SCAN = 4194304.0
+"""So is a segment of more grid points than this, so that the budget is looked at now and then."""
+
 ROUNDING = 2.0**-49
 """Eight units in the last place: a margin below this share of the terms it is a difference of is too close to call."""
 
@@ -79,9 +82,37 @@ def meet_force(w, k, i, distance, late):
 
 @inline
 def gap_rounding(w, i, h):
-    """How far rounding can put ξ off at h after the last switch."""
-    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h + w[r.A + i]
+    """How far rounding can put ξ off at h after the last switch (little has been added up where little time passed)."""
+    eta = w[r.ETA + i]
+    if (1.0 + eta) * h < 0.7:
+        rate = w[r.A + i] + w[r.AF + i] * eta
+        return ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
+    pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
+    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
     return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+
+
+@inline
+def velocity_rounding(w, i, h):
+    """How far rounding can put ξ' off at h after the last switch."""
+    eta = w[r.ETA + i]
+    if (1.0 + eta) * h < 0.7:
+        rate = w[r.A + i] + w[r.AF + i] * eta
+        return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h)
+    fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
+    return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast)
+
+
+@inline
+def meet_tangency(w, k, i, h):
+    """The closest a switching function came to 0, or past it, without or before its zero (locate.py, NEAR)."""
+    near = w[r.NEAR + i]
+    if near < INFINITY:
+        which = k[r.SEARCH + i]
+        bound = velocity_rounding(w, i, h)
+        if which == S4 or which == S5:
+            bound = ROUNDING * (w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0)
+        meet(w, k, i, near, bound)
 
 
 @inline
@@ -125,7 +156,7 @@ def record(w, k, i, before, after, x, v, transient, counts, rows_int, rows_float
     Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
     """
     n = k[r.PERIOD + i] - k[r.PERIOD0 + i]
-    recorded = n > transient or (n == transient and w[r.PHI + i] > w[r.PHI0 + i])
+    recorded = n > transient or (n == transient and w[r.PHI + i] > w[r.PHI0 + i]) or transient == 0
     if recorded:
         counts[k[r.POINT + i], after] += 1
     if rows_int.shape[0] > 0:
@@ -144,6 +175,7 @@ def stretch(w, i, method):
         w[r.LIMIT + i] = left if left < longest else longest
     else:
         steps = float(math.floor(longest / w[r.DTAU + i]))
+        steps = steps if steps < LONGEST_SCAN else LONGEST_SCAN
         last = float(math.ceil(left / w[r.DTAU + i]))
         steps = steps if steps < last else last
         w[r.LIMIT + i] = steps if steps > 1.0 else 1.0
@@ -215,6 +247,16 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
         skip_start(w, i, s)
 
 
+@inline
+def stay(w, k, i, transient, section):
+    """The mass never moves again. At ε = 0 it misses by the height of the excitation below the boundary."""
+    emit_sections(w, k, i, INFINITY, transient, section)
+    reach = w[r.A + i] + w[r.AF + i]
+    meet(w, k, i, abs(1.0 + w[r.B + i] - reach), ROUNDING * (1.0 + w[r.B + i] + reach))
+    if k[r.STATUS + i] == OK:
+        k[r.STATUS + i] = NEVER_LEAVES
+
+
 CONTINUE, END, STRETCHED, TURN, HIT, LEAVE_UP, LEAVE_DOWN = 0, 1, 2, 3, 4, 5, 6
 
 
@@ -228,14 +270,15 @@ def certified_event(w, k, i, x):
         if met == FALLEN or x <= 0.0:
             # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
             if met == ZERO:
-                meet(w, k, i, -x, gap_rounding(w, i, h))
+                meet(w, k, i, 0.0 - x, gap_rounding(w, i, h))
             above = w[r.ABOVE + i]
-            aim_gap(w, k, i, w[r.LIMIT + i])
+            aim_gap(w, k, i, h)
             w[r.H + i] = above
+            w[r.LIMIT + i] = h  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
             return CONTINUE, h
         if met == ZERO:
             meet(w, k, i, x, gap_rounding(w, i, h))
-    elif which == S1:
+    elif which == S1 and (met == ZERO or h >= w[r.LIMIT + i]):
         return HIT, h
     if met == LIMIT_MET:
         return END if h >= w[r.LEFT + i] else STRETCHED, h
@@ -304,6 +347,7 @@ def settle(
         h, phase, later, down = calm_wait(w, i, k[r.STATE + i])
         event = LEAVE_DOWN if down else LEAVE_UP
     elif certified:
+        meet_tangency(w, k, i, w[r.H + i])
         event, h = certified_event(w, k, i, g[r.THERE_X + j])
     else:
         event, h = grid_event(w, k, i, method)
@@ -332,14 +376,20 @@ def settle(
             k[r.STATUS + i] = BUDGET
             return False
 
-        # a switch found with an error e comes late by e over the rate at which its function falls
-        terms = w[r.A + i] + abs(w[r.L + i]) * h
         late = TWO_PI + h
         if event == HIT:
-            late += (terms * (1.0 + h) + abs(w[r.X0 + i])) / (abs(v) + 1e-300)
+            late += gap_rounding(w, i, h) / (ROUNDING * abs(v) + 1e-300)
+        elif event == TURN:
+            late += velocity_rounding(w, i, h) / (ROUNDING * abs(force_at(w, i, h) - (1.0 if state == UP else -1.0)) + 1e-300)
         # advance to the switch
         if calm and (state == STICK or state == REST):
             force = 1.0 if event == LEAVE_UP else -1.0
+            # how far H goes past the boundary it leaves by, and how far it stayed below the other
+            over = abs(w[r.A + i] - 1.0 - w[r.B + i])
+            if event == LEAVE_DOWN:
+                below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
+                over = below if below < over else over
+            meet(w, k, i, over, ROUNDING * (1.0 + w[r.B + i] + w[r.A + i]))
             w[r.PHI + i] = phase
             w[r.LOW + i] = 0.0
             k[r.PERIOD + i] += 1 if later else 0
@@ -366,8 +416,6 @@ def settle(
             to = decide_at_obstacle(force)
             meet_force(w, k, i, abs(force - 1.0), late)
         elif event == TURN:
-            a = force - (1.0 if state == UP else -1.0)
-            late += terms / (abs(a) + 1e-300)
             to = decide_in_air(force)
             v = 0.0 if certified else v
             if certified and x <= 0.0:
@@ -381,9 +429,7 @@ def settle(
         if waiting and not can_leave(w, i, to):
             k[r.STATE + i] = to
             w[r.X0 + i] = x
-            emit_sections(w, k, i, INFINITY, transient, section)
-            if k[r.STATUS + i] == OK:
-                k[r.STATUS + i] = NEVER_LEAVES
+            stay(w, k, i, transient, section)
             return False
         if not (calm and waiting):
             enter(w, k, i, to, x, 0.0, force, certified and (state == STICK or state == REST), method, scan)
@@ -398,7 +444,7 @@ def settle(
 def set_parameters(w, k, i, points, row, method):
     """The parameters of a point, its start in time, and the ends of its waits at ε = 0."""
     a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
-    fast = a * eps > 0.0
+    fast = a * eps * eta * eta > 0.0
     w[r.A + i] = a
     w[r.B + i] = b
     w[r.AF + i] = a * eps * eta * eta if fast else 0.0
@@ -467,9 +513,7 @@ def load(
         write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
     waiting = state == STICK or state == REST
     if waiting and not can_leave(w, i, state):
-        emit_sections(w, k, i, INFINITY, transient, section)
-        if k[r.STATUS + i] == OK:
-            k[r.STATUS + i] = NEVER_LEAVES
+        stay(w, k, i, transient, section)
         return False
     enter(w, k, i, state, x, v, force, False, method, scan)
     if waiting and method == CERTIFIED and not fast:

@@ -47,8 +47,10 @@ from vibrodrive.lane import (
     M2S,
     M3,
     MET,
+    NEAR,
     NOISE,
     OTHER,
+    PAID,
     P,
     Q,
     RF,
@@ -73,6 +75,9 @@ NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 
 TINY = 1.2e-16
 """A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+PATIENCE = 1e6
+"""Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
 
 
 @inline
@@ -132,15 +137,25 @@ def search(w, i, fast, grid):
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
     g = w[BASE + i] + sig * g
     dg = sig * dg
+    ddg = sig * ddg
+    if not grid:
+        # the lowest point of the parabola of second order here, where the third derivative cannot belie it
+        t = dg / (ddg if ddg > 0.0 else 1e-300)
+        lowest = abs(g - 0.5 * dg * t)
+        sure = (ddg > 0.0) & (w[M3 + i] * abs(t * t * t) <= 3.0 * lowest) & (h > 0.0) & (x > 0.0)
+        near_zero = w[NEAR + i]
+        w[NEAR + i] = lowest if sure & (lowest < near_zero) else near_zero
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     span = w[SPAN + i]
-    step, slope, cubic = safe_step(trusted, dg, sig * ddg, w[M3 + i], span)
+    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span)
     # the next S: as far as this step went where the root is in sight, further where it is not
-    span = (step if slope > 0.0 else 3.0 * span) + 1e-9 * w[SPAN0 + i]
+    span = step if slope > 0.0 else 3.0 * span
+    if grid:
+        span += 1e-9 * w[SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
     if fast:
         rf = w[RF + i]
-        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf
+        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf - w[NOISE + i]
         worth = (slow > 0.0) & (rf > 0.0)  # a calm lane beside disturbed ones keeps the bits it has elsewhere
         long = parabola(slow if worth else 0.0, dg - sig * fast_slope, w[M2S + i])
         long = long if worth else 0.0
@@ -163,12 +178,14 @@ def search(w, i, fast, grid):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
-        ahead = h + step
-        zero = ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
+        over = g < 0.0  # by rounding: nothing to search beyond
+        ahead = h if over else h + step
+        zero = over | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
         at_limit = ahead >= limit
+        ahead = limit if at_limit else ahead
+        at_limit = at_limit | (w[WORK + i] - w[PAID + i] > PATIENCE)
         met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
         met = FALLEN if x < -w[DIP + i] else met
-        ahead = limit if at_limit else ahead
     w[ABOVE + i] = cursor if x >= 0.0 else w[ABOVE + i]
     # a search of two sides goes on with the one that is behind
     other = w[OTHER + i]

@@ -33,6 +33,7 @@ from vibrodrive.lane import (
     M2S,
     M3,
     MARGIN,
+    NEAR,
     NOISE,
     OTHER,
     PF,
@@ -123,6 +124,7 @@ def _start(w, k, i, which, base, sig, a, noise):
     w[ABOVE + i] = 0.0
     w[WATCH + i] = INFINITY
     w[DIP + i] = INFINITY
+    w[NEAR + i] = INFINITY
     k[SEARCH + i] = which
 
 

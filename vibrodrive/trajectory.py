@@ -62,6 +62,8 @@ class Trajectory:
     def sample(self, points_per_period: int) -> Sample:
         """The motion at points_per_period instants a period (and at both ends) of the recorded window.
 
+        NaN behind the last switch where the budget was spent.
+
         Raises TypeError or ValueError unless points_per_period is a whole number >= 1.
         """
         count = check_count("points_per_period", points_per_period, 1, 10**8)
@@ -86,6 +88,10 @@ class Trajectory:
         tau = self.arguments["tau0"] + TWO_PI * (
             self._plan.settings.transient + np.arange(total) / count
         )
+        if self.status == Status.BUDGET:
+            last = rows[-1]
+            known = tau <= TWO_PI * last["period"] + last["phase"]
+            out[~known] = np.nan
         return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
 
 
