@@ -29,6 +29,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibrodrive.orbit_cells import NOTHING, RESTS, flights
+from vibrodrive.orbit_map import ImpactMap
 from vibrodrive.orbit_path import DOUBLING, Path
 from vibrodrive.orbit_search import Orbit, orbits
 from vibrodrive.parameters import bad, check, check_count
@@ -37,6 +39,10 @@ ONSET = "onset"
 
 STEP = 1.0 / 256.0
 """Spacing of the grid of A at most, where the caller says nothing."""
+
+FINER = 32
+"""How many times finer the orbit that rests is looked at. Windows in which it has a short period are the
+narrowest things between 3.15 and 3.19, and most other orbits are born and die at their ends."""
 
 APART = 1e-10
 """How far from a bifurcation the orbits on either side are taken; two closer ones are reported as one."""
@@ -113,13 +119,25 @@ class _Search:
             low = onset + APART
             born = self.orbits(low)
             self.found += [Bifurcation(onset, ONSET, o, math.nan, o.multiplier) for o in born]
-        grid = np.linspace(max(low, onset + APART), high, 1 + math.ceil((high - low) / step)).tolist()
+        even = np.linspace(max(low, onset + APART), high, 1 + math.ceil((high - low) / step))
+        grid = np.union1d(even, self.changes_of_rest(even[0], high, step / FINER)).tolist()
         below = self.orbits(grid[0])
         for a, b in itertools.pairwise(grid):
             above = self.orbits(b)
             self.compare(a, below, b, above)
             below = above
         return sorted(self.found, key=lambda f: f.A)
+
+    def changes_of_rest(self, low: float, high: float, step: float) -> list[float]:
+        """Neighbours on a fine grid of A between which the orbit that rests changes: found at no cost."""
+        fine = np.linspace(low, high, 1 + math.ceil((high - low) / step)).tolist()
+        names = [_name_of_rest(a, self.B, self.limit) for a in fine]
+        return [
+            a
+            for i, pair in enumerate(itertools.pairwise(names))
+            if pair[0] != pair[1]
+            for a in fine[i : i + 2]
+        ]
 
     def compare(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
         """Find what happens between a and b, whose orbits are `below` and `above`."""
@@ -144,6 +162,13 @@ class _Search:
             self.compare(a, below, first, before)
         if last < b:
             self.compare(last, after, b, above)
+
+
+def _name_of_rest(A: float, B: float, limit: int) -> int:
+    """The itinerary of the orbit that rests, 0 if it has a longer period."""
+    up = ImpactMap(A, B).window[0]
+    itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NOTHING)
+    return itinerary if fate == RESTS else 0
 
 
 def _that_ends(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:

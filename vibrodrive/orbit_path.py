@@ -96,7 +96,7 @@ class Path:
         `last` is the last A at which floats tell the orbit from what it ends in.
         """
         count = len(self.starts(inside))
-        last, beyond = bisect(lambda A: len(self.starts(A)) == count, inside, outside)
+        last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
         if self.rests:
             return last, self._change(last, beyond), last
         distance, kind, launch, point = self._closest_to_breakpoint(last)
