@@ -15,6 +15,16 @@ from vibrodrive._jit import inline, jit, part
 from vibrodrive.counter import next_index
 from vibrodrive.lane import LANES, ROWS_K, ROWS_W
 from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
+from vibrodrive.margins import (
+    gap_rounding,
+    meet,
+    meet_calm_end,
+    meet_for_ever,
+    meet_force,
+    meet_hit,
+    meet_tangency,
+    meet_turn,
+)
 from vibrodrive.motion import (
     arrive_all,
     copy_for_arrival,
@@ -49,70 +59,13 @@ from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, arcsine, turns
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
 LITERAL = int(Scan.LITERAL)
-OK, TOO_CLOSE, BUDGET, NEVER_LEAVES = (
-    int(s) for s in (Status.OK, Status.TOO_CLOSE, Status.BUDGET, Status.NEVER_LEAVES)
-)
+OK, BUDGET = int(Status.OK), int(Status.BUDGET)
 
 STRETCH = 8.0 * PI
 """A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
 
 LONGEST_SCAN = 4194304.0
 """So is a segment of more grid points than this, so that the budget is looked at now and then."""
-
-ROUNDING = 2.0**-49
-"""Eight units in the last place: a margin below this share of the terms it is a difference of is too close to call."""
-
-
-@inline
-def meet(w, k, i, distance, bound):
-    """A decision was taken `distance` away from its opposite; `bound` is the rounding of that distance."""
-    if distance < w[r.MARGIN + i]:
-        w[r.MARGIN + i] = distance
-    if distance <= bound and k[r.STATUS + i] == OK:
-        k[r.STATUS + i] = TOO_CLOSE
-
-
-@inline
-def meet_force(w, k, i, distance, late):
-    """The same for a decision by H, at a switch that rounding can delay by ROUNDING * late."""
-    terms = w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0
-    slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
-    meet(w, k, i, distance, ROUNDING * (terms + slope * late))
-
-
-@inline
-def gap_rounding(w, i, h):
-    """How far rounding can put ξ off at h after the last switch (little has been added up where little time passed)."""
-    eta = w[r.ETA + i]
-    if (1.0 + eta) * h < 0.7:
-        rate = w[r.A + i] + w[r.AF + i] * eta
-        return ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
-    pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
-    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
-    return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
-
-
-@inline
-def velocity_rounding(w, i, h):
-    """How far rounding can put ξ' off at h after the last switch."""
-    eta = w[r.ETA + i]
-    if (1.0 + eta) * h < 0.7:
-        rate = w[r.A + i] + w[r.AF + i] * eta
-        return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h)
-    fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
-    return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast)
-
-
-@inline
-def meet_tangency(w, k, i, h):
-    """The closest a switching function came to 0, or past it, without or before its zero (locate.py, NEAR)."""
-    near = w[r.NEAR + i]
-    if near < INFINITY:
-        which = k[r.SEARCH + i]
-        bound = velocity_rounding(w, i, h)
-        if which == S4 or which == S5:
-            bound = ROUNDING * (w[r.A + i] + w[r.AF + i] + w[r.B + i] + 1.0)
-        meet(w, k, i, near, bound)
 
 
 @inline
@@ -249,12 +202,9 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
 
 @inline
 def stay(w, k, i, transient, section):
-    """The mass never moves again. At ε = 0 it misses by the height of the excitation below the boundary."""
+    """The mass never moves again."""
     emit_sections(w, k, i, INFINITY, transient, section)
-    reach = w[r.A + i] + w[r.AF + i]
-    meet(w, k, i, abs(1.0 + w[r.B + i] - reach), ROUNDING * (1.0 + w[r.B + i] + reach))
-    if k[r.STATUS + i] == OK:
-        k[r.STATUS + i] = NEVER_LEAVES
+    meet_for_ever(w, k, i, k[r.STATE + i] == STICK)
 
 
 CONTINUE, END, STRETCHED, TURN, HIT, LEAVE_UP, LEAVE_DOWN = 0, 1, 2, 3, 4, 5, 6
@@ -366,30 +316,20 @@ def settle(
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
 
-        # what one period may cost: switches, and a thousand steps of searching for each
+        # what one period may cost: switches, and a hundred steps of searching for each
         if k[r.COUNTED + i] != k[r.PERIOD + i]:
             k[r.COUNTED + i] = k[r.PERIOD + i]
             k[r.COUNT + i] = 0
-        k[r.COUNT + i] += 1 + int((w[r.WORK + i] - w[r.PAID + i]) * 1e-3)
+        k[r.COUNT + i] += 1 + int((w[r.WORK + i] - w[r.PAID + i]) * 1e-2)
         w[r.PAID + i] = w[r.WORK + i]
         if k[r.COUNT + i] > budget:
             k[r.STATUS + i] = BUDGET
             return False
 
-        late = TWO_PI + h
-        if event == HIT:
-            late += gap_rounding(w, i, h) / (ROUNDING * abs(v) + 1e-300)
-        elif event == TURN:
-            late += velocity_rounding(w, i, h) / (ROUNDING * abs(force_at(w, i, h) - (1.0 if state == UP else -1.0)) + 1e-300)
         # advance to the switch
         if calm and (state == STICK or state == REST):
             force = 1.0 if event == LEAVE_UP else -1.0
-            # how far H goes past the boundary it leaves by, and how far it stayed below the other
-            over = abs(w[r.A + i] - 1.0 - w[r.B + i])
-            if event == LEAVE_DOWN:
-                below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
-                over = below if below < over else over
-            meet(w, k, i, over, ROUNDING * (1.0 + w[r.B + i] + w[r.A + i]))
+            meet_calm_end(w, k, i, event == LEAVE_DOWN)
             w[r.PHI + i] = phase
             w[r.LOW + i] = 0.0
             k[r.PERIOD + i] += 1 if later else 0
@@ -412,16 +352,16 @@ def settle(
         if event == HIT:
             x = 0.0 if certified else x
             record(w, k, i, state, IMPACT, x, v, transient, counts, rows_int, rows_float, stored)
-            state, x, v = IMPACT, 0.0, 0.0
             to = decide_at_obstacle(force)
-            meet_force(w, k, i, abs(force - 1.0), late)
+            meet_hit(w, k, i, h, force, v)
+            state, x, v = IMPACT, 0.0, 0.0
         elif event == TURN:
             to = decide_in_air(force)
             v = 0.0 if certified else v
             if certified and x <= 0.0:
                 x = 0.0
                 to = decide_at_obstacle(force)
-            meet_force(w, k, i, abs(abs(force) - 1.0), late)
+            meet_turn(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
         else:
             to = UP if event == LEAVE_UP else DOWN
         record(w, k, i, state, to, x, v, transient, counts, rows_int, rows_float, stored)
@@ -454,6 +394,11 @@ def set_parameters(w, k, i, points, row, method):
     w[r.TOL + i] = points[row, 5]
     w[r.PF + i] = 0.0
     w[r.QF + i] = 0.0
+    # what a search keeps at ε = 0
+    w[r.RF + i] = 0.0
+    w[r.M2S + i] = a + 1e-300
+    w[r.M3 + i] = a
+    w[r.SPAN0 + i] = 1.0
     w[r.THETA + i] = 0.0
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
@@ -566,19 +511,24 @@ def run(
             for j in range(m):
                 copy_for_arrival(w, k, gk[j], g, gk, j, fast)
             arrive_all(g, gk, m, fast)
-        # from the back, so that the lane moved into a gap has been settled already
-        for j in range(m - 1, -1, -1):
+        ended = 0
+        for j in range(m):
             i = gk[j]
             if not settle(
                 w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
             ):
                 finish(w, k, i, section, status, margin, work)
-                n -= 1
-                if i != n:
-                    for row in range(ROWS_W):
-                        w[row * LANES + i] = w[row * LANES + n]
-                    for row in range(ROWS_K):
-                        k[row * LANES + i] = k[row * LANES + n]
+                gk[ended] = i  # never ahead of j
+                ended += 1
+        # close the gaps from the back, so that the lane moved in is never one of the gaps itself
+        for j in range(ended - 1, -1, -1):
+            i = gk[j]
+            n -= 1
+            if i != n:
+                for row in range(ROWS_W):
+                    w[row * LANES + i] = w[row * LANES + n]
+                for row in range(ROWS_K):
+                    k[row * LANES + i] = k[row * LANES + n]
 
 
 @part

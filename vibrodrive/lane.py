@@ -11,7 +11,7 @@ import numpy as np
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 55 × 8 B = 28 kB)."""
 
-ROWS_W = 70
+ROWS_W = 71
 ROWS_K = 10
 
 (
@@ -30,7 +30,7 @@ ROWS_K = 10
     M3, M2S, RF, SPAN, SPAN0, NOISE,
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
     # it came to a tangency, its cost so far and at the last settling
-    H, OTHER, ABOVE, LIMIT, MET, NEAR, WORK, PAID,
+    H, OTHER, ABOVE, LIMIT, MET, NEAR_OVER, NEAR_UNDER, WORK, PAID,
     # time left to the end of the record, smallest margin so far
     LEFT, MARGIN,
     # where a lane stands that has met something: the motion at its cursor, and the time and excitation there

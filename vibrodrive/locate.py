@@ -47,7 +47,8 @@ from vibrodrive.lane import (
     M2S,
     M3,
     MET,
-    NEAR,
+    NEAR_OVER,
+    NEAR_UNDER,
     NOISE,
     OTHER,
     PAID,
@@ -76,7 +77,7 @@ NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 TINY = 1.2e-16
 """A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
 
-PATIENCE = 1e6
+PATIENCE = 1e5
 """Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
 
 
@@ -139,12 +140,13 @@ def search(w, i, fast, grid):
     dg = sig * dg
     ddg = sig * ddg
     if not grid:
-        # the lowest point of the parabola of second order here, where the third derivative cannot belie it
-        t = dg / (ddg if ddg > 0.0 else 1e-300)
-        lowest = abs(g - 0.5 * dg * t)
-        sure = (ddg > 0.0) & (w[M3 + i] * abs(t * t * t) <= 3.0 * lowest) & (h > 0.0) & (x > 0.0)
-        near_zero = w[NEAR + i]
-        w[NEAR + i] = lowest if sure & (lowest < near_zero) else near_zero
+        # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
+        # belie it; kept as a fraction, so that no step pays for a division
+        over, under = abs(2.0 * g * ddg - dg * dg), 2.0 * ddg
+        sure = (under > 0.0) & (w[M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
+        nearer = sure & (x > 0.0) & (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under)
+        w[NEAR_OVER + i] = over if nearer else w[NEAR_OVER + i]
+        w[NEAR_UNDER + i] = under if nearer else w[NEAR_UNDER + i]
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     span = w[SPAN + i]
@@ -178,9 +180,9 @@ def search(w, i, fast, grid):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
-        over = g < 0.0  # by rounding: nothing to search beyond
-        ahead = h if over else h + step
-        zero = over | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
+        past = g < 0.0  # by rounding: nothing to search beyond
+        ahead = h if past else h + step
+        zero = past | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead
         at_limit = at_limit | (w[WORK + i] - w[PAID + i] > PATIENCE)

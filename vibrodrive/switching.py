@@ -33,7 +33,8 @@ from vibrodrive.lane import (
     M2S,
     M3,
     MARGIN,
-    NEAR,
+    NEAR_OVER,
+    NEAR_UNDER,
     NOISE,
     OTHER,
     PF,
@@ -109,22 +110,25 @@ def decide_at_obstacle(h):
 @inline
 def _start(w, k, i, which, base, sig, a, noise):
     """Common to all searches; `a` bounds the fast part of the shape."""
-    eta = w[ETA + i]
     w[BASE + i] = base
     w[SIG + i] = sig
-    fast = a * eta * eta
-    w[RF + i] = a
-    w[M2S + i] = 2.0 * abs(w[C2 + i]) + w[A + i] + 1e-300  # never zero: it divides
-    w[M3 + i] = w[A + i] + fast * eta
-    w[SPAN0 + i] = 1.0 if a == 0.0 else (w[A + i] + fast) / w[M3 + i]
     w[SPAN + i] = w[SPAN0 + i]
+    if a > 0.0:
+        eta = w[ETA + i]
+        fast = a * eta * eta
+        w[RF + i] = a
+        w[M2S + i] = 2.0 * abs(w[C2 + i]) + w[A + i] + 1e-300  # never zero: it divides
+        w[M3 + i] = w[A + i] + fast * eta
+        w[SPAN0 + i] = (w[A + i] + fast) / w[M3 + i]
+        w[SPAN + i] = w[SPAN0 + i]
     w[NOISE + i] = NOISE_SHARE * (base + abs(w[C0 + i]) + 2.0 * (abs(w[AL + i]) + abs(w[BE + i]) + a) + noise)
     w[H + i] = 0.0
     w[OTHER + i] = INFINITY
     w[ABOVE + i] = 0.0
     w[WATCH + i] = INFINITY
     w[DIP + i] = INFINITY
-    w[NEAR + i] = INFINITY
+    w[NEAR_OVER + i] = INFINITY
+    w[NEAR_UNDER + i] = 1.0
     k[SEARCH + i] = which
 
 

@@ -1,0 +1,125 @@
+"""How close a trajectory's decisions came to going the other way, and which of them rounding could have turned.
+
+A decision's distance from its opposite is ξ at a reversal in the air; the depth below 0 of the free flight's next
+reversal at an impact; ||H| - 1| where H decides in the air and |H - 1| at the obstacle, which carries
+H < -1; and how far a switching function stayed from a zero it did not have, or passed one it did (a
+tangency). `margin` is the smallest of them. Below the rounding of the distance itself the trajectory
+is TOO_CLOSE to call: it goes on, but the other branch would be as good.
+"""
+
+from __future__ import annotations
+
+from vibrodrive import lane as r
+from vibrodrive._jit import inline
+from vibrodrive.parameters import Status
+from vibrodrive.switching import INFINITY, S4, S5
+from vibrodrive.trig import TWO_PI
+
+OK, TOO_CLOSE, NEVER_LEAVES = int(Status.OK), int(Status.TOO_CLOSE), int(Status.NEVER_LEAVES)
+
+ROUNDING = 2.0**-49
+"""Eight units in the last place: a distance below this share of the terms it is a difference of may be nothing."""
+
+SUSPECT = 1e-4
+"""Distances in H and ξ' above this share of their terms are never within rounding, and their bound is not worth
+its cost."""
+
+
+@inline
+def meet(w, k, i, distance, bound):
+    """A decision was taken `distance` away from its opposite; `bound` is the rounding of that distance."""
+    if distance < w[r.MARGIN + i]:
+        w[r.MARGIN + i] = distance
+    if distance <= bound and k[r.STATUS + i] == OK:
+        k[r.STATUS + i] = TOO_CLOSE
+
+
+@inline
+def gap_rounding(w, i, h):
+    """How far rounding can put ξ off at h after the last switch (little has been added up where little time passed)."""
+    eta = w[r.ETA + i]
+    if (1.0 + eta) * h < 0.7:
+        rate = w[r.A + i] + w[r.AF + i] * eta
+        return ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
+    pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
+    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
+    return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+
+
+@inline
+def velocity_rounding(w, i, h):
+    """How far rounding can put ξ' off at h after the last switch."""
+    eta = w[r.ETA + i]
+    if (1.0 + eta) * h < 0.7:
+        rate = w[r.A + i] + w[r.AF + i] * eta
+        return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h)
+    fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
+    return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast)
+
+
+@inline
+def terms(w, i):
+    """What H and ξ' are made of."""
+    return 1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]
+
+
+@inline
+def meet_force(w, k, i, distance, late):
+    """A decision by H, at a switch that rounding can delay by ROUNDING * late."""
+    slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
+    meet(w, k, i, distance, ROUNDING * (terms(w, i) + slope * late))
+
+
+@inline
+def meet_turn(w, k, i, h, force, acceleration):
+    """A slide has ended in the air after h: ||H| - 1| decides. A zero of ξ' is late by its error over ξ''."""
+    distance = abs(abs(force) - 1.0)
+    if distance < SUSPECT * (terms(w, i) + abs(w[r.V0 + i])):
+        late = velocity_rounding(w, i, h) / (ROUNDING * abs(acceleration) + 1e-300)
+        meet_force(w, k, i, distance, TWO_PI + h + late)
+    else:
+        meet(w, k, i, distance, 0.0)
+
+
+@inline
+def meet_hit(w, k, i, h, force, v):
+    """An impact with speed v after h: |H - 1| decides. A zero of ξ is late by its error over ξ'."""
+    distance = abs(force - 1.0)
+    if distance < SUSPECT * terms(w, i):
+        late = gap_rounding(w, i, h) / (ROUNDING * abs(v) + 1e-300)
+        meet_force(w, k, i, distance, TWO_PI + h + late)
+    else:
+        meet(w, k, i, distance, 0.0)
+
+
+@inline
+def meet_tangency(w, k, i, h):
+    """The closest the switching function came to 0, or past it, without or before its zero (locate.py)."""
+    near = w[r.NEAR_OVER + i] / w[r.NEAR_UNDER + i]
+    if near < w[r.MARGIN + i] or near < SUSPECT * (terms(w, i) + abs(w[r.V0 + i])):
+        which = k[r.SEARCH + i]
+        force = which == S4 or which == S5
+        meet(w, k, i, near, ROUNDING * terms(w, i) if force else velocity_rounding(w, i, h))
+
+
+@inline
+def meet_calm_end(w, k, i, down):
+    """A wait at ε = 0 ends: how far H goes past its boundary, and how far it stayed from the other."""
+    distance = abs(w[r.A + i] - 1.0 - w[r.B + i])
+    if down:
+        below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
+        distance = below if below < distance else distance
+    meet(w, k, i, distance, ROUNDING * terms(w, i))
+
+
+@inline
+def meet_for_ever(w, k, i, sticking):
+    """A wait without end: H never reaches a boundary, by this much."""
+    reach = w[r.A + i] + w[r.AF + i]
+    distance = abs(1.0 + w[r.B + i] - reach)
+    if sticking:
+        below = abs(abs(1.0 - w[r.B + i]) - reach)
+        distance = below if below < distance else distance
+    meet(w, k, i, distance, ROUNDING * terms(w, i))
+    if k[r.STATUS + i] == OK:
+        k[r.STATUS + i] = NEVER_LEAVES
