@@ -21,7 +21,11 @@ __all__ = [
     "State",
     "Status",
     "Trajectory",
+    "bifurcations",
+    "impact_map",
+    "limit",
     "load",
+    "orbits",
     "simulate",
     "sweep",
 ]
@@ -30,12 +34,20 @@ _HOMES = {
     **dict.fromkeys(["ETA", "Method", "Physical", "Scan", "State", "Status"], "parameters"),
     **dict.fromkeys(["Trajectory", "simulate"], "trajectory"),
     "Results": "results",
+    "bifurcations": "orbit_bifurcations",
+    "impact_map": "orbit_map",
+    "limit": "limits",
     "load": "store_read",
+    "orbits": "orbit_search",
     "sweep": "sweep",
 }
 """Module of every public name."""
 
 if TYPE_CHECKING:
+    from vibrodrive.limits import limit
+    from vibrodrive.orbit_bifurcations import bifurcations
+    from vibrodrive.orbit_map import impact_map
+    from vibrodrive.orbit_search import orbits
     from vibrodrive.parameters import ETA, Method, Physical, Scan, State, Status
     from vibrodrive.results import Results
     from vibrodrive.store_read import load

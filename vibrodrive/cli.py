@@ -16,6 +16,9 @@ import click
 from vibrodrive import __version__
 from vibrodrive.cli_common import leave, same_command
 from vibrodrive.cli_files import info, verify
+from vibrodrive.cli_limits import limits
+from vibrodrive.cli_orbits import orbits
+from vibrodrive.cli_paper import paper
 from vibrodrive.cli_plot import plot, trajectory
 from vibrodrive.cli_sweep import sweep
 
@@ -26,7 +29,7 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (sweep, plot, info, verify, trajectory):
+for command in (sweep, plot, info, verify, trajectory, limits, orbits, paper):
     cli.add_command(command)
 
 

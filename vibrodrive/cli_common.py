@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -50,9 +52,7 @@ def same_command() -> str:
 def leave(code: int, message: str) -> NoReturn:
     """End at once, whatever other threads are doing; everything that matters is on the disk."""
     try:
-        os.write(
-            2, f"vibrodrive: {message}\n".encode()
-        )  # the stream may be in use: this may be a signal handler
+        os.write(2, f"vibrodrive: {message}\n".encode())  # the stream may be in use: this may be a signal handler
     finally:
         os._exit(code)
 
@@ -66,6 +66,37 @@ def check_figure(target: Path) -> None:
         raise click.ClickException(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
     if not target.absolute().parent.is_dir():
         raise click.ClickException(bad("figure", str(target), "in a directory that exists"))
+
+
+def check_output(path: Path) -> Path:
+    """Refuse a result file that cannot be made; returns the figure that will stand beside it."""
+    from vibrodrive.parameters import bad
+    from vibrodrive.style import FORMATS
+
+    if path.suffix.lower() in FORMATS:
+        raise click.ClickException(bad("output", str(path), "the result file: the figure stands beside it"))
+    if not path.absolute().parent.is_dir():
+        raise click.ClickException(bad("output", str(path), "in a directory that exists"))
+    if not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
+        raise click.ClickException(bad("output", str(path), "where files may be written"))
+    return path.with_suffix(".png")
+
+
+def announce_compilation() -> None:
+    """Say why the first run on a machine is slow to begin."""
+    from vibrodrive._jit import is_compiled
+
+    if not is_compiled():
+        say("compiling the kernels, once for this version: some twenty seconds")
+
+
+@contextmanager
+def refusals() -> Iterator[None]:
+    """Say in one line what a runner refuses."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise click.ClickException(str(error)) from error
 
 
 def save(figure: Figure, target: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, save, say
+from vibrodrive.cli_common import FILE, METHOD, SET, announce_compilation, check_figure, read, save, say
 
 
 @click.command()
@@ -49,9 +49,7 @@ FOLLOW_SECONDS = 1.0
 
 @click.command()
 @click.argument("config", type=FILE)
-@click.option(
-    "-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG with .png, here)."
-)
+@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG with .png, here).")
 @SET
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
@@ -77,6 +75,7 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     settings.plan()
     from vibrodrive import figures, simulate
 
+    announce_compilation()
     motion = simulate(**arguments)
     save(figures.trajectory_figure(motion, **drawn), target)
     say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")

@@ -80,9 +80,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None) -> None:
 
     periods = plan.settings.transient + plan.settings.periods
     click.echo(f"points   {plan.n_points}")
-    click.echo(
-        f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)"
-    )
+    click.echo(f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)")
     click.echo(f"file     {human(file_bytes(plan))}")
     workers = threads or os.cpu_count() or 1
     click.echo(f"memory   {human(BASE_MEMORY + 2 * workers * block_bytes(plan))}")

@@ -10,6 +10,8 @@
     [run]                  # transient, periods, section_phase, budget
     [figure]               # kind, quantity, x, limits: what `plot` draws
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
+    [limits]               # criterion ("order and gaps"): what must be kept, of order, gaps and word
+    [orbits]               # max_period: longest period that `orbits` seeks
 
 A parameter is given once. Options of the command line replace what the file says, wherever it says it.
 """
@@ -75,9 +77,11 @@ class Config:
     overrides: tuple[str, ...]
     arguments: dict[str, Any]
     title: str
+    physical: Physical | None
     figure: dict[str, Any]
     trajectory: dict[str, Any]
-    physical: Physical | None
+    limits: dict[str, Any]
+    orbits: dict[str, Any]
 
     def plan(self) -> Plan:
         """The sweep it asks for. Raises ConfigError."""
@@ -122,8 +126,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
         "sweep": tuple(PARAMETERS),
         "switching": (*SETTINGS["switching"], *NUMBERS["switching"]),
         "run": (*SETTINGS["run"], *NUMBERS["run"]),
-        "figure": tuple(_FIGURE),
-        "trajectory": tuple(_TRAJECTORY),
+        **{name: tuple(keys) for name, keys in _EXTRAS.items()},
     }
     title = tables.pop("title", "")
     if not isinstance(title, str):
@@ -155,15 +158,8 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
                 arguments[key] = _axis(key, value)
             else:
                 arguments[key] = check(key, value)
-    return Config(
-        text=text,
-        overrides=overrides,
-        arguments=arguments,
-        title=title,
-        figure={k: _FIGURE[k](v) for k, v in tables.get("figure", {}).items()},
-        trajectory={k: _TRAJECTORY[k](v) for k, v in tables.get("trajectory", {}).items()},
-        physical=physical,
-    )
+    extras = {name: {k: keys[k](v) for k, v in tables.get(name, {}).items()} for name, keys in _EXTRAS.items()}
+    return Config(text, overrides, arguments, title, physical, **extras)
 
 
 def _physical(table: Mapping[str, object]) -> Physical:
@@ -244,17 +240,30 @@ def _curves(value: object) -> list[str]:
     return value
 
 
-_FIGURE: dict[str, Callable[[Any], Any]] = {
-    "kind": _choice("figure.kind", "bifurcation", "poincare"),
-    "quantity": _choice("figure.quantity", "dxi", "xi"),
-    "x": _choice("figure.x", *PARAMETERS),
-    "limits": _limits,
-}
+def _text(key: str) -> Callable[[object], str]:
+    def checked(value: object) -> str:
+        if not isinstance(value, str):
+            raise TypeError(bad(key, value, "a text"))
+        return value
 
-_TRAJECTORY: dict[str, Callable[[Any], Any]] = {
-    "periods": lambda v: check_count("trajectory.periods", v, 1),
-    "curves": _curves,
+    return checked
+
+
+_EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
+    "figure": {
+        "kind": _choice("figure.kind", "bifurcation", "poincare"),
+        "quantity": _choice("figure.quantity", "dxi", "xi"),
+        "x": _choice("figure.x", *PARAMETERS),
+        "limits": _limits,
+    },
+    "trajectory": {
+        "periods": lambda v: check_count("trajectory.periods", v, 1),
+        "curves": _curves,
+    },
+    "limits": {"criterion": _text("limits.criterion")},
+    "orbits": {"max_period": lambda v: check_count("orbits.max_period", v, 1)},
 }
+"""Tables of which each belongs to one command, and the checks of their keys."""
 
 
 def _override(tables: dict[str, Any], option: str) -> None:
@@ -285,7 +294,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     table[path[-1]] = value["value"]
 
 
-_HOMES = ("model", "physical", "sweep", "switching", "run", "figure", "trajectory")
+_HOMES = ("model", "physical", "sweep", "switching", "run", *_EXTRAS)
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> str:
@@ -297,7 +306,8 @@ def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> st
             return name
     homes = {k: t for t, keys in NUMBERS.items() for k in keys}
     homes |= {k: t for t, keys in SETTINGS.items() for k in keys}
-    homes |= dict.fromkeys(PHYSICAL, "physical") | dict.fromkeys(_FIGURE, "figure")
+    homes |= dict.fromkeys(PHYSICAL, "physical") | dict.fromkeys(_EXTRAS["figure"], "figure")
+    homes |= {"criterion": "limits", "max_period": "orbits"}
     if key not in homes:
         raise ConfigError(bad("--set", option, "a known key: " + ", ".join(homes)))
     return homes[key]

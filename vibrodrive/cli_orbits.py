@@ -1,0 +1,37 @@
+"""`vibrodrive orbits`: every periodic orbit of the undisturbed motion over A, and its bifurcations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli_common import FILE, SET, THREADS, announce_compilation, check_output, read, refusals, say
+from vibrodrive.parameters import bad
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@THREADS
+@click.option("--overwrite", is_flag=True, help="Replace a result file that is there.")
+def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
+    """Find all orbits over A, stable or not, and where they are born, change or die.
+
+    The bifurcations are listed on stdout. The figures stand beside the result file: the bifurcation diagram,
+    and the multipliers.
+    """
+    settings = read(config, overrides, None)
+    path = output or Path(config.stem + ".h5")
+    picture = check_output(path)
+    if path.exists() and not overwrite:
+        raise click.ClickException(bad("output", str(path), "a new file, as this one exists (or --overwrite)"))
+    plan = settings.plan()
+    from vibrodrive.orbit_run import run_orbits
+
+    announce_compilation()
+    with refusals():
+        table = run_orbits(plan, path, title=settings.title, text=settings.text, threads=threads, **settings.orbits)
+    click.echo(table)
+    say(f"{path} written, {picture} and {picture.with_stem(picture.stem + '_multipliers').name} drawn")
