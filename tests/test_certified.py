@@ -10,6 +10,7 @@ import pytest
 import vibrodrive as vd
 from tests.reference import SCENES, mp, scene
 
+
 def errors(exact, trajectory):
     """Errors in τ, ξ and ξ' of all switches, after checking that states and order agree."""
     rows = trajectory.switches
@@ -29,9 +30,7 @@ def certified(name):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(
-    ("name", "bound"), [("one-periodic", 1e-11), ("two-periodic", 1e-11), ("disturbed", 1e-10)]
-)
+@pytest.mark.parametrize(("name", "bound"), [("one-periodic", 1e-11), ("two-periodic", 1e-11), ("disturbed", 1e-10)])
 def test_switches_of_the_paper(name, bound):
     """1000 periods at ε = 0 to 1e-11 in τ, 100 periods at ε = 2e-4 to 1e-10."""
     tau, dx, dv = errors(scene(name), certified(name))

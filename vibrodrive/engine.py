@@ -283,9 +283,7 @@ def grid_event(w, k, i, method):
 
 
 @inline
-def settle(
-    w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
-):
+def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored):
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
     Without a grid `arrive_all` has put down the motion and the excitation there, in lane j of `g`.
@@ -474,10 +472,12 @@ def run(
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
-    lanes_w, lanes_k: memory of the lanes and of copies of those to be settled (lane.py) · points float64 (n, columns) · order int64 (n,) · counter int64 (1,) · section float64 (n, periods, 2) · status int8
-    (n,) · margin float64 (n,) · counts int64 (n, 5) · work float64 (n,) evaluations · rows_int int64 (cap, 3), rows_float
-    float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind the last one before the record, as
-    many as fit, and how many there were.
+    lanes_w, lanes_k : memory of the lanes, and of copies of those to be settled (lane.py)
+    points float64 (n, columns), order int64 (n,), counter int64 (1,)
+    section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
+    work float64 (n,): evaluations of switching functions
+    rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
+    the last one before the record, as many as fit, and how many there were.
     """
     w, g = lanes_w[0], lanes_w[1]
     k, gk = lanes_k[0], lanes_k[1]
@@ -515,7 +515,21 @@ def run(
         for j in range(m):
             i = gk[j]
             if not settle(
-                w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored
+                w,
+                k,
+                i,
+                g,
+                j,
+                method,
+                scan,
+                transient,
+                periods,
+                budget,
+                section,
+                counts,
+                rows_int,
+                rows_float,
+                stored,
             ):
                 finish(w, k, i, section, status, margin, work)
                 gk[ended] = i  # never ahead of j
@@ -545,7 +559,10 @@ def finish(w, k, i, section, status, margin, work):
 
 @jit(_nrt=False)
 def sample_segments(lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, out, state):
-    """The closed form between the switches `rows` (as written by `run`): out float64 (n, 3) ξ, ξ', H; state int8 (n,)."""
+    """The closed form between the switches `rows` (as written by `run`).
+
+    out float64 (n, 3): ξ, ξ', H; state int8 (n,).
+    """
     w, k = lanes_w[0], lanes_k[0]
     set_parameters(w, k, 0, points, 0, method)
     start, phi0 = k[r.PERIOD] + transient, w[r.PHI0]

@@ -52,8 +52,6 @@ from vibrodrive.lane import (
     NOISE,
     OTHER,
     PAID,
-    P,
-    Q,
     RF,
     SIG,
     SPAN,
@@ -67,12 +65,15 @@ from vibrodrive.lane import (
     XC2,
     XD2,
     H,
+    P,
+    Q,
 )
 from vibrodrive.motion import ripple, shape
 from vibrodrive.trig import ROUND, arc
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
-"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both functions below 0."""
+"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
+functions below 0."""
 
 TINY = 1.2e-16
 """A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from vibrodrive import lane as r
 from vibrodrive._jit import inline
 from vibrodrive.parameters import Status
-from vibrodrive.switching import INFINITY, S4, S5
+from vibrodrive.switching import S4, S5
 from vibrodrive.trig import TWO_PI
 
 OK, TOO_CLOSE, NEVER_LEAVES = int(Status.OK), int(Status.TOO_CLOSE), int(Status.NEVER_LEAVES)

@@ -116,9 +116,7 @@ def force_at(w, i, h):
     """Adhesive force H at h after the last switch, eq. (2)."""
     s, v, _, _, _ = arc(h)
     sf, vf, _, _, _ = arc(w[ETA + i] * h)
-    return (w[Q + i] + w[QF + i] - w[B + i]) + (
-        (w[P + i] * s - w[Q + i] * v) + (w[PF + i] * sf - w[QF + i] * vf)
-    )
+    return (w[Q + i] + w[QF + i] - w[B + i]) + ((w[P + i] * s - w[Q + i] * v) + (w[PF + i] * sf - w[QF + i] * vf))
 
 
 @inline

@@ -137,11 +137,12 @@ def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     allowed = f"a whole number >= {low}"
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise TypeError(bad(name, value, allowed))
+    value = int(value)
     if value < low:
-        raise ValueError(bad(name, int(value), allowed))
+        raise ValueError(bad(name, value, allowed))
     if value > high:
-        raise ValueError(bad(name, int(value), f"{allowed} and <= {high}"))
-    return int(value)
+        raise ValueError(bad(name, value, f"{allowed} and <= {high}"))
+    return value
 
 
 def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
@@ -178,7 +179,7 @@ class Physical:
             value = getattr(self, key)
             if isinstance(value, bool) or not isinstance(value, numbers.Real):
                 raise TypeError(bad(key, value, "a finite number > 0"))
-            if not (low < value < math.inf) and not (key == "a0" and value == 0):
+            if not (low < float(value) < math.inf) and not (key == "a0" and value == 0):
                 raise ValueError(bad(key, value, "a finite number > 0"))
         if isinstance(self.alpha, bool) or not isinstance(self.alpha, numbers.Real):
             raise TypeError(bad("alpha", self.alpha, "an angle in degrees >= 0 and < 90"))

@@ -136,7 +136,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             axes[key] = _axis(key, value)
     if "A" not in scalars and "A" not in axes:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
-    plan = Plan(axes, scalars, Settings(**chosen))  # type: ignore[arg-type]
+    plan = Plan(axes, scalars, Settings(**chosen))
     method = plan.settings.method
     if method != Method.CERTIFIED and "dtau" not in axes and math.isnan(scalars["dtau"]):
         name = Method(method).name.lower()

@@ -36,7 +36,7 @@ class Block(NamedTuple):
     """A finished block: `section` float64 (points, periods, 2), `status` int8, `margin` float64,
     `switches` int64 (points, 5): switches into each State within the recorded window."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index, which nobody asks of a block
     start: int
     stop: int
     section: np.ndarray
@@ -95,7 +95,7 @@ def compute_wave(plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: in
 
 def check_threads(threads: int | None) -> int:
     """The number of threads to use: all by default. Raises TypeError or ValueError."""
-    most = int(numba.config.NUMBA_NUM_THREADS)
+    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     return most if threads is None else check_count("threads", threads, 1, most)
 
 
@@ -181,8 +181,8 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
     Parameters
     ----------
     **arguments
-        those of `simulate`; a sequence is an axis, in the order written. Parameters of a point (A, B, eps, eta, dtau, tol,
-        xi0, dxi0, tau0, section_phase) may be axes.
+        those of `simulate`; a sequence is an axis, in the order written. Parameters of a point (A, B, eps, eta,
+        dtau, tol, xi0, dxi0, tau0, section_phase) may be axes.
     threads : int, optional
         threads to use; all by default.
     executor : concurrent.futures.Executor, optional

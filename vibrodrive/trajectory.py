@@ -13,9 +13,7 @@ from vibrodrive.parameters import COLUMNS, Status, bad, check_count
 from vibrodrive.plan import Plan, make_plan
 from vibrodrive.trig import TWO_PI
 
-SWITCH = np.dtype(
-    [("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")]
-)
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
 
 
@@ -85,9 +83,7 @@ class Trajectory:
             out,
             state,
         )
-        tau = self.arguments["tau0"] + TWO_PI * (
-            self._plan.settings.transient + np.arange(total) / count
-        )
+        tau = self.arguments["tau0"] + TWO_PI * (self._plan.settings.transient + np.arange(total) / count)
         if self.status == Status.BUDGET:
             last = rows[-1]
             known = tau <= TWO_PI * last["period"] + last["phase"]
