@@ -11,9 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-ASKED = 16
-"""Grid values a search asks for at a time: those beyond a loss are wanted anyway, for the end of the band."""
-
 INTERIOR = 7
 """Values put between two neighbours of the grid in a round of bisection: all are computed abreast."""
 
@@ -31,6 +28,7 @@ class Grid(NamedTuple):
     decade: int  # indices per factor of ten
     floor: float
     top: float
+    asked: int  # values asked for at a time: enough to keep all cores busy, few beyond what is needed
 
 
 def _geometric(k: int) -> float:
@@ -43,8 +41,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(_geometric, 16, 1e-12, 1.0),  # a clean loss needs no finer grid than 1.15
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi),  # isolated losses do
+    "eps": Grid(_geometric, 16, 1e-12, 1.0, 4),  # a clean loss needs no finer grid than 1.15
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses do
 }
 
 
@@ -73,7 +71,7 @@ def search(grid: Grid) -> Asking:
     while grid.value(top + 1) <= grid.top:
         if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):
             break
-        asked = range(top + 1, top + 1 + ASKED)
+        asked = range(top + 1, top + 1 + grid.asked)
         inside = [k for k in asked if grid.value(k) <= grid.top]
         for k, verdict in zip(inside, (yield np.array([grid.value(k) for k in inside])), strict=True):
             kept[k] = bool(verdict)

@@ -1,0 +1,229 @@
+"""Limits over an A axis in a file: laid out whole, filled limit by limit, resumed where it stopped.
+
+HDF5 with netCDF-4 dimension scales: `curve` (which disturbance, which path) × `A`, and beside them the
+bifurcation diagram of the undisturbed motion over a finer axis: a figure needs nothing but the file.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from vibrodrive import __version__
+from vibrodrive.config import Config, ConfigError
+from vibrodrive.limits import Limit, limits
+from vibrodrive.parameters import bad
+from vibrodrive.sweep import sweep
+
+CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
+"""Disturbance and path of each curve."""
+
+SCHEMA = 1
+
+FINE = 1500
+"""Values of A of the bifurcation diagram."""
+
+SHOWN = 120
+"""Periods of it recorded at each."""
+
+HOW_BYTES = 120
+
+NUMBERS = {
+    "k2": "first loss of the orbital structure; inf: none found up to searched_to",
+    "kept_below": "largest disturbance below k2 that was kept",
+    "last_kept": "largest value kept together with its neighbour on the grid",
+    "share_kept": "share of the values tried between k2 and last_kept that are kept",
+    "searched_to": "largest disturbance tried",
+    "rho_kept": "largest distance from the orbit at kept_below",
+    "rho_lost": "largest distance from the orbit at k2",
+}
+"""float64 variables over curve and A."""
+
+NOT_COMPUTED, DONE = -1, 0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a file of limits holds. Arrays over (curve, A); `n`, the period of the undisturbed orbit, too.
+
+    `done` says what has been computed. `diagram` is float64 (fine A, periods): ξ' of the undisturbed motion.
+    """
+
+    A: np.ndarray
+    numbers: dict[str, np.ndarray]
+    n: np.ndarray
+    done: np.ndarray
+    how: np.ndarray
+    fine: np.ndarray
+    diagram: np.ndarray
+    criterion: str
+    title: str
+
+
+def run_limits(
+    config: Config,
+    out: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    criterion: str = "order and gaps",
+    threads: int | None = None,
+    overwrite: bool = False,
+) -> Path:
+    """Compute the limits over the A axis of a configuration into a file; go on with one that is there.
+
+    Parameters
+    ----------
+    config : Config
+        its one axis must be A. B, eta, transient, periods (1000 and 1500 unless told), the start, the
+        section and tol are those of every motion; eps, if told, disturbs those whose limit in Δτ is sought.
+    out : path
+    progress : callable, optional
+        called with (limits known, of how many).
+    criterion : str
+        see `limits.limit`.
+    overwrite : bool
+        begin anew.
+
+    Raises
+    ------
+    ConfigError
+        if the axes are others than A, or the file belongs to another configuration.
+    TypeError, ValueError, OSError
+        as `limits.limits` and the system do.
+    """
+    plan = config.plan()
+    if list(plan.axes) != ["A"]:
+        raise ConfigError(bad("axes", ", ".join(plan.axes) or "none", "A alone: limits are sought over A"))
+    A = plan.axes["A"]
+    common = {k: v for k, v in config.arguments.items() if k not in ("A", "method", "dtau", "scan")}
+    limits(A[:1], criterion=criterion, threads=threads, **common)  # refuses before a file is made
+    path = Path(out)
+    if overwrite or not path.exists():
+        _create(path, config, A, criterion)
+    say = progress or (lambda done, total: None)
+    with _open(path, "r+") as file:
+        _refuse_another(file, path, config, criterion)
+        if not np.isfinite(file["section_dxi"][...]).any():
+            calm = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
+            file["section_dxi"][...] = sweep(**calm).section[..., 1]
+            file.flush()
+        known = int((file["status"][...] == DONE).sum())
+        total = file["status"].size
+        for c, (disturbance, method) in enumerate(CURVES):
+            missing = np.flatnonzero(file["status"][c] != DONE)
+            if not len(missing):
+                continue
+            for i, found in limits(A[missing], disturbance, method, criterion, threads=threads, **common):
+                _write(file, c, int(missing[i]), found)
+                known += 1
+                say(known, total)
+    return path
+
+
+def load_limits(path: str | Path) -> Limits:
+    """Read a file of limits, finished or not. Raises ConfigError if it is none, or OSError."""
+    with _open(Path(path), "r") as file:
+        return Limits(
+            A=file["A"][...],
+            numbers={name: file[name][...] for name in NUMBERS},
+            n=file["n"][...],
+            done=file["status"][...] == DONE,
+            how=np.char.decode(file["how"][...], "utf-8"),
+            fine=file["A_fine"][...],
+            diagram=file["section_dxi"][...],
+            criterion=str(file.attrs["criterion"]),
+            title=str(file.attrs["title"]),
+        )
+
+
+def _open(path: Path, mode: str) -> h5py.File:
+    with open(path, "rb"):  # the system's own words for a missing or forbidden file
+        pass
+    try:
+        file = h5py.File(path, mode, locking=False)
+    except OSError:
+        raise ConfigError(f"{path}: no file of limits (not HDF5, or damaged)") from None
+    if file.attrs.get("limits_schema") != SCHEMA:
+        file.close()
+        raise ConfigError(f"{path}: no file of limits of this version")
+    return file
+
+
+def _write(file: h5py.File, c: int, i: int, found: Limit) -> None:
+    """Data first, then the mark that says they are there."""
+    rho = {f"rho_{side}": getattr(found, side) for side in ("kept", "lost")}
+    for name in NUMBERS:
+        if name in rho:
+            structure = rho[name]
+            file[name][c, i] = structure.rho if structure is not None else np.nan
+        else:
+            file[name][c, i] = getattr(found, name)
+    file["n"][c, i] = found.n
+    file["how"][c, i] = found.how.encode()[:HOW_BYTES]
+    file.flush()
+    file["status"][c, i] = DONE
+    file.flush()
+
+
+def _create(path: Path, config: Config, A: np.ndarray, criterion: str) -> None:
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        with h5py.File(draft, "w", locking=False) as file:
+            _lay_out(file, config, A, criterion)
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> None:
+    def scale(name: str, values: np.ndarray, meaning: str) -> None:
+        data = file.create_dataset(name, data=values)
+        data.make_scale(name)
+        data.attrs.update({"units": "1", "long_name": meaning})
+
+    def variable(name: str, dims: tuple[str, ...], dtype: str, fill: Any, meaning: str) -> None:
+        shape = tuple(len(file[d]) for d in dims)
+        data = file.create_dataset(
+            name, data=np.full(shape, fill, dtype), chunks=shape, fletcher32=True, fillvalue=fill
+        )
+        for k, dim in enumerate(dims):
+            data.dims[k].attach_scale(file[dim])
+        data.attrs.update({"units": "1", "long_name": meaning})
+
+    scale("curve", np.arange(len(CURVES), dtype=np.int8), "disturbance and switching path")
+    file["curve"].attrs["flag_values"] = np.arange(len(CURVES), dtype=np.int8)
+    file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in CURVES)
+    scale("A", A, "excitation amplitude")
+    scale("A_fine", np.linspace(A.min(), A.max(), FINE), "excitation amplitude of the diagram")
+    scale("period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
+    for name, meaning in NUMBERS.items():
+        variable(name, ("curve", "A"), "<f8", np.nan, meaning)
+    variable("n", ("curve", "A"), "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
+    variable("how", ("curve", "A"), f"S{HOW_BYTES}", b"", "how the structure was lost")
+    variable("status", ("curve", "A"), "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
+    variable("section_dxi", ("A_fine", "period"), "<f8", np.nan, "velocity ξ' of the undisturbed motion")
+    file.attrs.update(
+        {
+            "Conventions": "CF-1.10",
+            "title": config.title or "Limits of practically orbital stability",
+            "limits_schema": SCHEMA,
+            "config": config.text,
+            "overrides": json.dumps(config.overrides),
+            "criterion": criterion,
+            "version": __version__,
+        }
+    )
+
+
+def _refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:
+    mine = (config.text, json.dumps(config.overrides), criterion)
+    names = ("config", "overrides", "criterion")
+    for name, value in zip(names, mine, strict=True):
+        if file.attrs.get(name) != value:
+            raise ConfigError(f"{path}: made with another {name}: choose another file, or --overwrite")
