@@ -147,7 +147,7 @@ def test_many_abreast_find_what_one_finds_alone():
 
 @pytest.mark.jit
 def test_an_irregular_motion_has_nothing_to_lose():
-    k = limit(3.04, "eps", transient=0, periods=10, xi0=500.0)
+    k = limit(3.057, "eps", transient=0, periods=10)
     assert k.n == 0
     assert math.isnan(k.k2)
     assert "no period" in k.how

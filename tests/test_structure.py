@@ -38,6 +38,15 @@ def test_period_is_the_smallest_and_must_be_seen_twice():
     assert structure.period(np.full((4, 2), np.nan)) == 0
 
 
+def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
+    """Beside a period doubling deviations change sign every period and die out slowly."""
+    there = 3e-6 * (-0.999999) ** np.arange(60)
+    section = np.stack([1.0 + there, -2.0 + there], axis=1)
+    assert np.abs(section[2:] - section[:-2]).max() < structure.CLOSE, "it repeats after two periods"
+    assert structure.period(section) == 0
+    assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
+
+
 def test_period_of_many_points_at_once():
     irregular = np.random.default_rng(0).uniform(size=(60, 2))
     sections = np.stack([np.tile(POINTS, (20, 1)), irregular, np.ones((60, 2))])

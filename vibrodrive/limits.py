@@ -27,6 +27,9 @@ from vibrodrive.trajectory import Trajectory, simulate
 
 CRITERIA = ("order", "gaps", "word")
 
+SETTLING = 20_000
+"""Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
+
 WATCHED = 256
 """Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST) four times."""
 
@@ -187,7 +190,7 @@ class _Judge:
 
     def undisturbed(self, row: np.ndarray) -> Orbit | None:
         exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
-        settings = {"transient": self.settings.transient, "budget": self.settings.budget}
+        settings = {"transient": max(SETTLING, self.settings.transient), "budget": self.settings.budget}
         return orbit(simulate(**exact, **settings, method="certified", periods=WATCHED))
 
     def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:

@@ -29,6 +29,10 @@ CLOSE = 1e-7
 """Section points this close are the same point: far above rounding, far below the width of any orbit;
 near a bifurcation a motion needs many transient periods to come so close."""
 
+BLURRED = 1e-4
+"""Points of an orbit closer than this are not told apart yet: beside a period doubling a motion that still
+jumps to and fro about an orbit of period n looks like one of period 2n."""
+
 MAJOR = 0.1
 """An impact counts if it is faster than this share of the undisturbed orbit's fastest: a disturbance adds
 touches of the obstacle that change nothing."""
@@ -73,13 +77,17 @@ class Structure:
 def period(section: np.ndarray, longest: int = LONGEST, close: float = CLOSE) -> np.ndarray:
     """Smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
 
-    A period is claimed only if it is seen twice. Returns int64 (…).
+    A period is claimed only if it is seen twice, and if its points are further apart than BLURRED.
+    Returns int64 (…).
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
+    settled = np.ones(section.shape[:-2], dtype=bool)
     for n in range(1, min(longest, section.shape[-2] // 2) + 1):
         apart = np.abs(section[..., n:, :] - section[..., :-n, :]).max(axis=(-2, -1))
-        found = np.where((found == 0) & (apart <= close), n, found)
+        repeats = apart <= close
+        found = np.where((found == 0) & settled & repeats, n, found)
+        settled &= repeats | (apart > BLURRED)
     return found
 
 
