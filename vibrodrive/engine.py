@@ -14,6 +14,8 @@ from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
 from vibrodrive.counter import next_index
 from vibrodrive.lane import LANES, ROWS_K, ROWS_W
+from vibrodrive.literal import fill_tables
+from vibrodrive.literal import scan as scan_every
 from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
 from vibrodrive.margins import (
     gap_rounding,
@@ -153,8 +155,6 @@ def begin_search(w, k, i, state, method, scan):
         w[r.H + i] = 1.0
         if state == STICK:
             w[r.OTHER + i] = 1.0
-        if scan == LITERAL:
-            w[r.NOISE + i] = INFINITY
 
 
 @inline
@@ -257,9 +257,7 @@ def grid_event(w, k, i, method):
     if met == FALLEN and cursor - w[r.ABOVE + i] > 1.0:
         # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
         above = w[r.ABOVE + i]
-        noise = w[r.NOISE + i]
         aim_gap(w, k, i, h)
-        w[r.NOISE + i] = INFINITY if noise == INFINITY else w[r.NOISE + i]
         w[r.H + i] = above + 1.0
         return CONTINUE, h
     if method == FIXED:
@@ -314,11 +312,11 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
 
-        # what one period may cost: switches, and a hundred steps of searching for each
+        # what one period may cost: switches, and for each a hundred steps of searching or 1e5 grid points
         if k[r.COUNTED + i] != k[r.PERIOD + i]:
             k[r.COUNTED + i] = k[r.PERIOD + i]
             k[r.COUNT + i] = 0
-        k[r.COUNT + i] += 1 + int((w[r.WORK + i] - w[r.PAID + i]) * 1e-2)
+        k[r.COUNT + i] += 1 + int((w[r.WORK + i] - w[r.PAID + i]) * (1e-5 if scan == LITERAL else 1e-2))
         w[r.PAID + i] = w[r.WORK + i]
         if k[r.COUNT + i] > budget:
             k[r.STATUS + i] = BUDGET
@@ -482,10 +480,13 @@ def run(
     w, g = lanes_w[0], lanes_w[1]
     k, gk = lanes_k[0], lanes_k[1]
     grid = method != CERTIFIED
+    # a literal scan is vectorised along its grid, one trajectory at a time; its tables lie in g, which no grid needs
+    literal = grid and scan == LITERAL
+    lanes = 1 if literal else LANES
     n = 0
     more = True
     while True:
-        while more and n < LANES:
+        while more and n < lanes:
             c = next_index(counter)
             if c >= order.shape[0]:
                 more = False
@@ -494,6 +495,8 @@ def run(
                 w, k, n, points, order[c], method, scan, transient, periods, budget,
                 section, counts, rows_int, rows_float, stored,
             ):  # fmt: skip
+                if literal:
+                    fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
                 n += 1
             else:
                 finish(w, k, n, section, status, margin, work)
@@ -502,7 +505,10 @@ def run(
         fast = False
         for i in range(n):
             fast = fast or w[r.AF + i] > 0.0
-        search_all(w, n, fast, grid)
+        if literal:
+            scan_every(w, k, 0, g)
+        else:
+            search_all(w, n, fast, grid)
         m = 0
         for i in range(n):
             gk[m] = i

@@ -1,0 +1,142 @@
+"""The literal scan: every grid point visited, as the paper and most contact codes do, and as fast as that can go.
+
+Over a block of grid points h_b + x the sines and versines of x are in tables, and a shape (motion.py) becomes
+
+    c0' + c1 x + α' sin x + β' vers x + fast
+
+with constants of the block (S1, the one with a square, is never scanned for: ξ is watched beside S2). A value that clears the rounding of this form has the sign it shows; the few that do
+not are computed again from the exact form, the one that skipping evaluates. So the two agree to the bit.
+"""
+
+from __future__ import annotations
+
+from vibrodrive._jit import inline, part
+from vibrodrive.lane import (
+    ABOVE,
+    AL,
+    ALF,
+    BASE,
+    BE,
+    BEF,
+    C0,
+    C1,
+    DTAU,
+    ETA,
+    LIMIT,
+    MET,
+    NOISE,
+    SEARCH,
+    SIG,
+    WORK,
+    H,
+)
+from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, ZERO
+from vibrodrive.motion import state_at
+from vibrodrive.muller import value
+from vibrodrive.switching import S2, S4
+from vibrodrive.trig import arc
+
+BLOCK = 896
+"""Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
+
+
+@part
+def fill_tables(table, dtau, eta):
+    """sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, …: one after the other in `table`, float64 (5 · BLOCK,)."""
+    for j in range(BLOCK):
+        x = float(j + 1) * dtau
+        s, v, _, _, _ = arc(x)
+        table[j] = s
+        table[BLOCK + j] = v
+        s, v, _, _, _ = arc(eta * x)
+        table[2 * BLOCK + j] = s
+        table[3 * BLOCK + j] = v
+        table[4 * BLOCK + j] = x
+
+
+@inline
+def turned(a, b, h):
+    """(value at h, a', b') with a sin(h + x) + b vers(h + x) = value + a' sin x + b' vers x."""
+    s, v, _, _, _ = arc(h)
+    c = 1.0 - v
+    return a * s + b * v, a * c + b * s, b * c - a * s
+
+
+@part
+def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
+    """How many of the block's first n values lie below `bound` (two-sided: how many |values| above it)."""
+    count = 0
+    if two_sided:
+        for j in range(n):
+            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
+            g += alf * table[2 * BLOCK + j] + bef * table[3 * BLOCK + j]
+            count += 1 if abs(g) > bound else 0
+    elif fast:
+        for j in range(n):
+            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
+            g += alf * table[2 * BLOCK + j] + bef * table[3 * BLOCK + j]
+            count += 1 if g < bound else 0
+    else:
+        for j in range(n):
+            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
+            count += 1 if g < bound else 0
+    return count
+
+
+@part
+def scan(w, k, i, table):
+    """Search lane i by visiting every grid point from its cursor on: sets MET, and the cursor H where it was met."""
+    which = k[SEARCH + i]
+    dtau, limit, noise = w[DTAU + i], w[LIMIT + i], w[NOISE + i]
+    eta, base = w[ETA + i], w[BASE + i]
+    fast = eta > 0.0
+    two_sided = which == S4
+    sig = 1.0 if two_sided else w[SIG + i]
+    offset = 0.0 if two_sided else base
+    bound = 1.0 - noise if two_sided else noise
+    first = w[H + i]
+    while first <= limit:
+        left = limit - first + 1.0
+        n = BLOCK if left > float(BLOCK) else int(left)
+        h = (first - 1.0) * dtau
+        slow, al, be = turned(w[AL + i], w[BE + i], h)
+        quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta * h)
+        c1 = w[C1 + i]
+        c0 = offset + sig * (w[C0 + i] + c1 * h + slow + quick)
+        count = suspects(
+            table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast
+        )
+        fallen = False
+        if which == S2:
+            # ξ falls all through a block in which ξ' stays negative: its last value tells of all
+            x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
+            fallen = x < 0.0
+        if count > 0 or fallen:
+            for j in range(n):
+                cursor = first + float(j)
+                met = exact(w, i, cursor * dtau, which, fast)
+                if met != 0.0:
+                    w[MET + i] = met
+                    w[H + i] = cursor
+                    w[ABOVE + i] = cursor - 1.0
+                    w[WORK + i] += float(j)
+                    return
+        w[WORK + i] += float(n)
+        first += float(n)
+    w[MET + i] = LIMIT_MET
+    w[H + i] = limit
+
+
+@inline
+def exact(w, i, h, which, fast):
+    """What is met at h, by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
+    g = value(w, i, h)
+    if which == S4 and g >= 0.0:
+        w[SIG + i] = -w[SIG + i]
+        g = value(w, i, h)
+    zero = g < 0.0
+    if which == S2:
+        x, _ = state_at(w, i, h, fast)
+        if x < 0.0:
+            return BOTH if zero else FALLEN
+    return ZERO if zero else 0.0
