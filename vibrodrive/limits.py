@@ -102,7 +102,7 @@ def limit(
 
 
 def limits(
-    A: Sequence[float],
+    A: Sequence[float] | np.ndarray,
     disturbance: str = "eps",
     method: str | None = None,
     criterion: str = "order and gaps",
