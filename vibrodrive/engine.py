@@ -93,6 +93,12 @@ def emit_sections(w, k, i, h, transient, section):
     k[r.SECTIONS + i] = count
 
 
+@part
+def emit_rest(w, k, i, transient, section):
+    """The section points that are left: nothing switches any more."""
+    emit_sections(w, k, i, INFINITY, transient, section)
+
+
 @inline
 def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
     if row < rows_int.shape[0]:
@@ -186,7 +192,7 @@ def calm_wait(w, i, state):
     return h, target, later, down
 
 
-@inline
+@part
 def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
     """Begin `state` at the present time, where the adhesive force is h_force, and aim at what ends it."""
     k[r.STATE + i] = state
@@ -200,10 +206,10 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
         skip_start(w, i, s)
 
 
-@inline
+@part
 def stay(w, k, i, transient, section):
     """The mass never moves again."""
-    emit_sections(w, k, i, INFINITY, transient, section)
+    emit_rest(w, k, i, transient, section)
     meet_for_ever(w, k, i, k[r.STATE + i] == STICK)
 
 
@@ -237,7 +243,7 @@ def certified_event(w, k, i, x):
     return LEAVE_UP if which == S5 else TURN, h
 
 
-@inline
+@part
 def grid_event(w, k, i, method):
     """(event, h) of a search on the grid: at the grid point itself (fixed) or refined (Muller)."""
     cursor = w[r.H + i]
@@ -301,7 +307,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
         if event == CONTINUE:
             return True
         if event == END or h > w[r.LEFT + i]:
-            emit_sections(w, k, i, INFINITY, transient, section)
+            emit_rest(w, k, i, transient, section)
             return False
         state = k[r.STATE + i]
         x, v = w[r.X0 + i], 0.0
