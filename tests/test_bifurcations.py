@@ -14,6 +14,8 @@ from vibrodrive.orbit_bifurcations import bifurcations, gap_between
 from vibrodrive.orbit_path import Path
 from vibrodrive.orbit_search import orbits
 
+pytestmark = pytest.mark.jit  # hundreds of searches
+
 PAPER = (1.05, 3.25)
 
 
@@ -51,9 +53,7 @@ def test_doublings_in_the_reference(found):
 
 def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
     for b in of_kind(found, "fold"):
-        pairs = [
-            [o for o in orbits(b.A + d, b.B, b.orbit.period) if o.name == b.orbit.name] for d in (-1e-7, 1e-7)
-        ]
+        pairs = [[o for o in orbits(b.A + d, b.B, b.orbit.period) if o.name == b.orbit.name] for d in (-1e-7, 1e-7)]
         (one, other), none = sorted(pairs, key=len, reverse=True)
         assert none == []
         assert one.multiplier * other.multiplier == pytest.approx(1.0, abs=1e-3)
@@ -101,8 +101,7 @@ def test_between_bifurcations_nothing_changes(found):
     values = [b.A for b in found]
     for low, high in itertools.pairwise(values):
         names = {
-            tuple(sorted((o.name, o.kind) for o in orbits(A, 0.1, 4)))
-            for A in np.linspace(low, high, 7)[1:-1].tolist()
+            tuple(sorted((o.name, o.kind) for o in orbits(A, 0.1, 4))) for A in np.linspace(low, high, 7)[1:-1].tolist()
         }
         assert len(names) == 1
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -143,3 +146,19 @@ def test_a_million_evaluations_take_well_under_a_second():
         return time.process_time() - start
 
     assert min(once() for _ in range(3)) < 0.8
+
+
+@pytest.mark.jit
+def test_each_kernel_is_compiled_once(tmp_path):
+    """In a process of its own, whose cache is empty: what other tests have compiled does not count."""
+    script = (
+        "from vibrodrive import orbit_attractors, orbit_cells, orbit_flight, orbit_map, orbit_roots, orbit_search\n"
+        "orbit_search.orbits(3.04); orbit_search.orbits(3, 0, 2); orbit_attractors.attractors([3, 3.04], limit=100)\n"
+        "orbit_map.impact_map(3)([1, 2]).word; orbit_map.impact_map(3.04).breakpoints\n"
+        "kernels = (orbit_flight.flight, orbit_cells.flights, orbit_cells.split, orbit_roots.roots,\n"
+        "           orbit_map.impacts, orbit_map.place, orbit_map.opening, orbit_attractors.follow_rests)\n"
+        "print([len(k.signatures) for k in kernels])\n"
+    )
+    fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    run = subprocess.run([sys.executable, "-c", script], env=fresh, capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["[1,", *["1,"] * 6, "1]"]

@@ -38,7 +38,6 @@ def follows(points: np.ndarray, orbit: Orbit) -> bool:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.jit
 def test_every_attractor_of_brute_force_is_among_the_orbits():
     """2000 values of A in 1.12-3.25. An orbit that rests is followed over any period; all others are searched

@@ -12,6 +12,8 @@ from vibrodrive.orbit_search import orbits
 from vibrodrive.plan import make_plan
 from vibrodrive.sweep import sweep
 
+pytestmark = pytest.mark.jit  # hundreds of searches
+
 xr = pytest.importorskip("xarray")
 
 PLAN = {"A": np.linspace(2.9, 3.25, 36), "section_phase": 2.0, "transient": 300, "periods": 24}

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibrodrive._jit import jit, part
 from vibrodrive.orbit_cells import NOTHING
-from vibrodrive.orbit_flight import flight, window
+from vibrodrive.orbit_flight import NO_WORD, flight, window
 from vibrodrive.orbit_map import HORIZON
 from vibrodrive.parameters import check, check_count
 from vibrodrive.trig import PI, PI_LOW
@@ -32,12 +32,12 @@ LONGEST = 512
 
 
 @part
-def return_of(psi, A, B, nothing):
+def return_of(psi, A, B, horizon, none, nothing):
     """(flights, periods) after which a motion is back at ψ; 0 flights if it is not within LONGEST."""
     phase = psi
     periods = 0
     for j in range(LONGEST):
-        k, phase, _, _, _, _ = flight(phase, A, B, HORIZON, 0, nothing)
+        k, phase, _, _, _, _ = flight(phase, A, B, horizon, none, nothing)
         if k < 0:
             break
         periods += k
@@ -47,8 +47,9 @@ def return_of(psi, A, B, nothing):
 
 
 @jit(_nrt=False)
-def follow_rests(A, B, limit, kind, period, impacts, exponent, flown, nothing):
+def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, nothing):
     """The attractor for every A (n,), into the arrays behind it (n,); `nothing` float64 (0, 3)."""
+    none = np.int64(NO_WORD)  # a literal would compile another specialisation
     for i in range(len(A)):
         a = A[i]
         kind[i], period[i], impacts[i], exponent[i], flown[i] = NEVER_LEAVES, 0, 0, -math.inf, 0
@@ -65,7 +66,7 @@ def follow_rests(A, B, limit, kind, period, impacts, exponent, flown, nothing):
             if flown[i] == limit // 2:
                 half_periods = periods
                 total = 0.0
-            k, phase, _, slope, _, _ = flight(psi, a, B, HORIZON, 0, nothing)
+            k, phase, _, slope, _, _ = flight(psi, a, B, horizon, none, nothing)
             flown[i] += 1
             if k < 0:
                 break
@@ -78,7 +79,7 @@ def follow_rests(A, B, limit, kind, period, impacts, exponent, flown, nothing):
             psi = phase
         if kind[i] == IRREGULAR and flown[i] == limit:
             exponent[i] = total / (periods - half_periods)
-            back, span = return_of(psi, a, B, nothing)
+            back, span = return_of(psi, a, B, horizon, none, nothing)
             if back > 0:
                 kind[i], impacts[i], period[i] = STABLE, back, span
 
@@ -121,5 +122,5 @@ def attractors(A, B: float = 0.1, limit: int = 20_000) -> Attractors:
     kind, exponent = np.zeros(n, np.int8), np.zeros(n)
     period, impacts, flown = (np.zeros(n, np.int64) for _ in range(3))
     incline, flights = check("B", B), check_count("limit", limit, 2)
-    follow_rests(values, incline, flights, kind, period, impacts, exponent, flown, NOTHING)
+    follow_rests(values, incline, flights, HORIZON, kind, period, impacts, exponent, flown, NOTHING)
     return Attractors(values, incline, kind, period, impacts, exponent, flown, flights)

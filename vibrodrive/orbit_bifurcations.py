@@ -132,12 +132,7 @@ class _Search:
         """Neighbours on a fine grid of A between which the orbit that rests changes: found at no cost."""
         fine = np.linspace(low, high, 1 + math.ceil((high - low) / step)).tolist()
         names = [_name_of_rest(a, self.B, self.limit) for a in fine]
-        return [
-            a
-            for i, pair in enumerate(itertools.pairwise(names))
-            if pair[0] != pair[1]
-            for a in fine[i : i + 2]
-        ]
+        return [a for i, pair in enumerate(itertools.pairwise(names)) if pair[0] != pair[1] for a in fine[i : i + 2]]
 
     def compare(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
         """Find what happens between a and b, whose orbits are `below` and `above`."""
@@ -155,9 +150,7 @@ class _Search:
         first, last = min(where, last) - APART, max(where, last) + APART
         before, after = self.orbits(first), self.orbits(last)
         if not any(f.kind == kind and abs(f.A - where) < AGAIN for f in self.found):
-            self.found.append(
-                Bifurcation(where, kind, orbit, _multiplier(orbit, before), _multiplier(orbit, after))
-            )
+            self.found.append(Bifurcation(where, kind, orbit, _multiplier(orbit, before), _multiplier(orbit, after)))
         if first > a:
             self.compare(a, below, first, before)
         if last < b:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive._jit import jit
-from vibrodrive.orbit_flight import IMPACT, REST, append, flight, window
+from vibrodrive.orbit_flight import IMPACT, NO_WORD, REST, append, flight, window
 from vibrodrive.trig import PI, PI_LOW
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
@@ -44,7 +44,7 @@ def flights(psi, n, A, B, horizon, slides):
     """
     up, _ = window(A, B)
     end = PI - up + PI_LOW
-    itinerary = 0
+    itinerary = np.int64(NO_WORD)  # a literal would compile another specialisation
     periods = 0
     slope = 1.0
     first = 0

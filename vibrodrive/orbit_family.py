@@ -96,9 +96,7 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
     """The section points (ξ, ξ') at τ = phase + 2πk, from the first impact on: float64 (period, 2)."""
     start = float(orbit.phases[0])
-    motion = simulate(
-        A=orbit.A, B=orbit.B, tau0=start, transient=0, periods=orbit.period, section_phase=phase
-    )
+    motion = simulate(A=orbit.A, B=orbit.B, tau0=start, transient=0, periods=orbit.period, section_phase=phase)
     return np.asarray(motion.section)
 
 

@@ -169,16 +169,12 @@ def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
     )
 
 
-def _marks(
-    ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], legend: bool = True
-) -> None:
+def _marks(ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], legend: bool = True) -> None:
     """Bifurcations by kind, with a legend of the kinds that occur."""
     for kind, (marker, text) in MARKS.items():
         points = [(b.A, y) for b, ys in zip(found, heights, strict=True) if b.kind == kind for y in ys]
         if points:
             face = INK if marker == "|" else "white"
-            ax.plot(
-                *zip(*points, strict=True), marker, ms=4.5, mfc=face, mec=INK, mew=0.8, label=text, zorder=3
-            )
+            ax.plot(*zip(*points, strict=True), marker, ms=4.5, mfc=face, mec=INK, mew=0.8, label=text, zorder=3)
     if legend and ax.get_legend_handles_labels()[0]:
         ax.legend(loc="best", handletextpad=0.3)

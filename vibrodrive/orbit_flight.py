@@ -34,6 +34,8 @@ UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 LETTERS = 8  # a word is a number to this base, a state the digit State + 1
 WORDS = 2**59 - 55  # a prime: words of up to 19 states are told apart exactly, longer ones by remainder
 
+NO_WORD = 0  # nothing has come before
+
 FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # how a slide begins
 
 STEPS = 200  # Newton's method: monotone, so it ends by itself; near a double zero it halves, 53 times at most
@@ -123,33 +125,35 @@ def slip(x, a, p, q, first, second):
 def flight(psi, A, B, horizon, word, slides):
     """The flight launched at phase ψ.
 
-    Parameters
-    ----------
-    psi : float
-        outside the open window the launch is from rest, at φ_up.
-    horizon : int
-        excitation periods after which the flight is given up.
-    word : int
-        what came before (see LETTERS, WORDS).
-    slides : float64 (any, 3)
-        receives, a row a slide as far as there are rows: phase of its beginning, duration, and how it began
-        (FROM_GROUND, FROM_STICK, FROM_REVERSAL).
+        Parameters
+        ----------
+        psi : float
+            outside the open window the launch is from rest, at φ_up.
+        horizon : int
+            excitation periods after which the flight is given up.
+        word : int
+            what came before (see LETTERS, WORDS).
+        slides : float64 (any, 3)
+            receives, a row a slide as far as there are rows: phase of its beginning, duration, and how it began
+            (NO_WORD = 0  # nothing has come before
 
-    Returns
-    -------
-    k, phase : int, float
-        impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: given up.
-    velocity : float
-        ξ' < 0 into the impact.
-    slope : float
-        d(impact time)/dψ <= 0. A later launch by dψ lowers the velocity by w dψ, w = H(ψ) - 1; a reversal in
-        the air multiplies w by the ratio of the accelerations across it (saltation: friction changes
-        sign), sticking makes it 0, and the impact comes (Σ w · duration) / |ξ'| earlier. Sticking forgets
-        the velocity but keeps the gap, so only a rest makes the slope vanish.
-    word : int
-        continued by the states of the flight; IMPACT is left to the caller.
-    count : int
-        the number of slides.
+    FROM_GROUND, FROM_STICK, FROM_REVERSAL).
+
+        Returns
+        -------
+        k, phase : int, float
+            impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: given up.
+        velocity : float
+            ξ' < 0 into the impact.
+        slope : float
+            d(impact time)/dψ <= 0. A later launch by dψ lowers the velocity by w dψ, w = H(ψ) - 1; a reversal in
+            the air multiplies w by the ratio of the accelerations across it (saltation: friction changes
+            sign), sticking makes it 0, and the impact comes (Σ w · duration) / |ξ'| earlier. Sticking forgets
+            the velocity but keeps the gap, so only a rest makes the slope vanish.
+        word : int
+            continued by the states of the flight; IMPACT is left to the caller.
+        count : int
+            the number of slides.
     """
     up, p_up = window(A, B)
     down, p_down = fall(A, B)

@@ -17,7 +17,7 @@ import numpy as np
 
 from vibrodrive._jit import jit
 from vibrodrive.orbit_cells import NOTHING, intervals
-from vibrodrive.orbit_flight import FROM_STICK, IMPACT, REST, append, flight, window
+from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, window
 from vibrodrive.parameters import State, check
 from vibrodrive.trig import PI, PI_LOW, turns
 
@@ -33,6 +33,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
     up, _ = window(A, B)
     end = PI - up + PI_LOW
+    none = np.int64(NO_WORD)  # a literal would compile another specialisation
     k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(0, REST + 1), nothing)
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
@@ -40,7 +41,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
         if psi >= end:
             k = k0 + 1 if k0 >= 0 else -1
         elif psi > up:
-            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, 0, nothing)
+            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, nothing)
         phase[i] = landed
         periods[i] = k
         speed[i] = -velocity
@@ -48,14 +49,28 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
         code[i] = append(word, IMPACT + 1)
 
 
+@jit(_nrt=False)
+def place(phi, A, B):
+    """(ψ, rests): the phase φ in [0, 2π), and whether an impact at it is followed by a rest."""
+    psi = turns(phi, 0.0)[1]
+    up, _ = window(A, B)
+    return psi, psi <= up or psi >= PI - up + PI_LOW
+
+
+@jit(_nrt=False)
+def opening(A, B):
+    """φ_up, where the window opens."""
+    return window(A, B)[0]
+
+
 def states(psi: float, A: float, B: float) -> list[State]:
     """The states of the flight launched at ψ, from UP to IMPACT, without a rest before it.
 
     The first SHOWN of a flight that never lands.
     """
-    k, *_, count = flight(psi, A, B, HORIZON, 0, NOTHING)
+    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NOTHING)
     slides = np.empty((count if k >= 0 else SHOWN, 3))
-    flight(psi, A, B, HORIZON, 0, slides)
+    flight(psi, A, B, HORIZON, NO_WORD, slides)
     word: list[State] = []
     falling = True
     for tau, _, begun in slides:
@@ -103,10 +118,8 @@ class Impacts:
 def _word_from(phi: float, A: float, B: float) -> str:
     if A <= 1.0 + B:
         return State.REST.name
-    psi = turns(phi, 0.0)[1]
-    up, _ = window(A, B)
-    rest = [State.REST] if psi <= up or psi >= PI - up + PI_LOW else []
-    return spell(rest + states(psi, A, B))
+    psi, rests = place(phi, A, B)
+    return spell([State.REST] * rests + states(psi, A, B))
 
 
 class ImpactMap:
@@ -123,7 +136,7 @@ class ImpactMap:
         self.A = check("A", A)
         self.B = check("B", B)
         self.moves = self.A > 1.0 + self.B
-        up = window(self.A, self.B)[0] if self.moves else 0.5 * math.pi
+        up = opening(self.A, self.B) if self.moves else 0.5 * math.pi
         self.window = (up, (PI - up) + PI_LOW)
 
     def __call__(self, phi) -> Impacts:

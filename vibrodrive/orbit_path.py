@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrodrive.orbit_cells import NOTHING, RESTS, flights
-from vibrodrive.orbit_flight import flight
+from vibrodrive.orbit_flight import NO_WORD, flight
 from vibrodrive.orbit_map import ImpactMap, kind_of_change, states
 from vibrodrive.orbit_search import Orbit, cells, follow, launches, returns
 from vibrodrive.trig import TWO_PI, TWO_PI_LOW
@@ -46,9 +46,7 @@ class Path:
         n, name = orbit.impacts, orbit.name
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
-        itinerary = tuple(
-            flights(start, k, orbit.A, orbit.B, orbit.period, NOTHING)[0] for k in range(1, n + 1)
-        )
+        itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NOTHING)[0] for k in range(1, n + 1))
         doubled = not rests and n % 2 == 0 and name[: n // 2] == name[n // 2 :]
         return cls(orbit.B, n, orbit.period, rests, itinerary, doubled)
 
@@ -149,9 +147,9 @@ class Path:
             system = ImpactMap(a, self.B)
             kinds = zip(system.breakpoints.tolist(), system.kinds, strict=True)
             point = min((p for p, kind in kinds if kind == GRAZING), key=lambda p: abs(p - launch))
-            landed = flight(point, a, self.B, self.period, 0, NOTHING)[5]
+            landed = flight(point, a, self.B, self.period, NO_WORD, NOTHING)[5]
             slides = np.empty((landed, 3))
-            flight(math.nextafter(point, 0.0), a, self.B, self.period, 0, slides)
+            flight(math.nextafter(point, 0.0), a, self.B, self.period, NO_WORD, slides)
             tau, h, _ = slides[-1].tolist()
             touch = (tau + h - TWO_PI) - TWO_PI_LOW
             return flights(touch, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point

@@ -43,9 +43,7 @@ class Chaos:
     transient: int
 
 
-def chaos(
-    low: float = 3.15, high: float = 3.19, num: int = 4001, B: float = 0.1, limit: int = 20_000
-) -> Chaos:
+def chaos(low: float = 3.15, high: float = 3.19, num: int = 4001, B: float = 0.1, limit: int = 20_000) -> Chaos:
     """Question (a) on `num` values of A from low to high, each followed for `limit` flights."""
     found = attractors(np.linspace(low, high, num), B, limit)
     rests = found.kind == KINDS.index(SUPERSTABLE)

@@ -174,9 +174,7 @@ def roots(low, high, n, A, B, horizon, found, certain, stack, one, other, nothin
     return number
 
 
-def fixed_points(
-    low: float, high: float, n: int, A: float, B: float, horizon: int
-) -> tuple[np.ndarray, np.ndarray]:
+def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
     """(ψ, certain) of all roots in the cell [low, high]."""
     rows = 64
     # a period holds one slide up and one down at most

@@ -116,9 +116,7 @@ def draw(found: Family, brute: Results | None, section_phase: float) -> Figure:
 
 def table(found: Family) -> str:
     """The bifurcations, a line each, and how many orbits there are."""
-    lines = [
-        f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"
-    ]
+    lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
     for b in found.bifurcations:
         sides = f"{_number(b.multiplier_below)} / {_number(b.multiplier_above)}"
         orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {sides:<24}  {b.orbit.word}"

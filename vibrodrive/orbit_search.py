@@ -92,9 +92,7 @@ def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
         yield from closed(system, *cell)
 
 
-def cells(
-    system: ImpactMap, limit: int, only: Sequence[int] | None = None
-) -> Iterator[tuple[float, float, int, int]]:
+def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> Iterator[tuple[float, float, int, int]]:
     """(low, high, n, periods) of every interval of ψ with one itinerary of n flights and launches.
 
     `only` those whose itineraries of 1, 2, … flights are the given numbers.
