@@ -99,7 +99,9 @@ def test_surroundings_of_a_known_orbit():
     system = ImpactMap(3.04)
     assert around.border[1] == pytest.approx(stable.phases[0] - system.window[0])
     assert around.grazing[1] == pytest.approx(system.breakpoints[1] - stable.phases[0])
+    assert around.nearest[1] == min(around.unstable[1], around.border[1], around.grazing[1])
     assert np.isnan(around.multiplier[0])
+    assert np.isnan(around.nearest[0])
 
 
 def test_correlation_of_limits():

@@ -57,7 +57,7 @@ def chaos(low: float = 3.15, high: float = 3.19, num: int = 4001, B: float = 0.1
     )
 
 
-MEASURES = ("multiplier", "unstable", "border", "grazing")
+MEASURES = ("multiplier", "unstable", "border", "grazing", "nearest")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +69,7 @@ class Surroundings:
     unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
     border : distance from one of its impacts to the nearest end of the window.
     grazing : distance from one of its launches to the nearest grazing.
+    nearest : the smallest of the three distances that there are.
     """
 
     A: np.ndarray
@@ -77,6 +78,10 @@ class Surroundings:
     unstable: np.ndarray
     border: np.ndarray
     grazing: np.ndarray
+
+    @property
+    def nearest(self) -> np.ndarray:
+        return np.fmin(np.fmin(self.unstable, self.border), self.grazing)
 
 
 def surroundings(A: Iterable[float], B: float = 0.1, max_period: int = 6) -> Surroundings:
