@@ -57,9 +57,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
         total += step.periods
         words = np.char.add(words, step.word)
         time = step.phase
-    smooth = (
-        alive[1:] & alive[:-1] & (words[1:] == words[:-1]) & (total[1:] == period) & (total[:-1] == period)
-    )
+    smooth = alive[1:] & alive[:-1] & (words[1:] == words[:-1]) & (total[1:] == period) & (total[:-1] == period)
     ahead = time - phi
     return smooth, smooth & (ahead[1:] * ahead[:-1] < 0)
 
