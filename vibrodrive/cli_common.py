@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibrodrive.config import Config
+    from vibrodrive.progress import Show
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -82,21 +83,31 @@ def check_output(path: Path) -> Path:
     return path.with_suffix(".png")
 
 
-def announce_compilation() -> None:
-    """Say why the first run on a machine is slow to begin."""
+def must_compile() -> bool:
+    """Whether the first motion on this machine will take longer to begin."""
+    from numba import config
+
     from vibrodrive._jit import is_compiled
 
-    if not is_compiled():
-        say("compiling the kernels, once for this version: some twenty seconds")
+    return not (getattr(config, "DISABLE_JIT", 0) or is_compiled())
+
+
+COMPILING = "compiling the kernels, once for this version: some twenty seconds"
 
 
 @contextmanager
-def refusals() -> Iterator[None]:
-    """Say in one line what a runner refuses."""
+def working(name: str) -> Iterator[Show]:
+    """Show that work goes on, and say in one line what a runner refuses."""
+    from vibrodrive.progress import Show
+
+    show = Show(sys.stderr, name)
+    show.update(lambda: COMPILING if must_compile() else "begun")
     try:
-        yield
+        yield show
     except (TypeError, ValueError) as error:
         raise click.ClickException(str(error)) from error
+    finally:
+        show.clear()
 
 
 def save(figure: Figure, target: Path) -> None:

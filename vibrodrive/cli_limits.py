@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
-from vibrodrive.cli_common import FILE, SET, THREADS, announce_compilation, check_output, read, refusals, save, say
+from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, say, working
 
 
 @click.command()
@@ -21,23 +20,18 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
 
     The figure stands beside the result file. A file that is there is gone on with.
     """
-    from vibrodrive.progress import Show
-
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
     picture = check_output(path)
     from vibrodrive.limits_figure import limits_figure
     from vibrodrive.limits_store import load_limits, run_limits
 
-    announce_compilation()
-    show = Show(sys.stderr, path.name)
+    with working(path.name) as show:
 
-    def progress(known: int, total: int) -> None:
-        show.update(lambda: f"{known} of {total} limits")
+        def progress(known: int, total: int) -> None:
+            show.update(lambda: f"{known} of {total} limits")
 
-    with refusals():
         run_limits(settings, path, progress, **settings.limits, threads=threads, overwrite=overwrite)
-    show.clear()
     found = load_limits(path)
     save(limits_figure(found), picture)
     say(f"{path} holds {found.done.sum()} limits; {picture} drawn")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli_common import FILE, SET, THREADS, announce_compilation, check_output, read, refusals, say
+from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, say, working
 from vibrodrive.parameters import bad
 
 
@@ -30,8 +30,7 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     plan = settings.plan()
     from vibrodrive.orbit_run import run_orbits
 
-    announce_compilation()
-    with refusals():
+    with working(path.name):
         table = run_orbits(plan, path, title=settings.title, text=settings.text, threads=threads, **settings.orbits)
     click.echo(table)
     say(f"{path} written, {picture} and {picture.with_stem(picture.stem + '_multipliers').name} drawn")

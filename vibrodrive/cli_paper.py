@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli_common import THREADS, announce_compilation, refusals, say
+from vibrodrive.cli_common import THREADS, say, working
 
 
 @click.command()
@@ -30,9 +30,8 @@ def paper(output: Path, names: tuple[str, ...], configs: Path | None, threads: i
     """Recompute the paper: figNN.png and figNN.pdf, the data beside them, claims.json and claims.md."""
     from vibrodrive.paper import run_paper
 
-    announce_compilation()
-    with refusals():
-        result = run_paper(output, names or None, say, configs, threads)
+    with working(output.name) as show:
+        result = run_paper(output, names or None, show.say, configs, threads)
     verdicts = Counter(judged.outcome.verdict.value for judged in result.claims)
     counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     say(f"{len(result.claims)} claims: {counts or 'none about these figures'}")

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, announce_compilation, check_figure, read, save, say
+from vibrodrive.cli_common import COMPILING, FILE, METHOD, SET, check_figure, must_compile, read, save, say
 
 
 @click.command()
@@ -75,7 +75,8 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     settings.plan()
     from vibrodrive import figures, simulate
 
-    announce_compilation()
+    if must_compile():
+        say(COMPILING)
     motion = simulate(**arguments)
     save(figures.trajectory_figure(motion, **drawn), target)
     say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
