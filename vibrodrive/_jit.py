@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import tempfile
 from pathlib import Path
 
@@ -22,12 +23,23 @@ import numba
 _HERE = Path(__file__).parent
 
 
+_IMPORT = re.compile(rb"^from vibrodrive(?:\.(\w+))? import (\w+)", re.MULTILINE)
+
+
 def _fingerprint() -> str:
+    """A hash of every module with a kernel in it and of all that those import, whatever they take from there."""
+    sources = {path.stem: path.read_bytes() for path in _HERE.glob("*.py")}
+    todo = [name for name, source in sources.items() if b"from vibrodrive._jit import" in source]
+    known = set(todo)
+    while todo:
+        for module, name in _IMPORT.findall(sources[todo.pop()]):
+            imported = (module or name).decode()
+            if imported in sources and imported not in known:
+                known.add(imported)
+                todo.append(imported)
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(_HERE.glob("*.py")):
-        source = path.read_bytes()
-        if path.name in ("_jit.py", "parameters.py") or b"from vibrodrive._jit import" in source:
-            digest.update(path.name.encode() + b"\0" + source)
+    for name in sorted(known):
+        digest.update(name.encode() + b"\0" + sources[name])
     return digest.hexdigest()[:16]
 
 

@@ -145,7 +145,8 @@ def search(w, i, fast, grid):
         # belie it; kept as a fraction, so that no step pays for a division
         over, under = abs(2.0 * g * ddg - dg * dg), 2.0 * ddg
         sure = (under > 0.0) & (w[M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
-        nearer = sure & (x > 0.0) & (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under)
+        first = w[NEAR_UNDER + i] == 0.0
+        nearer = sure & (x > 0.0) & (first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under))
         w[NEAR_OVER + i] = over if nearer else w[NEAR_OVER + i]
         w[NEAR_UNDER + i] = under if nearer else w[NEAR_UNDER + i]
     trusted = g - w[NOISE + i] if grid else g

@@ -12,7 +12,7 @@ from __future__ import annotations
 from vibrodrive import lane as r
 from vibrodrive._jit import inline
 from vibrodrive.parameters import Status
-from vibrodrive.switching import S4, S5
+from vibrodrive.switching import S4
 from vibrodrive.trig import TWO_PI
 
 OK, TOO_CLOSE, NEVER_LEAVES = int(Status.OK), int(Status.TOO_CLOSE), int(Status.NEVER_LEAVES)
@@ -95,11 +95,12 @@ def meet_hit(w, k, i, h, force, v):
 @inline
 def meet_tangency(w, k, i, h):
     """The closest the switching function came to 0, or past it, without or before its zero (locate.py)."""
-    near = w[r.NEAR_OVER + i] / w[r.NEAR_UNDER + i]
-    if near < w[r.MARGIN + i] or near < SUSPECT * (terms(w, i) + abs(w[r.V0 + i])):
-        which = k[r.SEARCH + i]
-        force = which == S4 or which == S5
-        meet(w, k, i, near, ROUNDING * terms(w, i) if force else velocity_rounding(w, i, h))
+    under = w[r.NEAR_UNDER + i]
+    if under > 0.0:
+        near = w[r.NEAR_OVER + i] / under
+        if near < w[r.MARGIN + i] or near < SUSPECT * (terms(w, i) + abs(w[r.V0 + i])):
+            force = k[r.SEARCH + i] >= S4
+            meet(w, k, i, near, ROUNDING * terms(w, i) if force else velocity_rounding(w, i, h))
 
 
 @inline

@@ -33,7 +33,6 @@ from vibrodrive.lane import (
     M2S,
     M3,
     MARGIN,
-    NEAR_OVER,
     NEAR_UNDER,
     NOISE,
     OTHER,
@@ -127,8 +126,7 @@ def _start(w, k, i, which, base, sig, a, noise):
     w[ABOVE + i] = 0.0
     w[WATCH + i] = INFINITY
     w[DIP + i] = INFINITY
-    w[NEAR_OVER + i] = INFINITY
-    w[NEAR_UNDER + i] = 1.0
+    w[NEAR_UNDER + i] = 0.0
     k[SEARCH + i] = which
 
 
