@@ -66,6 +66,8 @@ OK, BUDGET = int(Status.OK), int(Status.BUDGET)
 STRETCH = 8.0 * PI
 """A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
 
+SMALLEST = 5e-324
+
 LONGEST_SCAN = 4194304.0
 """So is a segment of more grid points than this, so that the budget is looked at now and then."""
 
@@ -234,7 +236,7 @@ def certified_event(w, k, i, x):
             return CONTINUE, h
         if met == ZERO:
             meet(w, k, i, x, gap_rounding(w, i, h))
-    elif which == S1 and (met == ZERO or h >= w[r.LIMIT + i]):
+    elif which == S1 and (met == ZERO or (h >= w[r.LIMIT + i] and x <= 0.0)):
         return HIT, h
     if met == LIMIT_MET:
         return END if h >= w[r.LEFT + i] else STRETCHED, h
@@ -361,8 +363,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
             to = decide_in_air(force)
             v = 0.0 if certified else v
             if certified and x <= 0.0:
-                x = 0.0
-                to = decide_at_obstacle(force)
+                x = SMALLEST  # it has gone up, by less than a double can tell
             meet_turn(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
         else:
             to = UP if event == LEAVE_UP else DOWN

@@ -30,6 +30,7 @@ from vibrodrive.lane import (
     D2,
     DIP,
     ETA,
+    LIMIT,
     M2S,
     M3,
     MARGIN,
@@ -182,6 +183,7 @@ def skip_start(w, i, s):
             h -= TWO_PI
     elif w[A0 + i] == 0.0:
         h = 2.9 * s * 2.0 * w[D2 + i] / w[M3 + i]
+    h = h if h < w[LIMIT + i] else w[LIMIT + i]
     w[H + i] = h if h > 0.0 else 0.0
 
 
