@@ -21,7 +21,8 @@ POINTS = np.array([[2.7733816327, -2.6101762195], [1.2155473776, -2.8904206661]]
 
 
 def swept(name):
-    return vd.sweep(**config.read(CONFIGS / f"{name}.toml").arguments)
+    """The sweep of a configuration, its section put where the numbers below were taken: τ = 2πk."""
+    return vd.sweep(**config.read(CONFIGS / f"{name}.toml", ["section_phase=0.0"]).arguments)
 
 
 def period(points, longest=64, close=1e-8):
