@@ -110,13 +110,13 @@ def working(name: str) -> Iterator[Show]:
         show.clear()
 
 
-def save(figure: Figure, target: Path) -> None:
+def save(figure: Figure, target: Path, dpi: int | None = None) -> None:
     """Write a figure so that whoever looks at it meanwhile sees the old one or the new one."""
     from vibrodrive import figures
 
     draft = target.with_name(f".{target.stem}.part{target.suffix}")
     try:
-        figures.save(figure, draft)
+        figures.save(figure, draft, dpi)
         os.replace(draft, target)
     finally:
         draft.unlink(missing_ok=True)

@@ -15,18 +15,23 @@ from vibrodrive.cli_common import COMPILING, FILE, METHOD, SET, check_figure, mu
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
 @click.option("--kind", type=click.Choice(["bifurcation", "poincare"]), help="Which diagram.")
 @click.option("--quantity", type=click.Choice(["dxi", "xi"]), help="Velocity or gap at the section.")
+@click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
 @click.option("--follow", is_flag=True, help="Draw again and again until the sweep is complete.")
-def plot(file: Path, output: Path | None, kind: str | None, quantity: str | None, follow: bool) -> None:
+def plot(
+    file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
+) -> None:
     """Draw the diagram of a result file, finished or not."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
     check_figure(target)
-    share = draw(file, target, options)
+    share = draw(file, target, options, dpi)
     while follow and share < 1:
-        share = draw(file, target, options, unless=share)
+        share = draw(file, target, options, dpi, unless=share)
 
 
-def draw(file: Path, target: Path, options: dict[str, Any], unless: float = -1.0) -> float:
+def draw(
+    file: Path, target: Path, options: dict[str, Any], dpi: int | None = None, unless: float = -1.0
+) -> float:
     """Draw a file and return the share that is computed; wait for more than `unless` of it."""
     import time
 
@@ -37,7 +42,7 @@ def draw(file: Path, target: Path, options: dict[str, Any], unless: float = -1.0
         time.sleep(FOLLOW_SECONDS)
     origin = report.header.origin
     wanted = config.parse(origin.config, origin.overrides).figure | options
-    save(figures.from_results(load(file), **wanted), target)
+    save(figures.from_results(load(file), **wanted), target, dpi)
     if not report.complete:
         say(f"{file}: {100 * report.share:.1f} % computed")
     say(f"{target} drawn")
