@@ -77,11 +77,22 @@ def jit(function=None, **options):
         numba.config.CACHE_DIR = before
 
 
+_INNER = {
+    "error_model": "numpy",
+    "nogil": True,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,  # never called from C: a fair share of compiling a formula is the way in
+}
+
+
 def inline(function):
     """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
-    return numba.njit(forceinline=True, error_model="numpy", nogil=True, _nrt=False)(function)
+    return numba.njit(forceinline=True, **_INNER)(function)
 
 
 def part(function):
-    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short."""
-    return numba.njit(error_model="numpy", nogil=True, _nrt=False)(function)
+    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short.
+
+    Called by kernels only: it has no way in from Python, which would take as long to compile again.
+    """
+    return numba.njit(no_cpython_wrapper=True, **_INNER)(function)
