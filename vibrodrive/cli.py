@@ -14,6 +14,7 @@ from typing import NoReturn
 import click
 
 from vibrodrive import __version__
+from vibrodrive.cli_atlas import atlas
 from vibrodrive.cli_common import leave, same_command
 from vibrodrive.cli_files import info, verify
 from vibrodrive.cli_limits import limits
@@ -29,7 +30,7 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (sweep, plot, info, verify, trajectory, limits, orbits, paper):
+for command in (sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper):
     cli.add_command(command)
 
 

@@ -1,0 +1,141 @@
+"""The atlas of failures over two axes: into a file, with the line beyond which the structure of the motion is lost.
+
+HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
+`method` and A, the smallest disturbance along the other axis at which order or gaps fail (limits.py).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from vibrodrive import __version__
+from vibrodrive.atlas import KINDS, METHODS, verdicts
+from vibrodrive.config import Config, ConfigError
+from vibrodrive.limits import limits
+from vibrodrive.parameters import bad
+
+JUDGED = 10
+"""Excitation periods of each motion whose switches are judged."""
+
+SECOND = ("dtau", "eps")
+"""What may lie across A."""
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
+
+    A: np.ndarray
+    name: str
+    other: np.ndarray
+    judged: np.ndarray
+    counts: dict[str, np.ndarray]
+    limit: np.ndarray
+    scalars: dict[str, float]
+
+    def share(self, kind: str) -> np.ndarray:
+        """Share of the judged switches that failed in this way; NaN where the mass never moved."""
+        with np.errstate(invalid="ignore"):
+            return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
+
+
+def run_atlas(
+    config: Config,
+    out: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    threads: int | None = None,
+) -> Path:
+    """Compute the atlas of a configuration with the axes A and dtau, or A and eps, into a new file.
+
+    Raises
+    ------
+    ConfigError
+        if the axes are others.
+    """
+    plan = config.plan()
+    names = list(plan.axes)
+    if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
+        raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))
+    other = names[1]
+    if np.isnan(plan.scalars["dtau"]) and other == "eps":
+        raise ConfigError("dtau is missing: both methods need a grid step")
+    say = progress or (lambda done, total: None)
+    shape = (len(METHODS), *plan.shape)
+    total = len(METHODS) * (plan.n_points + plan.shape[0])
+    done = 0
+    common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "scan")}
+    path = Path(out)
+    draft = path.with_name(path.name + ".part")
+    with h5py.File(draft, "w") as file:
+        _lay_out(file, plan.axes, shape, config)
+        counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
+        for m, at, verdict in verdicts(plan, JUDGED):
+            i, j = divmod(at, shape[-1])
+            for kind, value in verdict._asdict().items():
+                counts[kind][m, i, j] = value
+            done += 1
+            say(done, total)
+            if j == shape[-1] - 1:
+                for kind, array in counts.items():
+                    file[kind][m, i] = array[m, i]
+                file.flush()
+        for m, method in enumerate(METHODS):
+            for i, found in limits(plan.axes["A"], other, method, threads=threads, **common):
+                file["limit"][m, i] = found.k2
+                done += 1
+                say(done, total)
+    draft.replace(path)
+    return path
+
+
+def _lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
+    scales = {"method": np.arange(len(METHODS)), **axes}
+    for name, values in scales.items():
+        file[name] = values
+        file[name].make_scale(name)
+        file[name].attrs["units"] = "1"
+        file[name].attrs["long_name"] = name
+    file["method"].attrs["names"] = ", ".join(METHODS)
+    for kind in ("judged", *KINDS):
+        data = file.create_dataset(kind, shape, np.int64, fillvalue=-1, fletcher32=True, chunks=(1, 1, shape[-1]))
+        for dimension, name in enumerate(scales):
+            data.dims[dimension].attach_scale(file[name])
+        data.attrs["units"] = "1"
+        data.attrs["long_name"] = "switches judged" if kind == "judged" else f"switches {kind}"
+    data = file.create_dataset("limit", shape[:2], np.float64, fillvalue=np.nan)
+    data.dims[0].attach_scale(file["method"])
+    data.dims[1].attach_scale(file["A"])
+    data.attrs["units"] = "1"
+    data.attrs["long_name"] = "smallest disturbance at which order or gaps are lost"
+    plan = config.plan()
+    file.attrs.update(
+        Conventions="CF-1.10",
+        title=config.title,
+        config=config.text,
+        scalars=json.dumps({k: v for k, v in plan.scalars.items() if v == v}),
+        vibrodrive=__version__,
+    )
+
+
+def load_atlas(path: str | Path) -> Atlas:
+    """Read a file that `run_atlas` wrote. Raises ConfigError if it is none, OSError if it can't be read."""
+    with h5py.File(path, "r") as file:
+        if "judged" not in file or "limit" not in file:
+            raise ConfigError(bad("file", str(path), "an atlas made by `vibrodrive atlas`"))
+        other = next(name for name in SECOND if name in file)
+        return Atlas(
+            A=file["A"][...],
+            name=other,
+            other=file[other][...],
+            judged=file["judged"][...],
+            counts={kind: file[kind][...] for kind in KINDS},
+            limit=file["limit"][...],
+            scalars=json.loads(file.attrs["scalars"]),
+        )

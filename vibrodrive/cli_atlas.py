@@ -1,0 +1,35 @@
+"""`vibrodrive atlas`: where the fixed and the Muller path go wrong, and how."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, say, working
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@THREADS
+@click.option("--overwrite", is_flag=True, help="Replace the result file.")
+def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
+    """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map."""
+    settings = read(config, overrides, None)
+    path = output or Path(config.stem + ".h5")
+    picture = check_output(path)
+    if path.exists() and not overwrite:
+        raise click.ClickException(f"output = {str(path)!r}: must not exist yet, or be replaced with --overwrite")
+    from vibrodrive.atlas_figure import atlas_figure
+    from vibrodrive.atlas_run import load_atlas, run_atlas
+
+    with working(path.name) as show:
+
+        def progress(known: int, total: int) -> None:
+            show.update(lambda: f"{known} of {total} motions")
+
+        run_atlas(settings, path, progress, threads=threads)
+    save(atlas_figure(load_atlas(path)), picture)
+    say(f"{path} written; {picture} drawn")
