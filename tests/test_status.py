@@ -1,0 +1,123 @@
+"""What a trajectory says about how it ended: status, advice, margin; for one motion and each point of a sweep."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive import State, Status
+
+
+@pytest.mark.parametrize("status", Status)
+def test_advice_is_one_sentence(status):
+    assert len(status.advice) > 20
+    assert "\n" not in status.advice
+    assert status.advice.rstrip(".") == status.advice
+
+
+def test_ok():
+    t = vd.simulate(A=3.04, transient=0, periods=50)
+    assert t.status == Status.OK
+    assert 0 < t.margin < math.inf
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
+def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
+    """A throw that turns back just above the obstacle: ξ there is the margin, as nothing else comes closer."""
+    throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
+    drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
+    t = vd.simulate(**throw, xi0=gap - drop)
+    turn = t.switches[0]
+    assert (turn["before"], turn["after"]) == (State.DOWN, State.UP)
+    assert t.margin == turn["xi"] == pytest.approx(gap, abs=1e-13)
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
+def test_margin_is_how_far_an_impact_would_have_dipped(depth):
+    """The same throw from a little lower: the free flight would have gone `depth` below the obstacle."""
+    throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
+    drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
+    t = vd.simulate(**throw, xi0=-depth - drop)
+    assert t.switches[0]["after"] == State.IMPACT
+    assert t.margin == pytest.approx(depth, abs=1e-13)
+
+
+def test_margin_of_a_start():
+    """Where nothing but the start is decided, its distance counts: |H - 1| at the obstacle, ||H| - 1| above it."""
+    rest = vd.simulate(A=0.0, B=0.25, transient=0, periods=2)
+    assert rest.margin == pytest.approx(1.25)
+    stick = vd.simulate(A=0.0, B=0.25, xi0=1.0, transient=0, periods=2)
+    assert stick.margin == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_margin_of_a_wait_that_all_but_ends(gap):
+    """H reaches 1 - gap and turns back: a tangency counts as a decision."""
+    t = vd.simulate(A=1.5, B=0.5 + gap, transient=0, periods=3)
+    assert t.status == Status.NEVER_LEAVES
+    assert t.margin == pytest.approx(gap, rel=1e-3)
+
+
+def test_never_leaves_is_an_answer():
+    """A section for every period, constant; whether it came to rest at once or after some motion."""
+    for start in ({}, {"xi0": 2.0, "dxi0": 1.0}, {"dxi0": 3.0}):
+        t = vd.simulate(A=0.4, **start, transient=3, periods=5)
+        assert t.status == Status.NEVER_LEAVES
+        assert t.section.shape == (5, 2)
+        assert (t.section == t.section[0]).all()
+        assert (t.section[:, 1] == 0).all()
+
+
+def test_budget_is_per_period_and_configurable():
+    """83 switches a period: 100 suffice for any number of periods, 50 for none."""
+    scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}
+    assert vd.simulate(**scene, budget=200).status == Status.OK
+    spent = vd.simulate(**scene, budget=50)
+    assert spent.status == Status.BUDGET
+    assert 0 < len(spent.switches) <= 51
+    full = vd.simulate(**scene)
+    assert (spent.switches == full.switches[: len(spent.switches)]).all(), "what was computed stands"
+    assert np.isnan(spent.section).all()
+    assert np.isnan(spent.sample(16).xi[-1]), "nothing is drawn where nothing was computed"
+
+
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+@pytest.mark.parametrize("scan", ["skip", "literal"])
+def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
+    """Grid points are counted, too: visiting 6e10 of them is no way to hang, and skipping them costs nothing."""
+    t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
+    assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
+
+
+def test_sweep_goes_on_past_every_kind_of_point():
+    """One of each in a sweep: each its own status and margin, the same as by itself, and no neighbour harmed."""
+    A = [1.5, 0.4, 1.0, 3.04]
+    r = vd.sweep(A=A, B=[0.0, 0.1], eps=[0.0, 5e-4], transient=0, periods=20, budget=60)
+    assert r.status.shape == r.margin.shape == (4, 2, 2)
+    assert set(np.unique(r.status)) == {Status.OK, Status.TOO_CLOSE, Status.BUDGET, Status.NEVER_LEAVES}
+    for index in np.ndindex(r.status.shape):
+        alone = vd.simulate(
+            A=A[index[0]], B=[0.0, 0.1][index[1]], eps=[0.0, 5e-4][index[2]], transient=0, periods=20, budget=60
+        )
+        assert r.status[index] == alone.status
+        assert r.margin[index] == alone.margin
+        np.testing.assert_array_equal(r.section[index], alone.section)
+
+
+def test_too_close_goes_on():
+    """The motion before a decision too close to call stands, and a branch of it is followed to the end."""
+    t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
+    assert t.status == Status.TOO_CLOSE
+    assert t.margin < 1e-14
+    assert np.isfinite(t.section).all()
+    assert t.switches["period"].max() == 19
+
+
+def test_first_of_two_reasons_is_kept():
+    """Too close to call and then at rest for ever: that it was too close is what matters."""
+    t = vd.simulate(A=1.0, B=0.0, transient=0, periods=3)
+    assert t.status == Status.TOO_CLOSE
+    assert t.margin == 0.0
