@@ -106,11 +106,13 @@ def slide(model: Oscillator, s: Segment) -> Slide:
 def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
     """The switching function that ended a segment, evaluated in 50 digits there, and what rounding allows it.
 
-    A recorded phase is good to 2**-51 at best, at either end; the rest is the rounding of the terms.
+    A recorded phase is good to 2**-51 at best, at either end; the rest is the rounding of the terms, once more
+    for every two periods, after which a long slide is continued from a fresh start.
     """
     A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
     eta, h = float(model.eta), float(s.h)
     tick = 4 * 2.0**-51
+    fresh = 1 + h / (4 * math.pi)
     force = 1 + A + AF + float(model.B)
     if s.state in (STICK, REST):
         g = float(model.H(s.tau + s.h)) - (1 if s.after == UP else -1)
@@ -120,7 +122,7 @@ def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
     speed = A + AF / eta + abs(s.dxi) + (1 + float(model.B)) * h
     if s.after == IMPACT:
         path = s.xi + (speed + force * h) * (1 + h)
-        return xi, ROUNDING * path + tick * (abs(dxi) + speed)
+        return xi, ROUNDING * fresh * path + tick * (abs(dxi) + speed)
     return dxi, ROUNDING * (speed + force * h) + tick * force
 
 

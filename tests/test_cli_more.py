@@ -1,4 +1,4 @@
-"""The commands that do more than sweep: limits, orbits, paper. Their numbers are tested where they are made."""
+"""The commands that do more than sweep: limits, orbits, atlas, paper. Their numbers are tested where they are made."""
 
 from __future__ import annotations
 
@@ -141,6 +141,9 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
         (["orbits", "orbits.toml", "--set", "method=fixed", "--set", "dtau=0.1"], ["method", "certified"]),
         (["orbits", "orbits.toml", "-o", "."], ["-o", "directory"]),
         (["orbits", "orbits.toml", "-o", "nowhere/o.h5"], ["nowhere", "directory that exists"]),
+        (["atlas", "limits.toml"], ["axes", "A and dtau", "A and eps"]),
+        (["atlas", "limits.toml", "--set", "eps=[1e-5, 1e-4]"], ["dtau is missing"]),
+        (["atlas", "limits.toml", "-o", "junk.h5"], ["junk.h5", "--overwrite"]),
         (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
         (["paper", "--configs", "nowhere"], ["--configs", "nowhere"]),
         (["paper", "-o", "limits.toml"], ["-o", "limits.toml"]),

@@ -84,6 +84,7 @@ def test_budget_is_per_period_and_configurable():
     assert np.isnan(spent.sample(16).xi[-1]), "nothing is drawn where nothing was computed"
 
 
+@pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])
 def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):

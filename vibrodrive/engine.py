@@ -26,6 +26,7 @@ from vibrodrive.margins import (
     meet_hit,
     meet_tangency,
     meet_turn,
+    velocity_rounding,
 )
 from vibrodrive.motion import (
     arrive_all,
@@ -63,7 +64,7 @@ FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
 LITERAL = int(Scan.LITERAL)
 OK, BUDGET = int(Status.OK), int(Status.BUDGET)
 
-STRETCH = 8.0 * PI
+STRETCH = 4.0 * PI
 """A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
 
 SMALLEST = 5e-324
@@ -319,6 +320,12 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
             else:
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
+        x_off, v_off = w[r.X_OFF + i], 0.0
+        if event == HIT:
+            x_off = 0.0
+        elif state == UP or state == DOWN:
+            x_off = gap_rounding(w, i, h)
+            v_off = velocity_rounding(w, i, h) if event == STRETCHED else 0.0
 
         # what one period may cost: switches, and for each a hundred steps of searching or 1e5 grid points
         if k[r.COUNTED + i] != k[r.PERIOD + i]:
@@ -350,6 +357,8 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
         w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
 
         if event == STRETCHED:
+            w[r.X_OFF + i] = x_off
+            w[r.V_OFF + i] = v_off
             enter(w, k, i, state, x, v, force, False, method, scan)
             return True
         # decide
@@ -368,6 +377,8 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
         else:
             to = UP if event == LEAVE_UP else DOWN
         record(w, k, i, state, to, x, v, transient, counts, rows_int, rows_float, stored)
+        w[r.X_OFF + i] = x_off
+        w[r.V_OFF + i] = v_off
         waiting = to == STICK or to == REST
         if waiting and not can_leave(w, i, to):
             k[r.STATE + i] = to
@@ -397,6 +408,8 @@ def set_parameters(w, k, i, points, row, method):
     w[r.TOL + i] = points[row, 5]
     w[r.PF + i] = 0.0
     w[r.QF + i] = 0.0
+    w[r.X_OFF + i] = 0.0
+    w[r.V_OFF + i] = 0.0
     # what a search keeps at ε = 0
     w[r.RF + i] = 0.0
     w[r.M2S + i] = a + 1e-300

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 71 × 8 B = 36 kB)."""
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 73 × 8 B = 37 kB)."""
 
-ROWS_W = 71
+ROWS_W = 73
 ROWS_K = 10
 
 (
@@ -19,8 +19,9 @@ ROWS_K = 10
     A, B, AF, ETA, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
     # the ends of a wait at ε = 0: phase and A cos φ where H rises to 1, and where it falls to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
-    # the segment under way: where it began (φ = PHI + LOW, LOW below the last bit of PHI) ...
-    PHI, LOW, THETA, X0, V0, A0,
+    # the segment under way: where it began (φ = PHI + LOW, LOW below the last bit of PHI; X_OFF, V_OFF
+    # bound what rounding has done to ξ and ξ' there) ...
+    PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF,
     # ... and its closed form, eqs. (4), (5), (9) relative to that instant (see motion.py)
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down

@@ -36,25 +36,33 @@ def meet(w, k, i, distance, bound):
 
 @inline
 def gap_rounding(w, i, h):
-    """How far rounding can put ξ off at h after the last switch (little has been added up where little time passed)."""
+    """How far rounding can have put ξ off at h after the last switch.
+
+    What the start was off by, and the rounding of what has been added up since: little, where little time passed.
+    """
     eta = w[r.ETA + i]
+    off = w[r.X_OFF + i] + w[r.V_OFF + i] * h
     if (1.0 + eta) * h < 0.7:
         rate = w[r.A + i] + w[r.AF + i] * eta
-        return ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
-    pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
-    terms = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
-    return ROUNDING * (terms + abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+        sums = abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h
+    else:
+        pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
+        sums = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
+        sums += abs(w[r.XALF + i]) + abs(w[r.XBEF + i])
+    return off + ROUNDING * sums
 
 
 @inline
 def velocity_rounding(w, i, h):
-    """How far rounding can put ξ' off at h after the last switch."""
+    """How far rounding can have put ξ' off at h after the last switch."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         rate = w[r.A + i] + w[r.AF + i] * eta
-        return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h)
-    fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
-    return ROUNDING * (abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast)
+        sums = abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h
+    else:
+        fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
+        sums = abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast
+    return w[r.V_OFF + i] + ROUNDING * sums
 
 
 @inline
