@@ -119,7 +119,7 @@ def _word_from(phi: float, A: float, B: float) -> str:
     if A <= 1.0 + B:
         return State.REST.name
     psi, rests = place(phi, A, B)
-    return spell([State.REST] * rests + states(psi, A, B))
+    return spell([State.REST] * int(rests) + states(psi, A, B))
 
 
 class ImpactMap:
