@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibrodrive.atlas import Certified, judge
+from vibrodrive.atlas import Certified, compared, judge
 from vibrodrive.parameters import Method, State
 from vibrodrive.plan import make_plan
 
@@ -43,6 +43,18 @@ def test_wrong_decisions_are_the_fixed_paths_own():
     fixed, muller = judge(plan("fixed", **arguments)), judge(plan("muller", **arguments))
     assert fixed.wrong > 0
     assert muller.wrong < fixed.wrong
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
+@pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
+def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
+    """Not even where a slide found over late has sunk below the obstacle, and no restart finds nothing to come."""
+    for A in (1.5, 1.8, 2.6, 3.04):
+        behind = [b for b, _ in compared(plan(method, A=A, eps=2e-4, dtau=dtau))]
+        assert len(behind) > 20
+        assert min(behind) > -early
+        assert max(behind) < 10
 
 
 @pytest.mark.jit
