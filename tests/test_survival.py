@@ -225,7 +225,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
 
 
 def test_two_writers_do_not_meet(scene, undisturbed):
-    first = scene.start(delay=0.05)
+    first = scene.start(delay=0.2)
     scene.wait_for_blocks(first)
     for options in ((), ("--overwrite",)):
         code, _, err = scene.run(*options)

@@ -4,8 +4,9 @@ Over a block of grid points h_b + x the sines and versines of x are in tables, a
 
     c0' + c1 x + α' sin x + β' vers x + fast
 
-with constants of the block (S1, the one with a square, is never scanned for: ξ is watched beside S2). A value that clears the rounding of this form has the sign it shows; the few that do
-not are computed again from the exact form, the one that skipping evaluates. So the two agree to the bit.
+with constants of the block (S1, the one with a square, is never scanned for: ξ is watched beside S2). A value that
+clears the rounding of this form has the sign it shows; the few that do not are computed again from the exact form,
+the one that skipping evaluates. So the two agree to the bit.
 """
 
 from __future__ import annotations
