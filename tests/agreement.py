@@ -21,11 +21,13 @@ class Agreement(NamedTuple):
     ours: vd.Trajectory
     same: int
     late: float
+    most: int
 
     @property
     def agrees(self) -> bool:
-        """Whether every switch of the reference is there."""
-        return self.same == len(self.exact.switches)
+        """Whether every switch of the reference is there and, where it went to the end, no other."""
+        whole = len(self.exact.switches) < self.most
+        return self.same == len(self.exact.switches) and (not whole or len(self.ours.switches) == self.same)
 
 
 def follow(scene: dict[str, float], most: int = 24, periods: int = 60, **settings: Any) -> Agreement:
@@ -42,7 +44,7 @@ def follow(scene: dict[str, float], most: int = 24, periods: int = 60, **setting
         same += 1
         turns = int(row["period"]) - s.period
         late = max(late, abs(float(2 * mp.pi * turns + (mp.mpf(float(row["phase"])) - s.phase))))
-    return Agreement(exact, ours, same, late)
+    return Agreement(exact, ours, same, late, most)
 
 
 def flagged(trajectory: vd.Trajectory) -> bool:

@@ -25,7 +25,7 @@ from vibrodrive import State, Status
 
 pytestmark = pytest.mark.jit
 
-bounded = settings(max_examples=120, derandomize=True, deadline=None)
+bounded = settings(max_examples=300, derandomize=True, deadline=None)
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -104,7 +104,7 @@ def test_energy_never_rises_at_an_impact(scene):
     np.testing.assert_array_equal(before + 1, leaving if len(leaving) == len(before) else [*leaving, len(rows)])
 
 
-@bounded
+@settings(max_examples=60, derandomize=True, deadline=None)
 @given(CALM)
 def test_work_is_what_the_forces_do(scene):
     """Between two switches the kinetic energy changes by the work of H and friction along the way (Simpson's rule)."""
@@ -125,11 +125,10 @@ def test_work_is_what_the_forces_do(scene):
         assert abs((v1**2 - v0**2) / 2 - work) <= 1e-6 * size
 
 
-@settings(max_examples=150, derandomize=True, deadline=None)
+@settings(max_examples=400, derandomize=True, deadline=None)
 @given(MODEST)
 def test_certified_is_the_reference(scene):
-    """The states of the 50-digit reference wherever its margin is above 1e-9, and times to 1e-9 times what the motion
-    itself makes of an error; below, the same states or a flag."""
+    """400 scenes: the states of the 50-digit reference wherever margins are above 1e-9; below, the same or a flag."""
     assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # else a fall of a million periods
     try:
         found = follow(scene, most=16, periods=12)
