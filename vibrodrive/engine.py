@@ -12,24 +12,39 @@ import math
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
+from vibrodrive.abreast import cross_all
+from vibrodrive.calm import (
+    AT_ONCE,
+    BRACKETED,
+    LEAST_FALL,
+    STEPPED,
+    aim_at_impact,
+    aim_in_bracket,
+    narrow_all,
+    remember,
+    wait_end,
+)
 from vibrodrive.counter import next_index
 from vibrodrive.lane import LANES, ROWS_K, ROWS_W
 from vibrodrive.literal import fill_tables
 from vibrodrive.literal import scan as scan_every
-from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search_all
+from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search, search_all
 from vibrodrive.margins import (
+    ROUNDING,
+    calm_end_distance,
     gap_rounding,
     meet,
-    meet_calm_end,
     meet_for_ever,
     meet_force,
     meet_hit,
     meet_tangency,
     meet_turn,
+    terms,
     velocity_rounding,
 )
 from vibrodrive.motion import (
-    arrive_all,
+    arrive_disturbed,
+    arrive_undisturbed,
     copy_for_arrival,
     depart,
     excitation,
@@ -37,27 +52,29 @@ from vibrodrive.motion import (
     grid_time,
     pass_time,
     place,
-    section_at,
     slide,
     state_at,
     time_until,
 )
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
+from vibrodrive.record import SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
 from vibrodrive.switching import (
     INFINITY,
     S1,
     S2,
+    S3,
     S4,
     S5,
     aim_force,
     aim_gap,
     aim_velocity,
+    can_leave,
     decide_at_obstacle,
     decide_in_air,
     skip_start,
 )
-from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, arcsine, turns
+from vibrodrive.trig import PI, PI_LOW, TWO_PI, arcsine, turns
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
@@ -71,61 +88,6 @@ SMALLEST = 5e-324
 
 LONGEST_SCAN = 4194304.0
 """So is a segment of more grid points than this, so that the budget is looked at now and then."""
-
-
-@inline
-def emit_sections(w, k, i, h, transient, section):
-    """Write the section points that lie within h of the present time, eqs. (3)-(5) at τ = φ_s + 2πk."""
-    count = k[r.SECTIONS + i]
-    first = k[r.PERIOD0 + i] + transient + (0 if w[r.SECTION + i] > w[r.PHI0 + i] else 1)
-    row = k[r.POINT + i]
-    state = k[r.STATE + i]
-    while count < section.shape[1]:
-        hs = time_until(w, k, i, first + count, w[r.SECTION + i])
-        if hs > h:
-            break
-        x, v = w[r.X0 + i], 0.0
-        if state == UP or state == DOWN:
-            if w[r.AF + i] > 0.0:
-                x, v = state_at(w, i, hs, True)
-            else:
-                x, v = section_at(w, i, hs)
-        section[row, count, 0] = x
-        section[row, count, 1] = v
-        count += 1
-    k[r.SECTIONS + i] = count
-
-
-@part
-def emit_rest(w, k, i, transient, section):
-    """The section points that are left: nothing switches any more."""
-    emit_sections(w, k, i, INFINITY, transient, section)
-
-
-@inline
-def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
-    if row < rows_int.shape[0]:
-        rows_int[row, 0] = k[r.PERIOD + i]
-        rows_int[row, 1] = before
-        rows_int[row, 2] = after
-        rows_float[row, 0] = w[r.PHI + i]
-        rows_float[row, 1] = x
-        rows_float[row, 2] = v
-
-
-@inline
-def record(w, k, i, before, after, x, v, transient, counts, rows_int, rows_float, stored):
-    """Count the switch and, where there is room, write its row, if it lies after the transient.
-
-    Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
-    """
-    n = k[r.PERIOD + i] - k[r.PERIOD0 + i]
-    recorded = n > transient or (n == transient and w[r.PHI + i] > w[r.PHI0 + i]) or transient == 0
-    if recorded:
-        counts[k[r.POINT + i], after] += 1
-    if rows_int.shape[0] > 0:
-        write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
-        stored[0] += 1 if recorded else 0
 
 
 @inline
@@ -166,35 +128,6 @@ def begin_search(w, k, i, state, method, scan):
             w[r.OTHER + i] = 1.0
 
 
-@inline
-def can_leave(w, i, state):
-    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
-    reach = w[r.A + i] + w[r.AF + i]
-    return reach > 1.0 + w[r.B + i] or (state == STICK and reach > abs(1.0 - w[r.B + i]))
-
-
-@inline
-def calm_wait(w, i, state):
-    """The end of a wait at ε = 0: the arcsine of (1 + B)/A or (B - 1)/A, whichever comes first.
-
-    Returns (h, phase there, whether it lies in the next period, whether H falls to -1). On the rising half of the
-    excitation H climbs to 1, on the falling half it drops to -1; a wait that begins past its own
-    end by rounding ends at once.
-    """
-    phi = w[r.PHI + i]
-    falling = HALF_PI < phi <= 3.0 * HALF_PI
-    down = state == STICK and (falling or w[r.A + i] <= 1.0 + w[r.B + i])
-    target = w[r.PHI_DOWN + i] if down else w[r.PHI_UP + i]
-    later = phi > (3.0 * HALF_PI if down else HALF_PI)
-    h = target - phi
-    if later:
-        h = (TWO_PI - phi) + target
-    elif h < 0.0:
-        h = 0.0
-        target = phi
-    return h, target, later, down
-
-
 @part
 def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
     """Begin `state` at the present time, where the adhesive force is h_force, and aim at what ends it."""
@@ -204,6 +137,14 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
     if v == 0.0 and (at_boundary or a0 * s < 0.0):
         a0 = 0.0  # H = ±1 by definition where a wait ends
     slide(w, i, s, x, v, a0)
+    w[r.KIND + i] = STEPPED
+    if method == CERTIFIED and w[r.AF + i] == 0.0:
+        if s == 0.0:
+            w[r.KIND + i] = AT_ONCE
+            return
+        if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
+            aim_in_bracket(w, k, i, s)
+            return
     begin_search(w, k, i, state, method, scan)
     if method == CERTIFIED and v == 0.0 and s != 0.0:
         skip_start(w, i, s)
@@ -225,8 +166,20 @@ def certified_event(w, k, i, x):
     h = w[r.H + i]
     met = w[r.MET + i]
     which = k[r.SEARCH + i]
+    if w[r.KIND + i] == BRACKETED:
+        if which == S1:
+            return HIT, h
+        if which == S3 or x > 0.0:
+            if which == S2:
+                meet(w, k, i, x, gap_rounding(w, i, h))
+            return TURN, h
     if which == S2:
         if met == FALLEN or x <= 0.0:
+            if w[r.AF + i] == 0.0:
+                # ξ has fallen all the way: it has one zero
+                meet(w, k, i, 0.0 - x, gap_rounding(w, i, h))
+                aim_at_impact(w, k, i, h, x)
+                return CONTINUE, h
             # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
             if met == ZERO:
                 meet(w, k, i, 0.0 - x, gap_rounding(w, i, h))
@@ -290,19 +243,22 @@ def grid_event(w, k, i, method):
 
 
 @inline
-def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, counts, rows_int, rows_float, stored):
+def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, rows_int, rows_float, stored):
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
-    Without a grid `arrive_all` has put down the motion and the excitation there, in lane j of `g`.
+    Without a grid the motion and the excitation there have been put down in lane j of `g`.
     """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
     phase, later = 0.0, False
     if calm and (k[r.STATE + i] == STICK or k[r.STATE + i] == REST):
-        h, phase, later, down = calm_wait(w, i, k[r.STATE + i])
+        h, phase, later, down = wait_end(w, i, k[r.STATE + i], w[r.PHI + i])
         event = LEAVE_DOWN if down else LEAVE_UP
     elif certified:
         meet_tangency(w, k, i, w[r.H + i])
+        if w[r.KIND + i] == BRACKETED and k[r.SEARCH + i] != S1:
+            s = 1.0 if k[r.SEARCH + i] == S3 else -1.0
+            remember(w, i, s, w[r.H + i], (g[r.THERE_Q + j] - w[r.B + i]) - s)
         event, h = certified_event(w, k, i, g[r.THERE_X + j])
     else:
         event, h = grid_event(w, k, i, method)
@@ -340,7 +296,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
         # advance to the switch
         if calm and (state == STICK or state == REST):
             force = 1.0 if event == LEAVE_UP else -1.0
-            meet_calm_end(w, k, i, event == LEAVE_DOWN)
+            meet(w, k, i, calm_end_distance(w, i, event == LEAVE_DOWN), ROUNDING * terms(w, i))
             w[r.PHI + i] = phase
             w[r.LOW + i] = 0.0
             k[r.PERIOD + i] += 1 if later else 0
@@ -364,7 +320,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
         # decide
         if event == HIT:
             x = 0.0 if certified else x
-            record(w, k, i, state, IMPACT, x, v, transient, counts, rows_int, rows_float, stored)
+            record(w, k, i, state, IMPACT, x, v, transient, rows_int, rows_float, stored)
             to = decide_at_obstacle(force)
             meet_hit(w, k, i, h, force, v)
             state, x, v = IMPACT, 0.0, 0.0
@@ -376,7 +332,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
             meet_turn(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
         else:
             to = UP if event == LEAVE_UP else DOWN
-        record(w, k, i, state, to, x, v, transient, counts, rows_int, rows_float, stored)
+        record(w, k, i, state, to, x, v, transient, rows_int, rows_float, stored)
         w[r.X_OFF + i] = x_off
         w[r.V_OFF + i] = v_off
         waiting = to == STICK or to == REST
@@ -390,7 +346,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
             return True
         k[r.STATE + i] = to
         w[r.X0 + i] = x
-        h, phase, later, down = calm_wait(w, i, to)
+        h, phase, later, down = wait_end(w, i, to, w[r.PHI + i])
         event = LEAVE_DOWN if down else LEAVE_UP
 
 
@@ -398,7 +354,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, cou
 def set_parameters(w, k, i, points, row, method):
     """The parameters of a point, its start in time, and the ends of its waits at ε = 0."""
     a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
-    fast = a * eps * eta * eta > 0.0
+    fast = is_disturbed(points, row)
     w[r.A + i] = a
     w[r.B + i] = b
     w[r.AF + i] = a * eps * eta * eta if fast else 0.0
@@ -416,6 +372,8 @@ def set_parameters(w, k, i, points, row, method):
     w[r.M3 + i] = a
     w[r.SPAN0 + i] = 1.0
     w[r.THETA + i] = 0.0
+    for row_w in (r.LASTED_UP, r.LASTED_DOWN, r.NEAR_UNDER, r.LO, r.HI):
+        w[row_w + i] = 0.0  # nothing is remembered yet
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
     w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
@@ -440,15 +398,23 @@ def set_parameters(w, k, i, points, row, method):
         w[r.P_DOWN + i] = -math.sqrt((a - below) * (a + below))
 
 
+@inline
+def is_disturbed(points, row):
+    """Whether the disturbance of a point is anything at all."""
+    return points[row, 0] * points[row, 2] * points[row, 3] * points[row, 3] > 0.0
+
+
 @part
 def load(
-    w, k, i, points, row, method, scan, transient, periods, budget, section, counts,
+    w, k, i, points, row, method, scan, transient, periods, budget, section,
     rows_int, rows_float, stored,
 ):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
         k[row_k + i] = 0
+    for to in range(5):
+        k[r.SWITCHES + to * LANES + i] = 0
     k[r.COUNTED + i] = k[r.PERIOD + i]
     k[r.POINT + i] = row
     k[r.STATUS + i] = OK
@@ -457,7 +423,6 @@ def load(
     w[r.MARGIN + i] = INFINITY
     w[r.LEFT + i] = float(transient + periods) * TWO_PI
     force = place(w, k, i)
-    fast = w[r.AF + i] > 0.0
     x, v = points[row, 6], points[row, 7]
     w[r.X0 + i] = x
     if v > 0.0:
@@ -477,9 +442,6 @@ def load(
         stay(w, k, i, transient, section)
         return False
     enter(w, k, i, state, x, v, force, False, method, scan)
-    if waiting and method == CERTIFIED and not fast:
-        w[r.LIMIT + i] = 0.0  # nothing to search: the next pass hands the lane over to calm_wait
-        w[r.OTHER + i] = INFINITY
     return True
 
 
@@ -503,61 +465,85 @@ def run(
     # a literal scan is vectorised along its grid, one trajectory at a time; its tables lie in g, which no grid needs
     literal = grid and scan == LITERAL
     lanes = 1 if literal else LANES
+    # abreast of a single trajectory, whose switches are written down, there is nobody
+    abreast = rows_int.shape[0] == 0
     n = 0
-    more = True
+    c = next_index(counter)
+    fast = False
     while True:
-        while more and n < lanes:
-            c = next_index(counter)
-            if c >= order.shape[0]:
-                more = False
+        # lanes are filled with trajectories of one kind: disturbed ones, or calm ones
+        while c < order.shape[0] and n < lanes:
+            disturbed = is_disturbed(points, order[c])
+            if n > 0 and disturbed != fast:
                 break
+            fast = disturbed
             if load(
                 w, k, n, points, order[c], method, scan, transient, periods, budget,
-                section, counts, rows_int, rows_float, stored,
+                section, rows_int, rows_float, stored,
             ):  # fmt: skip
                 if literal:
                     fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
                 n += 1
             else:
-                finish(w, k, n, section, status, margin, work)
+                finish(w, k, n, section, status, margin, counts, work)
+            c = next_index(counter)
         if n == 0:
-            break
-        fast = False
-        for i in range(n):
-            fast = fast or w[r.AF + i] > 0.0
-        if literal:
-            scan_every(w, k, 0, g)
-        else:
-            search_all(w, n, fast, grid)
+            if c >= order.shape[0]:
+                break
+            continue
         m = 0
-        for i in range(n):
-            gk[m] = i
-            m += 1 if w[r.MET + i] != NOTHING else 0
-        if not grid:
-            for j in range(m):
-                copy_for_arrival(w, k, gk[j], g, gk, j, fast)
-            arrive_all(g, gk, m, fast)
+        calm = not (fast or grid)
+        if calm:
+            if narrow_all(w, k, n) < n:
+                for i in range(n):
+                    if w[r.KIND + i] == STEPPED:
+                        search(w, i, False, False)
+                    elif w[r.KIND + i] == AT_ONCE:
+                        w[r.MET + i] = ZERO
+            if abreast:
+                cross_all(w, k, n, transient, periods, budget)
+                for i in range(n):
+                    write_points(w, k, i, section)
+                    gk[m] = i
+                    m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
+            else:
+                for i in range(n):
+                    gk[m] = i
+                    m += 1 if w[r.MET + i] != NOTHING else 0
+        else:
+            if literal:
+                scan_every(w, k, 0, g)
+            else:
+                search_all(w, n, fast, grid)
+            for i in range(n):
+                gk[m] = i
+                m += 1 if w[r.MET + i] != NOTHING else 0
+            if not grid:
+                for j in range(m):
+                    copy_for_arrival(w, k, gk[j], g, gk, j)
+                arrive_disturbed(g, gk, m)
         ended = 0
         for j in range(m):
             i = gk[j]
+            if calm:
+                arrive_undisturbed(w, i)
             if not settle(
                 w,
                 k,
                 i,
-                g,
-                j,
+                w if calm else g,
+                i if calm else j,
                 method,
                 scan,
                 transient,
                 periods,
                 budget,
                 section,
-                counts,
                 rows_int,
                 rows_float,
                 stored,
             ):
-                finish(w, k, i, section, status, margin, work)
+                finish(w, k, i, section, status, margin, counts, work)
                 gk[ended] = i  # never ahead of j
                 ended += 1
         # close the gaps from the back, so that the lane moved in is never one of the gaps itself
@@ -569,18 +555,6 @@ def run(
                     w[row * LANES + i] = w[row * LANES + n]
                 for row in range(ROWS_K):
                     k[row * LANES + i] = k[row * LANES + n]
-
-
-@part
-def finish(w, k, i, section, status, margin, work):
-    """Write what a point ends with; section points never reached are NaN."""
-    row = k[r.POINT + i]
-    for m in range(k[r.SECTIONS + i], section.shape[1]):
-        section[row, m, 0] = math.nan
-        section[row, m, 1] = math.nan
-    status[row] = k[r.STATUS + i]
-    margin[row] = w[r.MARGIN + i]
-    work[row] = w[r.WORK + i]
 
 
 @jit(_nrt=False)

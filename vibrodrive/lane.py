@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 73 × 8 B = 37 kB)."""
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 84 × 8 B = 43 kB,
+of which a search touches a third)."""
 
-ROWS_W = 73
-ROWS_K = 10
+ROWS_W = 84
+ROWS_K = 17
 
 (
     # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the disturbance
@@ -32,13 +33,23 @@ ROWS_K = 10
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
     # it came to a tangency, its cost so far and at the last settling
     H, OTHER, ABOVE, LIMIT, MET, NEAR_OVER, NEAR_UNDER, WORK, PAID,
+    # a search at ε = 0: how it is done, its bracket, and the last slides: phase at their start, how long they took and
+    # by how much longer a later one does (see calm.py)
+    KIND, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,
     # time left to the end of the record, smallest margin so far
     LEFT, MARGIN,
     # where a lane stands that has met something: the motion at its cursor, and the time and excitation there
     THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
+    # the section point on the way there
+    THERE_SX, THERE_SV,
 ) = (LANES * row for row in range(ROWS_W))  # fmt: skip
 
-STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS = (LANES * row for row in range(ROWS_K))
+(
+    STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
+    # what advancing abreast (abreast.py) has left to do, the number of the next section point before, and switches
+    # so far into each state, in the order of `State`
+    LEFT_OVER, SLOT, SWITCHES,
+) = (LANES * row for row in range(ROWS_K - 4))  # fmt: skip
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline
+from vibrodrive.branchless import choose
 from vibrodrive.parameters import Status
 from vibrodrive.switching import S4
 from vibrodrive.trig import TWO_PI
@@ -45,11 +46,16 @@ def gap_rounding(w, i, h):
     if (1.0 + eta) * h < 0.7:
         rate = w[r.A + i] + w[r.AF + i] * eta
         sums = abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h
-    else:
-        pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
-        sums = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
-        sums += abs(w[r.XALF + i]) + abs(w[r.XBEF + i])
-    return off + ROUNDING * sums
+        return off + ROUNDING * sums
+    return far_rounding(w, i, h, off, abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+
+
+@inline
+def far_rounding(w, i, h, off, fast):
+    """`gap_rounding` where h is not small."""
+    pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
+    sums = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
+    return off + ROUNDING * (sums + fast)
 
 
 @inline
@@ -112,13 +118,11 @@ def meet_tangency(w, k, i, h):
 
 
 @inline
-def meet_calm_end(w, k, i, down):
+def calm_end_distance(w, i, down):
     """A wait at ε = 0 ends: how far H goes past its boundary, and how far it stayed from the other."""
     distance = abs(w[r.A + i] - 1.0 - w[r.B + i])
-    if down:
-        below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
-        distance = below if below < distance else distance
-    meet(w, k, i, distance, ROUNDING * terms(w, i))
+    below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
+    return choose(down & (below < distance), below, distance)
 
 
 @inline

@@ -25,6 +25,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive._jit import inline, part
+from vibrodrive.branchless import choose
 from vibrodrive.lane import (
     A0,
     AF,
@@ -66,7 +67,10 @@ from vibrodrive.lane import (
     P,
     Q,
 )
-from vibrodrive.trig import TWO_PI, arc, sincos, turns, two_product
+from vibrodrive.trig import TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
+
+FAR = 0.8
+"""From here on a motion is not small beside its terms any more."""
 
 
 @inline
@@ -158,49 +162,80 @@ def place(w, k, i):
     return w[Q + i] + w[QF + i] - w[B + i]
 
 
-@part
-def arrive_all(w, k, n, fast):
-    """For each of n lanes, all it takes to settle it: the motion at its cursor and the excitation there."""
-    if fast:
-        for i in range(n):
-            arrive(w, k, i, True)
-    else:
-        for i in range(n):
-            arrive(w, k, i, False)
+@inline
+def arrive_calm(w, i, h):
+    """Where h >= FAR leads at ε = 0: (ξ, ξ', whole periods, φ, low, A cos φ, A sin φ).
+
+    One sine and cosine serve the excitation and the motion, which is this far from its start not small any more.
+    """
+    n, phi, low = soon(w[PHI + i], w[LOW + i], h)
+    p, q = excitation(w[A + i], phi, low)
+    x = w[X0 + i] + (w[XC1 + i] + w[XC2 + i] * h) * h + (w[Q + i] - q)
+    v = w[V0 + i] + w[L + i] * h + (w[P + i] - p)
+    return x, v, n, phi, low, p, q
 
 
 @inline
-def arrive(w, k, i, fast):
-    h = w[H + i]
-    w[THERE_X + i], w[THERE_V + i] = state_at(w, i, h, fast)
-    n, phi, low = later(w[PHI + i], w[LOW + i], h)
-    w[THERE_TURNS + i] = n
-    w[THERE_PHI + i] = phi
-    w[THERE_LOW + i] = low
-    w[THERE_P + i], w[THERE_Q + i] = excitation(w[A + i], phi, low)
-    if fast:
-        theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + n, phi, low)
+def soon(phi, low, h):
+    """The time h < 4π after (φ, low): (whole periods, φ, low), as `later`; n TWO_PI is exact for n <= 2."""
+    s = phi + h
+    back = s - phi
+    small = low + ((phi - (s - back)) + (h - back))
+    n = choose(s >= 2.0 * TWO_PI, 2.0, choose(s >= TWO_PI, 1.0, 0.0))
+    rest = s - n * TWO_PI
+    small -= n * TWO_PI_LOW
+    phase = rest + small
+    return n, phase, small - (phase - rest)
+
+
+@part
+def arrive_disturbed(w, k, n):
+    """For each of n lanes, all it takes to settle it: the motion at its cursor and the excitation there."""
+    for i in range(n):
+        h = w[H + i]
+        w[THERE_X + i], w[THERE_V + i] = state_at(w, i, h, True)
+        turned, phi, low = later(w[PHI + i], w[LOW + i], h)
+        w[THERE_TURNS + i] = turned
+        w[THERE_PHI + i] = phi
+        w[THERE_LOW + i] = low
+        w[THERE_P + i], w[THERE_Q + i] = excitation(w[A + i], phi, low)
+        theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
         w[THERE_THETA + i] = theta
         w[THERE_PF + i], w[THERE_QF + i] = excitation(w[AF + i], theta, 0.0)
 
 
+@part
+def arrive_undisturbed(w, i):
+    """The same at ε = 0, for one lane."""
+    h = w[H + i]
+    x, v, turned, phi, low, p, q = arrive_calm(w, i, h)
+    if h < FAR or phi < 0.0 or phi >= TWO_PI:
+        x, v = state_at(w, i, h, False)
+        turned, phi, low = later(w[PHI + i], w[LOW + i], h)
+        p, q = excitation(w[A + i], phi, low)
+    w[THERE_X + i] = x
+    w[THERE_V + i] = v
+    w[THERE_TURNS + i] = turned
+    w[THERE_PHI + i] = phi
+    w[THERE_LOW + i] = low
+    w[THERE_P + i] = p
+    w[THERE_Q + i] = q
+
+
 @inline
-def copy_for_arrival(w, k, i, g, gk, j, fast):
-    """Copy what `arrive` reads of lane i into lane j of g, so that the lanes that arrive lie side by side.
+def copy_for_arrival(w, k, i, g, gk, j):
+    """Copy what `arrive_disturbed` reads of lane i into lane j of g, so that the lanes that arrive lie side by side.
 
     gk[PERIOD + j] is written, and nothing else of gk: its first row lists the lanes.
     """
-    for row in (H, X0, V0, A0, XD2, XC1, XC2, L, P, Q, PHI, LOW, A):
+    for row in (H, X0, V0, A0, XD2, XC1, XC2, L, P, Q, PHI, LOW, A, XALF, XBEF, PF, ETA, FRAC, AF):
         g[row + j] = w[row + i]
-    if fast:
-        for row in (XALF, XBEF, PF, ETA, FRAC, AF):
-            g[row + j] = w[row + i]
-        gk[PERIOD + j] = k[PERIOD + i]
+    gk[PERIOD + j] = k[PERIOD + i]
 
 
 @inline
 def depart(w, k, i, g, j):
-    """Move lane i on to where `arrive_all` has put lane j of g. Returns H there."""
+    """Move lane i on to where lane j of g has arrived. Returns H there."""
     k[PERIOD + i] += int(g[THERE_TURNS + j])
     w[PHI + i] = g[THERE_PHI + j]
     w[LOW + i] = g[THERE_LOW + j]
@@ -253,6 +288,12 @@ def grid_time(w, k, i, steps):
 
 
 @inline
+def time_between(period, phi, low, to_period, to_phase):
+    """h from (period, φ, low) to (to_period, to_phase)."""
+    return float(to_period - period) * TWO_PI + ((to_phase - phi) - low)
+
+
+@inline
 def time_until(w, k, i, period, phase):
     """h from the present time to (period, phase)."""
-    return float(period - k[PERIOD + i]) * TWO_PI + ((phase - w[PHI + i]) - w[LOW + i])
+    return time_between(k[PERIOD + i], w[PHI + i], w[LOW + i], period, phase)

@@ -14,6 +14,7 @@ As shapes (motion.py) they are  BASE + SIG · (c0 + c1 h + c2 h² + α sin h + �
 from __future__ import annotations
 
 from vibrodrive._jit import inline
+from vibrodrive.branchless import choose
 from vibrodrive.lane import (
     A0,
     ABOVE,
@@ -94,17 +95,20 @@ points are skipped. Four hundred times the rounding of one term: a larger share 
 def decide_in_air(h):
     """Next state where ξ' = 0 and ξ > 0. After a correct switch one of the two slides is impossible;
     the fixed path may well meet it, and then the mass goes on from rest (§5)."""
-    if h > 1.0:
-        return UP
-    if h < -1.0:
-        return DOWN
-    return STICK
+    return choose(h > 1.0, UP, choose(h < -1.0, DOWN, STICK))
 
 
 @inline
 def decide_at_obstacle(h):
     """Next state after an impact: the obstacle carries whatever pushes towards it."""
-    return UP if h > 1.0 else REST
+    return choose(h > 1.0, UP, REST)
+
+
+@inline
+def can_leave(w, i, state):
+    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
+    reach = w[A + i] + w[AF + i]
+    return (reach > 1.0 + w[B + i]) | ((state == STICK) & (reach > abs(1.0 - w[B + i])))
 
 
 @inline

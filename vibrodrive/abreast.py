@@ -1,0 +1,146 @@
+"""The ordinary switch, in all lanes at once (ε = 0): what `engine.settle` does, without branches.
+
+Ordinary is a switch far from a change of decision, within the record and the budget, with no more than one section
+point on the way. Everything else is left to `settle`. Both take the same decisions by the same formulas
+in the same order, so a trajectory's bits do not depend on which of them took a switch.
+"""
+
+from __future__ import annotations
+
+from vibrodrive import lane as r
+from vibrodrive._jit import inline, part
+from vibrodrive.branchless import choose, wide
+from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
+from vibrodrive.lane import LANES
+from vibrodrive.locate import NOTHING
+from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, terms
+from vibrodrive.motion import FAR, arrive_calm, section_at, time_between
+from vibrodrive.parameters import State
+from vibrodrive.record import DONE, POINT, SETTLE, in_record, section_due
+from vibrodrive.switching import S1, S2, S3, can_leave, decide_at_obstacle, decide_in_air
+from vibrodrive.trig import TWO_PI
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+
+@inline
+def smaller(a, b):
+    return choose(a < b, a, b)
+
+
+@inline
+def cross(w, k, i, transient, periods, budget):
+    """Take lane i, which stands at the end of its search, over the switch; or leave it to `settle`."""
+    met = w[r.MET + i] != NOTHING
+    h, which = w[r.H + i], k[r.SEARCH + i]
+    gap, falling, rising = which == S1, which == S2, which == S3
+    period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
+    margin, usual = w[r.MARGIN + i], terms(w, i)
+    x, _, turned, phi1, low1, p1, q1 = arrive_calm(w, i, h)
+    force = q1 - w[r.B + i]
+    begun_at_rest = w[r.V0 + i] == 0.0
+    known = met & (w[r.KIND + i] == BRACKETED) & (h >= FAR) & (phi1 >= 0.0) & (phi1 < TWO_PI) & begun_at_rest
+
+    # S2 ends below the obstacle: there was an impact before, look for it
+    off = far_rounding(w, i, h, w[r.X_OFF + i], 0.0)
+    aside = known & falling & (x < -off)
+    below = smaller(-x, margin)
+    guess_below = gap_guess(w[r.X0 + i], x, h)
+
+    # a switch: the section point on the way, and what the period may cost
+    count = k[r.SECTIONS + i]
+    due = section_due(w, k, i, count, period, phi, low, transient)
+    point = (due <= h) & (count < periods)
+    w[r.THERE_SX + i], w[r.THERE_SV + i] = section_at(w, i, due)
+    k[r.SLOT + i] = count
+    before = k[r.COUNT + i]
+    cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
+    over = known & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9) & (w[r.WORK + i] - w[r.PAID + i] < 100.0)
+    over &= (gap | (x > choose(falling, off, 0.0))) & (cost < budget)
+
+    # decide
+    there = period + int(turned)
+    end = k[r.PERIOD0 + i] + transient + periods
+    to = choose(gap, decide_at_obstacle(force), decide_in_air(force))
+    distance = abs(choose(gap, force, abs(force)) - 1.0)
+    over &= distance >= SUSPECT * usual
+    nearest = smaller(distance, choose(falling, smaller(x, margin), margin))
+    recorded = in_record(w, k, i, there, phi1, transient)
+    x1 = choose(gap, 0.0, x)
+
+    # a wait, to its end
+    waiting = (to == STICK) | (to == REST)
+    hw, phase, later, down = wait_end(w, i, to, phi1)
+    count1 = count + choose(point, 1, 0)
+    due1 = section_due(w, k, i, count1, there, phi1, low1, transient)
+    point1 = waiting & (due1 <= hw) & (count1 < periods)
+    cost1 = choose(waiting, 1 + choose(period == there, cost, 0), cost)
+    way_out = calm_end_distance(w, i, down)
+    left1 = time_between(there, phi1, low1, end, w[r.PHI0 + i])
+    lasting = can_leave(w, i, to) & (hw <= left1) & (due1 + TWO_PI > hw + 1e-9) & (way_out > ROUNDING * usual)
+    over &= ((cost1 < budget) & lasting) | (not waiting)
+    nearest = choose(waiting, smaller(way_out, nearest), nearest)
+    force_out = choose(down, -1.0, 1.0)
+    after = there + choose(waiting & later, 1, 0)
+    phi2 = choose(waiting, phase, phi1)
+    low2 = choose(waiting, 0.0, low1)
+    recorded1 = waiting & in_record(w, k, i, after, phi2, transient)
+
+    # the next slide, from rest
+    up = choose(waiting, not down, to == UP)
+    s = choose(up, 1.0, -1.0)
+    over &= 1.0 + s * w[r.B + i] >= LEAST_FALL
+    down_p, up_p = w[r.P_DOWN + i], w[r.P_UP + i]
+    p2 = choose(waiting, choose(down, down_p, up_p), p1)
+    q2 = choose(waiting, w[r.B + i] + force_out, q1)
+    a0 = choose(waiting, force_out, force) - s
+    a0 = choose(waiting | (a0 * s < 0.0), 0.0, a0)
+    slope = a0 - q2
+    rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
+    slid_up, slid_down = over & rising, (over | aside) & falling
+    w[r.BEGAN_UP + i] = choose(slid_up, phi, w[r.BEGAN_UP + i])
+    w[r.BEGAN_DOWN + i] = choose(slid_down, phi, w[r.BEGAN_DOWN + i])
+    w[r.LASTED_UP + i] = choose(slid_up, h, w[r.LASTED_UP + i])
+    w[r.LASTED_DOWN + i] = choose(slid_down, h, w[r.LASTED_DOWN + i])
+    w[r.RATE_UP + i] = choose(slid_up, rate, w[r.RATE_UP + i])
+    w[r.RATE_DOWN + i] = choose(slid_down, rate, w[r.RATE_DOWN + i])
+    lo, hi, fall, guess = bracket(w, i, s, phi2, p2, slope)
+
+    k[r.LEFT_OVER + i] = choose(over, choose(point1, POINT, DONE), choose(aside | (not met), DONE, SETTLE))
+    w[r.LO + i] = choose(over, lo, choose(aside, 0.0, w[r.LO + i]))
+    w[r.HI + i] = choose(over, hi, choose(aside, h, w[r.HI + i]))
+    w[r.H + i] = choose(over, guess, choose(aside, guess_below, w[r.H + i]))
+    w[r.MARGIN + i] = choose(over, smaller(fall, nearest), choose(aside, below, w[r.MARGIN + i]))
+    k[r.SEARCH + i] = choose(over, choose(up, S3, S2), choose(aside, S1, k[r.SEARCH + i]))
+    k[r.STATE + i] = choose(over, choose(up, UP, DOWN), k[r.STATE + i])
+    k[r.PERIOD + i] = choose(over, after, k[r.PERIOD + i])
+    w[r.PHI + i] = choose(over, phi2, w[r.PHI + i])
+    w[r.LOW + i] = choose(over, low2, w[r.LOW + i])
+    w[r.LEFT + i] = choose(over, time_between(after, phi2, low2, end, w[r.PHI0 + i]), w[r.LEFT + i])
+    # as `slide` from rest
+    w[r.P + i] = choose(over, p2, w[r.P + i])
+    w[r.Q + i] = choose(over, q2, w[r.Q + i])
+    w[r.X0 + i] = choose(over, x1, w[r.X0 + i])
+    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
+    w[r.L + i] = choose(over, slope, w[r.L + i])
+    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
+    w[r.XC1 + i] = choose(over, p2, w[r.XC1 + i])
+    w[r.X_OFF + i] = choose(over, choose(gap, 0.0, off), w[r.X_OFF + i])
+    w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
+    k[r.COUNTED + i] = choose(over, choose(waiting, there, period), k[r.COUNTED + i])
+    k[r.COUNT + i] = choose(over, cost1, k[r.COUNT + i])
+    k[r.SECTIONS + i] = choose(over, count1 + choose(point1, 1, 0), k[r.SECTIONS + i])
+    k[r.SWITCHES + IMPACT * LANES + i] += choose(over & (recorded & gap), 1, 0)
+    k[r.SWITCHES + STICK * LANES + i] += choose(over & (recorded & (to == STICK)), 1, 0)
+    k[r.SWITCHES + REST * LANES + i] += choose(over & (recorded & (to == REST)), 1, 0)
+    k[r.SWITCHES + UP * LANES + i] += choose(over & ((recorded & (to == UP)) | (recorded1 & up)), 1, 0)
+    k[r.SWITCHES + DOWN * LANES + i] += choose(over & ((recorded & (to == DOWN)) | (recorded1 & (not up))), 1, 0)
+
+
+@part
+def cross_all(w, k, n, transient, periods, budget):
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search."""
+    wide()
+    for i in range(n):
+        cross(w, k, i, transient, periods, budget)

@@ -1,0 +1,87 @@
+"""What Python has no word for and loops abreast need: choices without branches, signs as bits, wide registers.
+
+Each has a plain Python twin that gives the same bits; it serves where the JIT is switched off.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import config, types
+from numba.extending import intrinsic
+
+_INT = ir.IntType(64)
+
+
+def _choose(c, a, b):
+    return a if c else b
+
+
+@intrinsic
+def _select(typingctx, c, a, b):
+    whole = isinstance(a, types.Integer) and isinstance(b, types.Integer)
+    kind = types.boolean if a == b == types.boolean else (types.int64 if whole else types.float64)
+
+    def codegen(context, builder, signature, args):
+        sides = [
+            context.cast(builder, value, given, kind) for value, given in zip(args[1:], signature.args[1:], strict=True)
+        ]
+        return builder.select(context.cast(builder, args[0], signature.args[0], types.boolean), *sides)
+
+    return kind(c, a, b), codegen
+
+
+def _low_bits(t):
+    return int(t - 6755399441055744.0)
+
+
+@intrinsic
+def _bits(typingctx, t):
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], _INT)
+
+    return types.int64(types.float64), codegen
+
+
+def _flip(x, bits):
+    return -x if bits & 2 else x
+
+
+@intrinsic
+def _xor_sign(typingctx, x, bits):
+    def codegen(context, builder, signature, args):
+        sign = builder.and_(builder.shl(args[1], _INT(62)), _INT(-(2**63)))
+        return builder.bitcast(builder.xor(builder.bitcast(args[0], _INT), sign), ir.DoubleType())
+
+    return types.float64(types.float64, types.int64), codegen
+
+
+def _nothing():
+    pass
+
+
+@intrinsic
+def _prefer_wide(typingctx):
+    def codegen(context, builder, signature, args):
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # llvmlite's own `add` knows no such name
+        return context.get_dummy_value()
+
+    return types.none(), codegen
+
+
+_COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
+
+choose: Any = _select if _COMPILED else _choose
+"""choose(c, a, b): a if c else b, both computed. The compiler moves what one side of a branch needs into that side, a
+read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
+
+low_bits: Any = _bits if _COMPILED else _low_bits
+"""low_bits(t): an integer whose last bits are those of the whole number n in t = n + 1.5 · 2**52."""
+
+flip: Any = _xor_sign if _COMPILED else _flip
+"""flip(x, bits): x with its sign changed if the last bit but one is set."""
+
+wide: Any = _prefer_wide if _COMPILED else _nothing
+"""wide(): the function around this is compiled for the widest registers there are. The default on processors that
+have them is half that, out of care for code around that is not vectorised; loops over lanes are."""

@@ -1,0 +1,227 @@
+"""ε = 0: with a slow excitation alone every state has one end, and its place is known beforehand.
+
+**Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
+
+**Slides** that begin at rest. g = s ξ' starts at 0 and grows until H is back at s, a known phase: to the peak of |ξ'|.
+From there it falls until H reaches s again, also a known phase. Over that whole turn of the excitation g changes
+by -2π(1 + sB), less what was gained before the slide began, which is none: for 1 + sB > 0 the fall goes
+below zero. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any method that
+converges inside this bracket finds the switch. How far below zero the fall would go is the distance of that decision.
+
+**Impacts.** While ξ' < 0 the gap falls strictly: if it is not positive at the end of the slide, it has exactly one zero
+before.
+
+The method is Householder's in the form of a series: with u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
+
+    δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
+
+one division for a convergence of order five. The derivatives cost nothing: they are made of the same sine and
+cosine. Each trajectory begins its search where its own last slide of that direction ended, moved by as much
+as the beginnings differ times the ratio of the accelerations (the implicit derivative of ∫ ξ'' = 0).
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive._jit import inline, part
+from vibrodrive.branchless import choose, wide
+from vibrodrive.lane import (
+    A0,
+    BEGAN_DOWN,
+    BEGAN_UP,
+    HI,
+    KIND,
+    LASTED_DOWN,
+    LASTED_UP,
+    LO,
+    MARGIN,
+    MET,
+    P_DOWN,
+    P_UP,
+    PAID,
+    PHI,
+    PHI_DOWN,
+    PHI_UP,
+    RATE_DOWN,
+    RATE_UP,
+    SEARCH,
+    V0,
+    WORK,
+    X0,
+    XC1,
+    XC2,
+    XD2,
+    A,
+    B,
+    H,
+    L,
+    P,
+    Q,
+)
+from vibrodrive.locate import NOTHING, TINY, ZERO
+from vibrodrive.motion import shape
+from vibrodrive.parameters import State
+from vibrodrive.switching import S1, S2, S3
+from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc
+
+STICK = int(State.STICK)
+
+STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
+"""How the end of a state is found: by steps (locate.py), in a bracket (here), or without a search."""
+
+LEAST_FALL = 0.01
+"""Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
+
+PATIENCE = 24.0
+"""After so many evaluations the bracket is halved instead: an end that is reached surely."""
+
+
+@inline
+def wait_end(w, i, state, phi):
+    """(h, phase there, whether it lies in the next period, whether H falls to -1) of a wait at `phi`.
+
+    On the rising half of the excitation H climbs to 1, on the falling half it drops to -1; a wait that begins past
+    its own end by rounding ends at once.
+    """
+    falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
+    down = (state == STICK) & (falling | (w[A + i] <= 1.0 + w[B + i]))
+    falls, rises = w[PHI_DOWN + i], w[PHI_UP + i]  # read before the choice: a read that depends on it stops vectorising
+    target = choose(down, falls, rises)
+    later = phi > choose(down, 3.0 * HALF_PI, HALF_PI)
+    ahead = target - phi
+    past = (ahead < 0.0) & (not later)
+    h = choose(later, (TWO_PI - phi) + target, choose(past, 0.0, ahead))
+    return h, choose(past, phi, target), later, down
+
+
+@inline
+def bracket(w, i, s, phi, p, slope):
+    """(lo, hi, fall, guess) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope."""
+    up = s > 0.0
+    up_phi, up_p, up_began, up_lasted, up_rate = (
+        w[PHI_UP + i], w[P_UP + i], w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i]
+    )  # fmt: skip
+    down_phi, down_p, down_began, down_lasted, down_rate = (
+        w[PHI_DOWN + i], w[P_DOWN + i], w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i]
+    )  # fmt: skip
+    target = choose(up, up_phi, down_phi)
+    lo = choose(up, PI, 3.0 * PI) - target - phi
+    lo = choose(lo >= TWO_PI, lo - TWO_PI, lo)
+    hi = lo + (2.0 * target + choose(up, PI, -PI))
+    lo = choose(lo > 0.0, lo, 0.0)
+    fall = -s * (slope * hi + (p - choose(up, up_p, down_p)))
+    since = phi - choose(up, up_began, down_began)
+    guess = choose(up, up_lasted, down_lasted) + choose(up, up_rate, down_rate) * since
+    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, lo + 0.4 * (hi - lo))
+
+
+@inline
+def gap_guess(x, below, h):
+    """Where a gap falls from x to 0, if it falls to `below` <= 0 within h: a cubic with slope 0 at both ends."""
+    y = x / (x - below)
+    late = y > 0.5
+    r = math.sqrt(choose(late, 1.0 - y, y) * (1.0 / 3.0))
+    t = r * (1.0 + r * (1.0 / 3.0 + r * (5.0 / 18.0 + r * (8.0 / 27.0))))
+    guess = h * choose(late, 1.0 - t, t)
+    return choose(guess >= 0.0, guess, 0.5 * h)  # where x = 0 = below there is none
+
+
+@inline
+def aim_in_bracket(w, k, i, s):
+    """Look for the end of a slide that has just begun at rest."""
+    lo, hi, fall, guess = bracket(w, i, s, w[PHI + i], w[P + i], w[L + i])
+    w[LO + i], w[HI + i], w[H + i] = lo, hi, guess
+    w[MARGIN + i] = choose(fall < w[MARGIN + i], fall, w[MARGIN + i])
+    w[KIND + i] = BRACKETED
+    k[SEARCH + i] = choose(s > 0.0, S3, S2)
+
+
+@inline
+def aim_at_impact(w, k, i, h, below):
+    """Look for the impact within h, at whose end the gap would be `below`."""
+    w[LO + i], w[HI + i], w[H + i] = 0.0, h, gap_guess(w[X0 + i], below, h)
+    w[KIND + i] = BRACKETED
+    k[SEARCH + i] = S1
+
+
+@inline
+def rate_of(begin, end):
+    """By how much longer a slide lasts for every bit that it begins later."""
+    return begin / end - 1.0
+
+
+@inline
+def remember(w, i, s, h, end):
+    """A slide has lasted h; ξ'' at its end is `end`."""
+    if s > 0.0:
+        w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i] = w[PHI + i], h, rate_of(w[A0 + i], end)
+    else:
+        w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i] = w[PHI + i], h, rate_of(w[A0 + i], end)
+
+
+@inline
+def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
+    """One evaluation in the bracket: (next h, lo, hi, whether the next h is the zero)."""
+    s, v, ds, dv, near = arc(h)
+    c = 1.0 - v
+    g = sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
+    g1 = sig * (d1 + (2.0 * c2 * h - al * v + be * s))
+    g2 = sig * (2.0 * c2 + (be * c - al * s))
+    g3 = -sig * (al * c + be * s)
+    g4 = sig * (al * s - be * c)
+    above = g > 0.0
+    lo = choose(above, h, lo)
+    hi = choose(above, hi, h)
+    inverse = 1.0 / choose(g1 < 0.0, g1, -1e-300)
+    u = g * inverse
+    a2 = 0.5 * g2 * inverse
+    a3 = (1.0 / 6.0) * g3 * inverse
+    a4 = (1.0 / 24.0) * g4 * inverse
+    square = a2 * a2
+    uu = u * u
+    ahead = h - (u + uu * (a2 + u * ((2.0 * square - a3) + u * (5.0 * a2 * (square - a3) + a4))))
+    inside = (ahead >= lo) & (ahead <= hi) & (not halve)
+    t = m * inverse * u
+    t *= t
+    close = (inside & (t * t * abs(u) <= TINY * ahead)) | (hi - lo <= 4.0 * TINY * hi + 1e-300)
+    return choose(inside, ahead, 0.5 * (lo + hi)), lo, hi, close
+
+
+@inline
+def narrow(w, k, i):
+    """Two evaluations in lane i, or one where that is enough."""
+    which = k[SEARCH + i]
+    gap = which == S1
+    sig = choose(which == S2, -1.0, 1.0)
+    p, q, x0, v0, a0 = w[P + i], w[Q + i], w[X0 + i], w[V0 + i], w[A0 + i]
+    xd2, xc1, xc2, vc1 = w[XD2 + i], w[XC1 + i], w[XC2 + i], w[L + i]
+    c0 = choose(gap, x0, v0)
+    d1 = choose(gap, v0, a0)
+    d2 = choose(gap, xd2, 0.5 * p)
+    c1 = choose(gap, xc1, vc1)
+    c2 = choose(gap, xc2, 0.0)
+    al = choose(gap, -p, q)
+    be = choose(gap, q, p)
+    m = w[A + i] + 1.0 + w[B + i]  # more than any derivative of ξ from the second on
+    h, lo, hi = w[H + i], w[LO + i], w[HI + i]
+    halve = w[WORK + i] - w[PAID + i] > PATIENCE
+    h, lo, hi, found = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
+    h2, lo, hi, found2 = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
+    asked = w[KIND + i] == BRACKETED
+    w[H + i] = choose(asked, choose(found, h, h2), w[H + i])
+    w[LO + i] = lo
+    w[HI + i] = hi
+    w[MET + i] = choose(asked & (found | found2), ZERO, NOTHING)
+    w[WORK + i] += choose(asked, choose(found, 1.0, 2.0), 0.0)
+    return choose(asked, 1, 0)
+
+
+@part
+def narrow_all(w, k, n):
+    """Two evaluations in each of the lanes 0..n-1 that has a bracket. Returns their number."""
+    wide()
+    total = 0
+    for i in range(n):
+        total += narrow(w, k, i)
+    return total
