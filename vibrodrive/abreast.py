@@ -1,4 +1,4 @@
-"""The ordinary switch, in all lanes at once (ε = 0): what `engine.settle` does, without branches.
+"""The ordinary switch, in all lanes at once: what `engine.settle` does, without branches.
 
 Ordinary is a switch far from a change of decision, within the record and the budget, with no more than one section
 point on the way. Everything else is left to `settle`. Both take the same decisions by the same formulas
@@ -12,12 +12,24 @@ from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, wide
 from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
 from vibrodrive.lane import LANES
-from vibrodrive.locate import NOTHING
-from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, terms
-from vibrodrive.motion import FAR, arrive_calm, section_at, time_between
+from vibrodrive.locate import FALLEN, NOTHING, ZERO, first_step
+from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
+from vibrodrive.motion import FAR, arrive, arrive_calm, longest, section_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.record import DONE, POINT, SETTLE, in_record, section_due
-from vibrodrive.switching import S1, S2, S3, can_leave, decide_at_obstacle, decide_in_air
+from vibrodrive.switching import (
+    INFINITY,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    aimed,
+    can_leave,
+    decide_at_obstacle,
+    decide_in_air,
+    first_zero_free,
+)
 from vibrodrive.trig import TWO_PI
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
@@ -140,7 +152,144 @@ def cross(w, k, i, transient, periods, budget):
 
 @part
 def cross_all(w, k, n, transient, periods, budget):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search."""
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε = 0."""
     wide()
     for i in range(n):
         cross(w, k, i, transient, periods, budget)
+
+
+@inline
+def cross_disturbed(w, k, i, transient, periods, budget):
+    """The same for a lane with a disturbance; where a section point lies on the way it is left to `settle`."""
+    met = w[r.MET + i]
+    h, which = w[r.H + i], k[r.SEARCH + i]
+    gap, falling = which == S1, which == S2
+    waited = which >= S4
+    period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
+    margin, usual = w[r.MARGIN + i], terms(w, i)
+    x, _, turned, phi1, low1, p1, q1, theta1, pf1, qf1 = arrive(w, k, i, h)
+    x0, v0 = w[r.X0 + i], w[r.V0 + i]
+    x = choose(waited, x0, x)
+    force = q1 + qf1 - w[r.B + i]
+    suspect = SUSPECT * (usual + abs(v0))
+
+    # the closest the search came to a zero that was none
+    under, over_under = w[r.NEAR_UNDER + i], w[r.NEAR_OVER + i]
+    touched = under > 0.0
+    near = choose(touched, over_under, 1.0) / choose(touched, under, 1.0)
+    clear = ((not touched) | (near >= suspect))
+    margin = choose(touched, smaller(near, margin), margin)
+
+    # S2 ends below the obstacle: there was an impact before, look for it
+    off = gap_rounding(w, i, h)
+    aside = clear & falling & (x < -off) & ((met == ZERO) | (met == FALLEN))
+    margin_aside = choose(met == ZERO, smaller(-x, margin), margin)
+
+    # a switch: no section point on the way, and not more than the period may cost
+    due = section_due(w, k, i, k[r.SECTIONS + i], period, phi, low, transient)
+    before = k[r.COUNT + i]
+    cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
+    over = clear & (met == ZERO) & (h <= w[r.LEFT + i]) & ((due > h) | (k[r.SECTIONS + i] >= periods))
+    over &= (w[r.WORK + i] - w[r.PAID + i] < 100.0) & (cost < budget)
+    over &= gap | waited | (x > choose(falling, off, 0.0))
+
+    # decide
+    there = period + int(turned)
+    end = k[r.PERIOD0 + i] + transient + periods
+    left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
+    turn = choose(gap, decide_at_obstacle(force), decide_in_air(force))
+    leave = choose((which == S4) & (w[r.SIG + i] >= 0.0), DOWN, UP)
+    to = choose(waited, leave, turn)
+    distance = abs(choose(gap, force, abs(force)) - 1.0)
+    over &= waited | (distance >= suspect)
+    nearest = choose(waited, margin, smaller(distance, choose(falling, smaller(x, margin), margin)))
+    over &= can_leave(w, i, to) | (to == UP) | (to == DOWN)
+    recorded = over & in_record(w, k, i, there, phi1, transient)
+
+    # what begins there, from rest, as `slide`
+    s = choose(to == UP, 1.0, choose(to == DOWN, -1.0, 0.0))
+    a0 = force - s
+    a0 = choose(waited | (a0 * s < 0.0), 0.0, a0)
+    slope = a0 - q1 - qf1
+    inverse = w[r.INVERSE + i]
+    x1 = choose(gap, 0.0, x)
+
+    k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, SETTLE)
+    w[r.X0 + i] = choose(over, x1, x0)
+    w[r.V0 + i] = choose(over, 0.0, v0)
+    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
+    w[r.L + i] = choose(over, slope, w[r.L + i])
+    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
+    w[r.XC1 + i] = choose(over, 0.0 + (p1 + pf1 * inverse), w[r.XC1 + i])
+    w[r.XALF + i] = choose(over, -pf1 * (inverse * inverse), w[r.XALF + i])
+    w[r.XBEF + i] = choose(over, qf1 * (inverse * inverse), w[r.XBEF + i])
+    w[r.P + i] = choose(over, p1, w[r.P + i])
+    w[r.Q + i] = choose(over, q1, w[r.Q + i])
+    w[r.PF + i] = choose(over, pf1, w[r.PF + i])
+    w[r.QF + i] = choose(over, qf1, w[r.QF + i])
+    w[r.PHI + i] = choose(over, phi1, phi)
+    w[r.LOW + i] = choose(over, low1, low)
+    w[r.THETA + i] = choose(over, theta1, w[r.THETA + i])
+    k[r.PERIOD + i] = choose(over, there, period)
+    k[r.STATE + i] = choose(over, to, k[r.STATE + i])
+    left_before = w[r.LEFT + i]
+    w[r.LEFT + i] = choose(over, left, left_before)
+    stays = w[r.X_OFF + i]
+    w[r.X_OFF + i] = choose(over, choose(gap, 0.0, choose(waited, stays, off)), stays)
+    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
+    w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
+    k[r.COUNTED + i] = choose(over, period, k[r.COUNTED + i])
+    k[r.COUNT + i] = choose(over, cost, before)
+    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & gap, 1, 0)
+    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+
+    # aim at what ends it, as `begin_search`
+    moved = over | aside
+    goal = choose(to == UP, S3, choose(to == DOWN, S2, choose(to == STICK, S4, S5)))
+    goal = choose(aside, S1, goal)
+    far = longest(w, i)
+    limit = choose(aside, h, smaller(left, far))
+    c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise = aimed(w, i, goal, limit)
+    margin = choose(over, nearest, choose(aside, margin_aside, w[r.MARGIN + i]))
+    begin = choose(a0 != 0.0, first_step(c0, d1, d2, base, sig, m3, span), first_zero_free(w, i, s))
+    begin = choose((s != 0.0) & (begin > 0.0), smaller(begin, limit), 0.0)
+    above = w[r.ABOVE + i]
+    w[r.C0 + i] = choose(moved, c0, w[r.C0 + i])
+    w[r.D1 + i] = choose(moved, d1, w[r.D1 + i])
+    w[r.D2 + i] = choose(moved, d2, w[r.D2 + i])
+    w[r.C1 + i] = choose(moved, c1, w[r.C1 + i])
+    w[r.C2 + i] = choose(moved, c2, w[r.C2 + i])
+    w[r.AL + i] = choose(moved, al, w[r.AL + i])
+    w[r.BE + i] = choose(moved, be, w[r.BE + i])
+    w[r.ALF + i] = choose(moved, alf, w[r.ALF + i])
+    w[r.BEF + i] = choose(moved, bef, w[r.BEF + i])
+    w[r.BASE + i] = choose(moved, base, w[r.BASE + i])
+    w[r.SIG + i] = choose(moved, sig, w[r.SIG + i])
+    w[r.RF + i] = choose(moved, a, w[r.RF + i])
+    w[r.M2S + i] = choose(moved, m2, w[r.M2S + i])
+    w[r.M3 + i] = choose(moved, m3, w[r.M3 + i])
+    w[r.SPAN0 + i] = choose(moved, span, w[r.SPAN0 + i])
+    w[r.SPAN + i] = choose(moved, span, w[r.SPAN + i])
+    w[r.NOISE + i] = choose(moved, noise, w[r.NOISE + i])
+    w[r.H + i] = choose(over, begin, choose(aside, above, h))
+    w[r.OTHER + i] = choose(moved, choose(goal == S4, 0.0, INFINITY), w[r.OTHER + i])
+    w[r.ABOVE + i] = choose(moved, 0.0, above)
+    w[r.WATCH + i] = choose(moved, choose(goal == S2, x1, INFINITY), w[r.WATCH + i])
+    w[r.DIP + i] = choose(moved, choose(goal == S2, margin, INFINITY), w[r.DIP + i])
+    w[r.NEAR_UNDER + i] = choose(moved, 0.0, under)
+    w[r.LIMIT + i] = choose(moved, limit, w[r.LIMIT + i])
+    w[r.MARGIN + i] = margin
+    w[r.MET + i] = choose(moved, NOTHING, met)
+    k[r.SEARCH + i] = choose(moved, goal, which)
+
+
+@part
+def cross_all_disturbed(w, k, n, transient, periods, budget):
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε > 0."""
+    wide()
+    for i in range(n):
+        cross_disturbed(w, k, i, transient, periods, budget)

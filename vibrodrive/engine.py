@@ -12,7 +12,7 @@ import math
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
-from vibrodrive.abreast import cross_all
+from vibrodrive.abreast import cross_all, cross_all_disturbed
 from vibrodrive.calm import (
     AT_ONCE,
     BRACKETED,
@@ -28,7 +28,17 @@ from vibrodrive.counter import next_index
 from vibrodrive.lane import LANES, ROWS_K, ROWS_W
 from vibrodrive.literal import fill_tables
 from vibrodrive.literal import scan as scan_every
-from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, NOTHING, ZERO, search, search_all
+from vibrodrive.locate import (
+    BOTH,
+    FALLEN,
+    LIMIT_MET,
+    NOTHING,
+    ZERO,
+    first_step,
+    search,
+    search_disturbed,
+    search_on_grid,
+)
 from vibrodrive.margins import (
     ROUNDING,
     calm_end_distance,
@@ -45,11 +55,11 @@ from vibrodrive.margins import (
 from vibrodrive.motion import (
     arrive_disturbed,
     arrive_undisturbed,
-    copy_for_arrival,
     depart,
     excitation,
     force_at,
     grid_time,
+    longest,
     pass_time,
     place,
     slide,
@@ -66,9 +76,7 @@ from vibrodrive.switching import (
     S3,
     S4,
     S5,
-    aim_force,
-    aim_gap,
-    aim_velocity,
+    aim,
     can_leave,
     decide_at_obstacle,
     decide_in_air,
@@ -81,9 +89,6 @@ FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
 LITERAL = int(Scan.LITERAL)
 OK, BUDGET = int(Status.OK), int(Status.BUDGET)
 
-STRETCH = 4.0 * PI
-"""A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
-
 SMALLEST = 5e-324
 
 LONGEST_SCAN = 4194304.0
@@ -93,14 +98,12 @@ LONGEST_SCAN = 4194304.0
 @inline
 def stretch(w, i, method):
     """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
-    longest = STRETCH
-    if w[r.ETA + i] * STRETCH > 1e6:
-        longest = 1e6 / w[r.ETA + i]
+    most = longest(w, i)
     left = w[r.LEFT + i]
     if method == CERTIFIED:
-        w[r.LIMIT + i] = left if left < longest else longest
+        w[r.LIMIT + i] = left if left < most else most
     else:
-        steps = float(math.floor(longest / w[r.DTAU + i]))
+        steps = float(math.floor(most / w[r.DTAU + i]))
         steps = steps if steps < LONGEST_SCAN else LONGEST_SCAN
         last = float(math.ceil(left / w[r.DTAU + i]))
         steps = steps if steps < last else last
@@ -112,16 +115,10 @@ def begin_search(w, k, i, state, method, scan):
     """Aim at the switching function that ends `state` (switching.py) and put the cursor at its start."""
     stretch(w, i, method)
     span = w[r.LIMIT + i] if method == CERTIFIED else w[r.LIMIT + i] * w[r.DTAU + i]
-    if state == UP:
-        aim_velocity(w, k, i, 1.0, span)
-    elif state == DOWN:
-        aim_velocity(w, k, i, -1.0, span)
-        if method != CERTIFIED:
-            w[r.DIP + i] = 0.0
-    elif state == STICK:
-        aim_force(w, k, i, S4)
-    else:
-        aim_force(w, k, i, S5)
+    which = S3 if state == UP else (S2 if state == DOWN else (S4 if state == STICK else S5))
+    aim(w, k, i, which, span)
+    if method != CERTIFIED and state == DOWN:
+        w[r.DIP + i] = 0.0
     if method != CERTIFIED:
         w[r.H + i] = 1.0
         if state == STICK:
@@ -146,8 +143,13 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
             aim_in_bracket(w, k, i, s)
             return
     begin_search(w, k, i, state, method, scan)
-    if method == CERTIFIED and v == 0.0 and s != 0.0:
-        skip_start(w, i, s)
+    if method == CERTIFIED and s != 0.0:
+        if w[r.AF + i] > 0.0 and a0 != 0.0:
+            begin, curve = w[r.D1 + i], w[r.D2 + i]
+            step = first_step(w[r.C0 + i], begin, curve, w[r.BASE + i], w[r.SIG + i], w[r.M3 + i], w[r.SPAN0 + i])
+            w[r.H + i] = step if step < w[r.LIMIT + i] else w[r.LIMIT + i]
+        elif v == 0.0:
+            skip_start(w, i, s)
 
 
 @part
@@ -184,7 +186,7 @@ def certified_event(w, k, i, x):
             if met == ZERO:
                 meet(w, k, i, 0.0 - x, gap_rounding(w, i, h))
             above = w[r.ABOVE + i]
-            aim_gap(w, k, i, h)
+            aim(w, k, i, S1, h)
             w[r.H + i] = above
             w[r.LIMIT + i] = h  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
             return CONTINUE, h
@@ -219,7 +221,7 @@ def grid_event(w, k, i, method):
     if met == FALLEN and cursor - w[r.ABOVE + i] > 1.0:
         # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
         above = w[r.ABOVE + i]
-        aim_gap(w, k, i, h)
+        aim(w, k, i, S1, h)
         w[r.H + i] = above + 1.0
         return CONTINUE, h
     if method == FIXED:
@@ -231,7 +233,7 @@ def grid_event(w, k, i, method):
             hit = x <= 0.0
         if hit:
             if which != S1:
-                aim_gap(w, k, i, h)
+                aim(w, k, i, S1, h)
             h = refine(w, i, before, h)
         elif which != S2:
             h = refine(w, i, before, h)
@@ -243,10 +245,10 @@ def grid_event(w, k, i, method):
 
 
 @inline
-def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, rows_int, rows_float, stored):
+def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored):
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
-    Without a grid the motion and the excitation there have been put down in lane j of `g`.
+    Without a grid the motion and the excitation there have been put down (motion.py).
     """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
@@ -258,8 +260,8 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, row
         meet_tangency(w, k, i, w[r.H + i])
         if w[r.KIND + i] == BRACKETED and k[r.SEARCH + i] != S1:
             s = 1.0 if k[r.SEARCH + i] == S3 else -1.0
-            remember(w, i, s, w[r.H + i], (g[r.THERE_Q + j] - w[r.B + i]) - s)
-        event, h = certified_event(w, k, i, g[r.THERE_X + j])
+            remember(w, i, s, w[r.H + i], (w[r.THERE_Q + i] - w[r.B + i]) - s)
+        event, h = certified_event(w, k, i, w[r.THERE_X + i])
     else:
         event, h = grid_event(w, k, i, method)
     while True:
@@ -272,7 +274,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, row
         x, v = w[r.X0 + i], 0.0
         if state == UP or state == DOWN:
             if certified:
-                x, v = g[r.THERE_X + j], g[r.THERE_V + j]
+                x, v = w[r.THERE_X + i], w[r.THERE_V + i]
             else:
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
         emit_sections(w, k, i, h, transient, section)
@@ -303,7 +305,7 @@ def settle(w, k, i, g, j, method, scan, transient, periods, budget, section, row
             w[r.P + i] = w[r.P_UP + i] if event == LEAVE_UP else w[r.P_DOWN + i]
             w[r.Q + i] = w[r.B + i] + force
         elif certified:
-            force = depart(w, k, i, g, j)
+            force = depart(w, k, i)
         else:
             if method == FIXED:
                 grid_time(w, k, i, w[r.H + i])
@@ -359,6 +361,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.B + i] = b
     w[r.AF + i] = a * eps * eta * eta if fast else 0.0
     w[r.ETA + i] = eta if fast else 0.0
+    w[r.INVERSE + i] = 1.0 / eta if fast else 0.0
     w[r.FRAC + i] = eta - float(math.floor(eta)) if fast else 0.0
     w[r.DTAU + i] = points[row, 4] if method != CERTIFIED else 1.0
     w[r.TOL + i] = points[row, 5]
@@ -372,7 +375,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.M3 + i] = a
     w[r.SPAN0 + i] = 1.0
     w[r.THETA + i] = 0.0
-    for row_w in (r.LASTED_UP, r.LASTED_DOWN, r.NEAR_UNDER, r.LO, r.HI):
+    for row_w in (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN, r.NEAR_UNDER):
         w[row_w + i] = 0.0  # nothing is remembered yet
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
@@ -510,29 +513,36 @@ def run(
                 for i in range(n):
                     gk[m] = i
                     m += 1 if w[r.MET + i] != NOTHING else 0
-        else:
+        elif grid:
             if literal:
                 scan_every(w, k, 0, g)
             else:
-                search_all(w, n, fast, grid)
+                search_on_grid(w, n, fast)
             for i in range(n):
                 gk[m] = i
                 m += 1 if w[r.MET + i] != NOTHING else 0
-            if not grid:
-                for j in range(m):
-                    copy_for_arrival(w, k, gk[j], g, gk, j)
-                arrive_disturbed(g, gk, m)
+        else:
+            search_disturbed(w, n)
+            if abreast:
+                cross_all_disturbed(w, k, n, transient, periods, budget)
+                for i in range(n):
+                    gk[m] = i
+                    m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
+            else:
+                for i in range(n):
+                    gk[m] = i
+                    m += 1 if w[r.MET + i] != NOTHING else 0
         ended = 0
         for j in range(m):
             i = gk[j]
             if calm:
                 arrive_undisturbed(w, i)
+            elif not grid:
+                arrive_disturbed(w, k, i)
             if not settle(
                 w,
                 k,
                 i,
-                w if calm else g,
-                i if calm else j,
                 method,
                 scan,
                 transient,

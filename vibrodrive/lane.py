@@ -9,15 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 84 × 8 B = 43 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 85 × 8 B = 43 kB,
 of which a search touches a third)."""
 
-ROWS_W = 84
+ROWS_W = 85
 ROWS_K = 17
 
 (
-    # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the disturbance
-    A, B, AF, ETA, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
+    # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the
+    # disturbance, INVERSE = 1/η (or 0 without one)
+    A, B, AF, ETA, INVERSE, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
     # the ends of a wait at ε = 0: phase and A cos φ where H rises to 1, and where it falls to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
     # the segment under way: where it began (φ = PHI + LOW, LOW below the last bit of PHI; X_OFF, V_OFF

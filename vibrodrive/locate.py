@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, part
+from vibrodrive.branchless import choose, wide
 from vibrodrive.lane import (
     ABOVE,
     AL,
@@ -93,13 +94,15 @@ def parabola(g, dg, m):
 
 
 @inline
-def safe_step(g, dg, ddg, m3, span):
+def safe_step(g, dg, ddg, m3, span, third, m4):
     """(step, slope, cubic): the step for S = span.
 
     Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there and
     cubic = M3 S s² bounds three times its error times that slope; elsewhere slope = 0.
     """
-    bend = ddg - m3 * span * (1.0 / 3.0)
+    worst = third - 0.25 * m4 * span
+    worst = choose(worst > -m3, worst, -m3)
+    bend = ddg + choose(worst < 0.0, worst, 0.0) * span * (1.0 / 3.0)
     q2 = dg * dg - 2.0 * g * bend
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
@@ -112,9 +115,32 @@ def safe_step(g, dg, ddg, m3, span):
 
 
 @inline
-def search(w, i, fast, grid):
+def first_step(c0, d1, d2, base, sig, m3, span):
+    """How far the first step of a search goes: what is known of g where it begins says it without an evaluation."""
+    g = base + sig * c0
+    step, _, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span, -m3, 0.0)
+    return step
+
+
+@inline
+def series(h, u, half, third, fourth, m3, scale):
+    """(h + δ, whether that is a zero to the last bit): g(h + δ) = 0 for u = -g/g', the derivatives over g'.
+
+    half is that of g''/2; m3 and m3 · scale bound the others, scaled by g' as well: δ's next term is below t⁴ u.
+    """
+    square = half * half
+    a3, a4 = third * (1.0 / 6.0), fourth * (1.0 / 24.0)
+    ahead = h - (u + u * u * (half + u * ((2.0 * square - a3) + u * (5.0 * half * (square - a3) + a4))))
+    t = m3 * scale * u
+    t2 = t * t + m3 * u * u
+    return ahead, t2 * t2 * abs(u) <= TINY * ahead
+
+
+@inline
+def search(w, i, fast, grid, again=False):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
+    `again`, a literal too: the step before may have met something, then this one is none.
     Without a grid the cursor H is a time after the last switch; on a grid, a whole number of steps.
     """
     cursor = w[H + i]
@@ -122,6 +148,7 @@ def search(w, i, fast, grid):
     h = cursor * dtau if grid else cursor
     al, be, c2, sig = w[AL + i], w[BE + i], w[C2 + i], w[SIG + i]
     s, v, ds, dv, near = arc(h)
+    eta = 1.0
     if fast:
         eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
         sf, vf, dsf, dvf, near_fast = arc(eta * h)
@@ -129,12 +156,14 @@ def search(w, i, fast, grid):
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
     dg = w[D1 + i] + (2.0 * c2 * h - al * v + be * s)
     ddg = 2.0 * c2 + (be * (1.0 - v) - al * s)
+    third = al * (1.0 - v) + be * s
     p, q = w[P + i], w[Q + i]
     x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     if fast:
         g += ripple(near, alf, bef, sf, vf, dsf, dvf)
         fast_slope = eta * (alf * (1.0 - vf) + bef * sf)
         dg += eta * (bef * sf - alf * vf)
+        third += eta * eta * eta * (alf * (1.0 - vf) + bef * sf)
         ddg += eta * eta * (bef * (1.0 - vf) - alf * sf)
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
     g = w[BASE + i] + sig * g
@@ -147,12 +176,24 @@ def search(w, i, fast, grid):
         sure = (under > 0.0) & (w[M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
         first = w[NEAR_UNDER + i] == 0.0
         nearer = sure & (x > 0.0) & (first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under))
-        w[NEAR_OVER + i] = over if nearer else w[NEAR_OVER + i]
-        w[NEAR_UNDER + i] = under if nearer else w[NEAR_UNDER + i]
+        nearer = nearer & (w[MET + i] == NOTHING if again else True)
+        w[NEAR_OVER + i] = choose(nearer, over, w[NEAR_OVER + i])
+        w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     span = w[SPAN + i]
-    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span)
+    third = -sig * third
+    if not grid:
+        # close to a simple zero it is met at once, by the series of calm.py: the zero is then the only one near
+        inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
+        u = g * inverse
+        fourth = al * s - be * (1.0 - v)
+        if fast:
+            fourth += eta * eta * eta * eta * (alf * sf - bef * (1.0 - vf))
+        jump, close = series(h, u, 0.5 * ddg * inverse, third * inverse, sig * fourth * inverse,
+            abs(w[M3 + i] * inverse), w[SPAN0 + i])
+        close = close & (dg < 0.0)
+    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span, third, w[M3+i] * choose(fast, eta, 1.0))
     # the next S: as far as this step went where the root is in sight, further where it is not
     span = step if slope > 0.0 else 3.0 * span
     if grid:
@@ -183,38 +224,44 @@ def search(w, i, fast, grid):
         ahead = cursor if met != NOTHING else ahead
     else:
         past = g < 0.0  # by rounding: nothing to search beyond
-        ahead = h if past else h + step
-        zero = past | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
+        ahead = choose(past, h, h + step)
+        ahead = choose(close, jump, ahead)
+        zero = close | past | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead
         at_limit = at_limit | (w[WORK + i] - w[PAID + i] > PATIENCE)
         met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
         met = FALLEN if x < -w[DIP + i] else met
-    w[ABOVE + i] = cursor if x >= 0.0 else w[ABOVE + i]
     # a search of two sides goes on with the one that is behind
     other = w[OTHER + i]
     turn = ahead > other
-    w[H + i] = other if turn else ahead
-    w[OTHER + i] = ahead if turn else other
-    w[SIG + i] = -sig if turn else sig
-    w[MET + i] = NOTHING if turn else met
-    w[SPAN + i] = w[SPAN0 + i] if turn else span
-    w[WORK + i] += 1.0
+    on = w[MET + i] == NOTHING if again else True
+    w[ABOVE + i] = choose(on & (x >= 0.0), cursor, w[ABOVE + i])
+    w[H + i] = choose(on, choose(turn, other, ahead), cursor)
+    w[OTHER + i] = choose(on & turn, ahead, other)
+    w[SIG + i] = choose(on & turn, -sig, sig)
+    w[MET + i] = choose(on, choose(turn, NOTHING, met), w[MET + i])
+    w[SPAN + i] = choose(on, choose(turn, w[SPAN0 + i], span), w[SPAN + i])
+    w[WORK + i] += choose(on, 1.0, 0.0)
 
 
 @part
-def search_all(w, n, fast, grid):
-    """One step in each of the lanes 0..n-1. Four loops, so that each is free of branches."""
-    if grid:
-        if fast:
-            for i in range(n):
-                search(w, i, True, True)
-        else:
-            for i in range(n):
-                search(w, i, False, True)
-    elif fast:
+def search_on_grid(w, n, fast):
+    """One step in each of the lanes 0..n-1. Two loops, so that each is free of branches."""
+    wide()
+    if fast:
         for i in range(n):
-            search(w, i, True, False)
+            search(w, i, True, True)
     else:
         for i in range(n):
-            search(w, i, False, False)
+            search(w, i, False, True)
+
+
+@part
+def search_disturbed(w, n):
+    """Three steps, or as many as it takes, in each of the lanes 0..n-1."""
+    wide()
+    for i in range(n):
+        search(w, i, True, False)
+        search(w, i, True, False, True)
+        search(w, i, True, False, True)

@@ -43,11 +43,10 @@ def gap_rounding(w, i, h):
     """
     eta = w[r.ETA + i]
     off = w[r.X_OFF + i] + w[r.V_OFF + i] * h
-    if (1.0 + eta) * h < 0.7:
-        rate = w[r.A + i] + w[r.AF + i] * eta
-        sums = abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h
-        return off + ROUNDING * sums
-    return far_rounding(w, i, h, off, abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+    rate = w[r.A + i] + w[r.AF + i] * eta
+    near = off + ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
+    far = far_rounding(w, i, h, off, abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+    return choose((1.0 + eta) * h < 0.7, near, far)
 
 
 @inline

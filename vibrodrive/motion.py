@@ -34,6 +34,7 @@ from vibrodrive.lane import (
     ETA,
     FRAC,
     GRID,
+    INVERSE,
     LOW,
     PERIOD,
     PERIOD0,
@@ -67,10 +68,20 @@ from vibrodrive.lane import (
     P,
     Q,
 )
-from vibrodrive.trig import TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
+from vibrodrive.trig import PI, TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
 
 FAR = 0.8
 """From here on a motion is not small beside its terms any more."""
+
+
+STRETCH = 4.0 * PI
+"""A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
+
+
+@inline
+def longest(w, i):
+    """How long a segment may be."""
+    return choose(w[ETA + i] * STRETCH > 1e6, 1e6 * w[INVERSE + i], STRETCH)
 
 
 @inline
@@ -188,20 +199,30 @@ def soon(phi, low, h):
     return n, phase, small - (phase - rest)
 
 
+@inline
+def arrive(w, k, i, h):
+    """Where h leads: (ξ, ξ', whole periods, φ, low, A cos φ, A sin φ, θ, AF cos θ, AF sin θ)."""
+    x, v = state_at(w, i, h, True)
+    turned, phi, low = later(w[PHI + i], w[LOW + i], h)
+    p, q = excitation(w[A + i], phi, low)
+    theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
+    pf, qf = excitation(w[AF + i], theta, 0.0)
+    return x, v, turned, phi, low, p, q, theta, pf, qf
+
+
+@inline
+def put_down(w, i, there):
+    """Keep for `settle` what `arrive` has found."""
+    (
+        w[THERE_X + i], w[THERE_V + i], w[THERE_TURNS + i], w[THERE_PHI + i], w[THERE_LOW + i],
+        w[THERE_P + i], w[THERE_Q + i], w[THERE_THETA + i], w[THERE_PF + i], w[THERE_QF + i],
+    ) = there  # fmt: skip
+
+
 @part
-def arrive_disturbed(w, k, n):
-    """For each of n lanes, all it takes to settle it: the motion at its cursor and the excitation there."""
-    for i in range(n):
-        h = w[H + i]
-        w[THERE_X + i], w[THERE_V + i] = state_at(w, i, h, True)
-        turned, phi, low = later(w[PHI + i], w[LOW + i], h)
-        w[THERE_TURNS + i] = turned
-        w[THERE_PHI + i] = phi
-        w[THERE_LOW + i] = low
-        w[THERE_P + i], w[THERE_Q + i] = excitation(w[A + i], phi, low)
-        theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
-        w[THERE_THETA + i] = theta
-        w[THERE_PF + i], w[THERE_QF + i] = excitation(w[AF + i], theta, 0.0)
+def arrive_disturbed(w, k, i):
+    """All it takes to settle lane i: the motion at its cursor and the excitation there."""
+    put_down(w, i, arrive(w, k, i, w[H + i]))
 
 
 @part
@@ -213,38 +234,20 @@ def arrive_undisturbed(w, i):
         x, v = state_at(w, i, h, False)
         turned, phi, low = later(w[PHI + i], w[LOW + i], h)
         p, q = excitation(w[A + i], phi, low)
-    w[THERE_X + i] = x
-    w[THERE_V + i] = v
-    w[THERE_TURNS + i] = turned
-    w[THERE_PHI + i] = phi
-    w[THERE_LOW + i] = low
-    w[THERE_P + i] = p
-    w[THERE_Q + i] = q
+    put_down(w, i, (x, v, turned, phi, low, p, q, 0.0, 0.0, 0.0))
 
 
 @inline
-def copy_for_arrival(w, k, i, g, gk, j):
-    """Copy what `arrive_disturbed` reads of lane i into lane j of g, so that the lanes that arrive lie side by side.
-
-    gk[PERIOD + j] is written, and nothing else of gk: its first row lists the lanes.
-    """
-    for row in (H, X0, V0, A0, XD2, XC1, XC2, L, P, Q, PHI, LOW, A, XALF, XBEF, PF, ETA, FRAC, AF):
-        g[row + j] = w[row + i]
-    gk[PERIOD + j] = k[PERIOD + i]
-
-
-@inline
-def depart(w, k, i, g, j):
-    """Move lane i on to where lane j of g has arrived. Returns H there."""
-    k[PERIOD + i] += int(g[THERE_TURNS + j])
-    w[PHI + i] = g[THERE_PHI + j]
-    w[LOW + i] = g[THERE_LOW + j]
-    w[P + i] = g[THERE_P + j]
-    w[Q + i] = g[THERE_Q + j]
-    if w[AF + i] > 0.0:
-        w[THETA + i] = g[THERE_THETA + j]
-        w[PF + i] = g[THERE_PF + j]
-        w[QF + i] = g[THERE_QF + j]
+def depart(w, k, i):
+    """Move lane i on to where it has arrived. Returns H there."""
+    k[PERIOD + i] += int(w[THERE_TURNS + i])
+    w[PHI + i] = w[THERE_PHI + i]
+    w[LOW + i] = w[THERE_LOW + i]
+    w[P + i] = w[THERE_P + i]
+    w[Q + i] = w[THERE_Q + i]
+    w[THETA + i] = w[THERE_THETA + i]
+    w[PF + i] = w[THERE_PF + i]
+    w[QF + i] = w[THERE_QF + i]
     return w[Q + i] + w[QF + i] - w[B + i]
 
 
@@ -254,20 +257,16 @@ def slide(w, i, s, x, v, a0):
 
     a0 is given, not computed: a slide out of stick or rest begins with exactly 0, and L takes up the rounding.
     """
-    eta = w[ETA + i]
     w[X0 + i] = x
     w[V0 + i] = v
     w[A0 + i] = a0
     w[L + i] = -(w[B + i] + s) if v != 0.0 else a0 - w[Q + i] - w[QF + i]
     w[XD2 + i] = 0.5 * a0
     w[XC2 + i] = 0.5 * w[L + i]
-    w[XC1 + i] = v + w[P + i]
-    w[XALF + i] = 0.0
-    w[XBEF + i] = 0.0
-    if w[AF + i] > 0.0:
-        w[XC1 + i] = v + (w[P + i] + w[PF + i] / eta)
-        w[XALF + i] = -w[PF + i] / (eta * eta)
-        w[XBEF + i] = w[QF + i] / (eta * eta)
+    inverse = w[INVERSE + i]
+    w[XC1 + i] = v + (w[P + i] + w[PF + i] * inverse)
+    w[XALF + i] = -w[PF + i] * (inverse * inverse)
+    w[XBEF + i] = w[QF + i] * (inverse * inverse)
 
 
 @inline

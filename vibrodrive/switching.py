@@ -31,6 +31,7 @@ from vibrodrive.lane import (
     D2,
     DIP,
     ETA,
+    INVERSE,
     LIMIT,
     M2S,
     M3,
@@ -112,69 +113,71 @@ def can_leave(w, i, state):
 
 
 @inline
-def _start(w, k, i, which, base, sig, a, noise):
-    """Common to all searches; `a` bounds the fast part of the shape."""
-    w[BASE + i] = base
-    w[SIG + i] = sig
+def aimed(w, i, which, limit):
+    """Switching function `which` as a shape, and the bounds of its derivatives:
+
+    (c0, d1, d2, c1, c2, α, β, α_f, β_f, base, sig, a, M2, M3, span, noise); a bounds the fast part, span is the first
+    to try (locate.py), noise what grid points may be skipped by, `limit` how far the search may go.
+    """
+    gap, force = which == S1, which >= S4
+    eta, inverse = w[ETA + i], w[INVERSE + i]
+    x0, v0, a0, slope, p, q, pf, qf = (
+        w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i], w[PF + i], w[QF + i]
+    )  # fmt: skip
+    xd2, xc1, xc2, xalf, xbef, af = w[XD2 + i], w[XC1 + i], w[XC2 + i], w[XALF + i], w[XBEF + i], w[AF + i]
+    c0 = choose(gap, x0, choose(force, q + qf - w[B + i], v0))
+    rate = p + eta * pf
+    d1 = choose(gap, v0, choose(force, rate, a0))
+    d2 = choose(gap, xd2, 0.5 * choose(force, -(q + eta * eta * qf), rate))
+    c1 = choose(gap, xc1, choose(force, 0.0, slope))
+    c2 = choose(gap, xc2, 0.0)
+    al = choose(gap, -p, choose(force, p, q))
+    be = choose(gap, q, choose(force, -q, p))
+    alf = choose(gap, xalf, choose(force, pf, eta * xbef))
+    bef = choose(gap, xbef, choose(force, -qf, -eta * xalf))
+    base = choose(force, 1.0, 0.0)
+    sig = choose(gap | (which == S3), 1.0, -1.0)
+    a = af * choose(gap, inverse * inverse, choose(force, 1.0, inverse))
+    fast = a * eta * eta
+    m2 = 2.0 * abs(c2) + w[A + i] + 1e-300  # never zero: it divides
+    m3 = w[A + i] + fast * eta
+    span = choose(a > 0.0, (w[A + i] + fast) / (m3 + 1e-300), 1.0)
+    drift = (abs(c1) + abs(c2) * limit) * limit
+    noise = NOISE_SHARE * (base + abs(c0) + 2.0 * (abs(al) + abs(be) + a) + drift)
+    return c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise
+
+
+@inline
+def aim(w, k, i, which, limit):
+    """Search for the first zero of S1 ... S5 from the present switch on.
+
+    S1 = ξ, S2 = -ξ', S3 = ξ', S5 = 1 - H; both sides of S4 = 1 - |H|: the one whose cursor is behind is searched next.
+
+    While the mass slides down ξ is watched beside S2: it decreases strictly while ξ' < 0, so S1 has a zero before the
+    first zero of S2 exactly when ξ there is not positive, and it is then unique. The watch ends the search early once
+    ξ is further below 0 than any margin met so far: the impact is certain then, and its margin no longer the
+    smallest.
+    """
+    (
+        w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i], w[AL + i], w[BE + i], w[ALF + i], w[BEF + i],
+        w[BASE + i], w[SIG + i], w[RF + i], w[M2S + i], w[M3 + i], w[SPAN0 + i], w[NOISE + i],
+    ) = aimed(w, i, which, limit)  # fmt: skip
     w[SPAN + i] = w[SPAN0 + i]
-    if a > 0.0:
-        eta = w[ETA + i]
-        fast = a * eta * eta
-        w[RF + i] = a
-        w[M2S + i] = 2.0 * abs(w[C2 + i]) + w[A + i] + 1e-300  # never zero: it divides
-        w[M3 + i] = w[A + i] + fast * eta
-        w[SPAN0 + i] = (w[A + i] + fast) / w[M3 + i]
-        w[SPAN + i] = w[SPAN0 + i]
-    w[NOISE + i] = NOISE_SHARE * (base + abs(w[C0 + i]) + 2.0 * (abs(w[AL + i]) + abs(w[BE + i]) + a) + noise)
     w[H + i] = 0.0
-    w[OTHER + i] = INFINITY
+    w[OTHER + i] = 0.0 if which == S4 else INFINITY
     w[ABOVE + i] = 0.0
-    w[WATCH + i] = INFINITY
-    w[DIP + i] = INFINITY
+    w[WATCH + i] = w[X0 + i] if which == S2 else INFINITY
+    w[DIP + i] = w[MARGIN + i] if which == S2 else INFINITY
     w[NEAR_UNDER + i] = 0.0
     k[SEARCH + i] = which
 
 
 @inline
-def aim_gap(w, k, i, limit):
-    """S1 = ξ."""
-    w[C0 + i] = w[X0 + i]
-    w[D1 + i] = w[V0 + i]
-    w[D2 + i] = w[XD2 + i]
-    w[C1 + i] = w[XC1 + i]
-    w[C2 + i] = w[XC2 + i]
-    w[AL + i] = -w[P + i]
-    w[BE + i] = w[Q + i]
-    w[ALF + i] = w[XALF + i]
-    w[BEF + i] = w[XBEF + i]
-    eta = w[ETA + i]
-    a = w[AF + i] / (eta * eta) if w[AF + i] > 0.0 else 0.0
-    _start(w, k, i, S1, 0.0, 1.0, a, (abs(w[C1 + i]) + abs(w[C2 + i]) * limit) * limit)
-
-
-@inline
-def aim_velocity(w, k, i, s, limit):
-    """S3 = ξ' (s = 1) or S2 = -ξ' (s = -1); while sliding down ξ is watched beside it.
-
-    ξ decreases strictly while ξ' < 0, so S1 has a zero before the first zero of S2 exactly when ξ there is
-    not positive, and it is then unique. The watch ends the search early once ξ is further below 0 than any
-    margin met so far: the impact is certain then, and its margin no longer the smallest.
-    """
-    eta = w[ETA + i]
-    w[C0 + i] = w[V0 + i]
-    w[D1 + i] = w[A0 + i]
-    w[D2 + i] = 0.5 * (w[P + i] + eta * w[PF + i])
-    w[C1 + i] = w[L + i]
-    w[C2 + i] = 0.0
-    w[AL + i] = w[Q + i]
-    w[BE + i] = w[P + i]
-    w[ALF + i] = eta * w[XBEF + i]
-    w[BEF + i] = -eta * w[XALF + i]
-    a = w[AF + i] / eta if w[AF + i] > 0.0 else 0.0
-    _start(w, k, i, S3 if s > 0.0 else S2, 0.0, s, a, abs(w[C1 + i]) * limit)
-    if s < 0.0:
-        w[WATCH + i] = w[X0 + i]
-        w[DIP + i] = w[MARGIN + i]
+def first_zero_free(w, i, s):
+    """How far after leaving a wait with a disturbance the search can begin (locate.py, starts on a zero)."""
+    rate = w[P + i] + w[ETA + i] * w[PF + i]
+    m3 = w[A + i] + w[AF + i] * w[ETA + i] * w[ETA + i]
+    return 2.9 * s * rate / m3
 
 
 @inline
@@ -186,24 +189,6 @@ def skip_start(w, i, s):
         if h >= TWO_PI:
             h -= TWO_PI
     elif w[A0 + i] == 0.0:
-        h = 2.9 * s * 2.0 * w[D2 + i] / w[M3 + i]
+        h = first_zero_free(w, i, s)
     h = h if h < w[LIMIT + i] else w[LIMIT + i]
     w[H + i] = h if h > 0.0 else 0.0
-
-
-@inline
-def aim_force(w, k, i, which):
-    """S5 = 1 - H, or both sides of S4 = 1 - |H|: the side whose cursor is behind is searched next."""
-    eta = w[ETA + i]
-    w[C0 + i] = w[Q + i] + w[QF + i] - w[B + i]
-    w[D1 + i] = w[P + i] + eta * w[PF + i]
-    w[D2 + i] = -0.5 * (w[Q + i] + eta * eta * w[QF + i])
-    w[C1 + i] = 0.0
-    w[C2 + i] = 0.0
-    w[AL + i] = w[P + i]
-    w[BE + i] = -w[Q + i]
-    w[ALF + i] = w[PF + i]
-    w[BEF + i] = -w[QF + i]
-    _start(w, k, i, which, 1.0, -1.0, w[AF + i], 0.0)
-    if which == S4:
-        w[OTHER + i] = 0.0
