@@ -94,15 +94,13 @@ def parabola(g, dg, m):
 
 
 @inline
-def safe_step(g, dg, ddg, m3, span, third, m4):
+def safe_step(g, dg, ddg, m3, span):
     """(step, slope, cubic): the step for S = span.
 
     Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there and
     cubic = M3 S s² bounds three times its error times that slope; elsewhere slope = 0.
     """
-    worst = third - 0.25 * m4 * span
-    worst = choose(worst > -m3, worst, -m3)
-    bend = ddg + choose(worst < 0.0, worst, 0.0) * span * (1.0 / 3.0)
+    bend = ddg - m3 * span * (1.0 / 3.0)
     q2 = dg * dg - 2.0 * g * bend
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
@@ -118,22 +116,23 @@ def safe_step(g, dg, ddg, m3, span, third, m4):
 def first_step(c0, d1, d2, base, sig, m3, span):
     """How far the first step of a search goes: what is known of g where it begins says it without an evaluation."""
     g = base + sig * c0
-    step, _, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span, -m3, 0.0)
+    step, _, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span)
     return step
 
 
 @inline
 def series(h, u, half, third, fourth, m3, scale):
-    """(h + δ, whether that is a zero to the last bit): g(h + δ) = 0 for u = -g/g', the derivatives over g'.
+    """(h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
 
-    half is that of g''/2; m3 and m3 · scale bound the others, scaled by g' as well: δ's next term is below t⁴ u.
+    The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two;
+    the first one left out is below t⁴u. t is far below 1 then: the zero is the only one near.
     """
     square = half * half
     a3, a4 = third * (1.0 / 6.0), fourth * (1.0 / 24.0)
     ahead = h - (u + u * u * (half + u * ((2.0 * square - a3) + u * (5.0 * half * (square - a3) + a4))))
-    t = m3 * scale * u
-    t2 = t * t + m3 * u * u
-    return ahead, t2 * t2 * abs(u) <= TINY * ahead
+    t = (abs(half) + abs(m3) * scale) * u
+    t2 = t * t + abs(m3) * u * u
+    return ahead, t2 * t2 * abs(u) <= TINY * h
 
 
 @inline
@@ -148,7 +147,6 @@ def search(w, i, fast, grid, again=False):
     h = cursor * dtau if grid else cursor
     al, be, c2, sig = w[AL + i], w[BE + i], w[C2 + i], w[SIG + i]
     s, v, ds, dv, near = arc(h)
-    eta = 1.0
     if fast:
         eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
         sf, vf, dsf, dvf, near_fast = arc(eta * h)
@@ -156,14 +154,12 @@ def search(w, i, fast, grid, again=False):
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
     dg = w[D1 + i] + (2.0 * c2 * h - al * v + be * s)
     ddg = 2.0 * c2 + (be * (1.0 - v) - al * s)
-    third = al * (1.0 - v) + be * s
     p, q = w[P + i], w[Q + i]
     x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     if fast:
         g += ripple(near, alf, bef, sf, vf, dsf, dvf)
         fast_slope = eta * (alf * (1.0 - vf) + bef * sf)
         dg += eta * (bef * sf - alf * vf)
-        third += eta * eta * eta * (alf * (1.0 - vf) + bef * sf)
         ddg += eta * eta * (bef * (1.0 - vf) - alf * sf)
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
     g = w[BASE + i] + sig * g
@@ -182,18 +178,7 @@ def search(w, i, fast, grid, again=False):
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     span = w[SPAN + i]
-    third = -sig * third
-    if not grid:
-        # close to a simple zero it is met at once, by the series of calm.py: the zero is then the only one near
-        inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
-        u = g * inverse
-        fourth = al * s - be * (1.0 - v)
-        if fast:
-            fourth += eta * eta * eta * eta * (alf * sf - bef * (1.0 - vf))
-        jump, close = series(h, u, 0.5 * ddg * inverse, third * inverse, sig * fourth * inverse,
-            abs(w[M3 + i] * inverse), w[SPAN0 + i])
-        close = close & (dg < 0.0)
-    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span, third, w[M3+i] * choose(fast, eta, 1.0))
+    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span)
     # the next S: as far as this step went where the root is in sight, further where it is not
     span = step if slope > 0.0 else 3.0 * span
     if grid:
@@ -223,6 +208,18 @@ def search(w, i, fast, grid, again=False):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
+        # close to a simple zero a series ends the search
+        third, fourth = al * (1.0 - v) + be * s, be * (1.0 - v) - al * s
+        if fast:
+            cube = eta * eta * eta
+            third += cube * (alf * (1.0 - vf) + bef * sf)
+            fourth += cube * eta * (bef * (1.0 - vf) - alf * sf)
+        inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
+        scaled = -sig * inverse
+        jump, close = series(
+            h, g * inverse, 0.5 * ddg * inverse, scaled * third, scaled * fourth, w[M3 + i] * inverse, w[SPAN0 + i]
+        )
+        close = close & (dg < 0.0)
         past = g < 0.0  # by rounding: nothing to search beyond
         ahead = choose(past, h, h + step)
         ahead = choose(close, jump, ahead)
