@@ -190,7 +190,7 @@ def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
 
 @inline
 def narrow(w, k, i):
-    """Two evaluations in lane i, or one where that is enough."""
+    """One evaluation in lane i, where there is a bracket and nothing was met yet. Returns whether there is one."""
     which = k[SEARCH + i]
     gap = which == S1
     sig = choose(which == S2, -1.0, 1.0)
@@ -206,22 +206,26 @@ def narrow(w, k, i):
     m = w[A + i] + 1.0 + w[B + i]  # more than any derivative of ξ from the second on
     h, lo, hi = w[H + i], w[LO + i], w[HI + i]
     halve = w[WORK + i] - w[PAID + i] > PATIENCE
-    h, lo, hi, found = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
-    h2, lo, hi, found2 = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
-    asked = w[KIND + i] == BRACKETED
-    w[H + i] = choose(asked, choose(found, h, h2), w[H + i])
-    w[LO + i] = lo
-    w[HI + i] = hi
-    w[MET + i] = choose(asked & (found | found2), ZERO, NOTHING)
-    w[WORK + i] += choose(asked, choose(found, 1.0, 2.0), 0.0)
-    return choose(asked, 1, 0)
+    ahead, low, high, found = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
+    bracketed = w[KIND + i] == BRACKETED
+    on = bracketed & (w[MET + i] == NOTHING)
+    w[H + i] = choose(on, ahead, h)
+    w[LO + i] = choose(on, low, lo)
+    w[HI + i] = choose(on, high, hi)
+    w[MET + i] = choose(on & found, ZERO, w[MET + i])
+    w[WORK + i] += choose(on, 1.0, 0.0)
+    return choose(bracketed, 1, 0)
 
 
 @part
-def narrow_all(w, k, n):
-    """Two evaluations in each of the lanes 0..n-1 that has a bracket. Returns their number."""
+def narrow_all(w, k, n, evaluations):
+    """So many evaluations, or fewer where that is enough, in the lanes 0..n-1 with a bracket. Returns their number."""
     wide()
     total = 0
     for i in range(n):
-        total += narrow(w, k, i)
+        w[MET + i] = NOTHING
+    for _ in range(evaluations):
+        total = 0
+        for i in range(n):
+            total += narrow(w, k, i)
     return total

@@ -89,6 +89,10 @@ FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
 LITERAL = int(Scan.LITERAL)
 OK, BUDGET = int(Status.OK), int(Status.BUDGET)
 
+STEPS, EVALUATIONS = 3, 2
+"""Of a search between two looks at what it has met, with and without a disturbance: most are over by then, and
+looking costs more than a step."""
+
 SMALLEST = 5e-324
 
 LONGEST_SCAN = 4194304.0
@@ -497,7 +501,7 @@ def run(
         m = 0
         calm = not (fast or grid)
         if calm:
-            if narrow_all(w, k, n) < n:
+            if narrow_all(w, k, n, EVALUATIONS) < n:
                 for i in range(n):
                     if w[r.KIND + i] == STEPPED:
                         search(w, i, False, False)
@@ -522,7 +526,7 @@ def run(
                 gk[m] = i
                 m += 1 if w[r.MET + i] != NOTHING else 0
         else:
-            search_disturbed(w, n)
+            search_disturbed(w, n, STEPS)
             if abreast:
                 cross_all_disturbed(w, k, n, transient, periods, budget)
                 for i in range(n):

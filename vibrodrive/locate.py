@@ -132,7 +132,7 @@ def series(h, u, half, third, fourth, m3, scale):
     ahead = h - (u + u * u * (half + u * ((2.0 * square - a3) + u * (5.0 * half * (square - a3) + a4))))
     t = (abs(half) + abs(m3) * scale) * u
     t2 = t * t + abs(m3) * u * u
-    return ahead, t2 * t2 * abs(u) <= TINY * h
+    return ahead, (t2 * t2 * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
 
 
 @inline
@@ -255,10 +255,14 @@ def search_on_grid(w, n, fast):
 
 
 @part
-def search_disturbed(w, n):
-    """Three steps, or as many as it takes, in each of the lanes 0..n-1."""
+def search_disturbed(w, n, steps):
+    """`steps` steps, or as many as it takes, in each of the lanes 0..n-1.
+
+    Their number is no constant: the compiler would write the loop out as often.
+    """
     wide()
     for i in range(n):
-        search(w, i, True, False)
-        search(w, i, True, False, True)
-        search(w, i, True, False, True)
+        w[MET + i] = NOTHING
+    for _ in range(steps):
+        for i in range(n):
+            search(w, i, True, False, True)
