@@ -14,7 +14,7 @@ from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, 
 from vibrodrive.lane import LANES
 from vibrodrive.locate import FALLEN, NOTHING, ZERO, first_step
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
-from vibrodrive.motion import FAR, arrive, arrive_calm, longest, section_at, time_between
+from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.record import DONE, POINT, SETTLE, in_record, section_due
 from vibrodrive.switching import (
@@ -167,7 +167,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     waited = which >= S4
     period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
     margin, usual = w[r.MARGIN + i], terms(w, i)
-    x, _, turned, phi1, low1, p1, q1, theta1, pf1, qf1 = arrive(w, k, i, h)
+    x, _, turned, phi1, low1, p1, q1, theta1, pf1, qf1 = arrive_disturbed(w, k, i, h)
     x0, v0 = w[r.X0 + i], w[r.V0 + i]
     x = choose(waited, x0, x)
     force = q1 + qf1 - w[r.B + i]
@@ -215,6 +215,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     x1 = choose(gap, 0.0, x)
 
     k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, SETTLE)
+    k[r.SLOT + i] = periods  # no section point is written here
     w[r.X0 + i] = choose(over, x1, x0)
     w[r.V0 + i] = choose(over, 0.0, v0)
     w[r.A0 + i] = choose(over, a0, w[r.A0 + i])

@@ -1,9 +1,10 @@
 """The one loop: find the next switch, advance to it, decide, record. For one trajectory and for many abreast.
 
-`run` keeps up to `LANES` trajectories under way. Each pass takes one step of every lane's search
-(locate.py, vectorised); lanes that met something are settled one by one: the switch is recorded, the next
-state decided and its search begun. A lane whose trajectory ends takes the next point at once. Lanes never
-look at each other, so a trajectory's bits depend on nothing but its point.
+`run` keeps up to `LANES` trajectories under way. Each pass goes some steps on in every lane's search (locate.py;
+calm.py at ε = 0) and takes the lanes that met an ordinary switch over it (abreast.py), both vectorised. Anything else,
+the switches on a grid and those of a single trajectory are settled one by one: the switch is recorded, the next
+state decided and its search begun. A lane whose trajectory ends takes the next point at once. Lanes never look at
+each other, so a trajectory's bits depend on nothing but its point.
 """
 
 from __future__ import annotations
@@ -35,9 +36,8 @@ from vibrodrive.locate import (
     NOTHING,
     ZERO,
     first_step,
-    search,
-    search_disturbed,
     search_on_grid,
+    search_stepwise,
 )
 from vibrodrive.margins import (
     ROUNDING,
@@ -53,8 +53,7 @@ from vibrodrive.margins import (
     velocity_rounding,
 )
 from vibrodrive.motion import (
-    arrive_disturbed,
-    arrive_undisturbed,
+    arrive,
     depart,
     excitation,
     force_at,
@@ -452,6 +451,38 @@ def load(
     return True
 
 
+@part
+def search_calm(w, k, n):
+    """A pass over the lanes 0..n-1 at ε = 0: brackets narrowed abreast, what has none one by one."""
+    if narrow_all(w, k, n, EVALUATIONS) < n:
+        for i in range(n):
+            if w[r.KIND + i] == STEPPED:
+                search_stepwise(w, i, i + 1, 1)
+            elif w[r.KIND + i] == AT_ONCE:
+                w[r.MET + i] = ZERO
+
+
+@inline
+def list_met(w, todo, n):
+    """List the lanes that have met something. Returns how many there are."""
+    m = 0
+    for i in range(n):
+        todo[m] = i
+        m += 1 if w[r.MET + i] != NOTHING else 0
+    return m
+
+
+@inline
+def list_left_over(w, k, todo, n, section):
+    """Write the section points that lanes have passed abreast, and list the lanes that are left to `settle`."""
+    m = 0
+    for i in range(n):
+        write_points(w, k, i, section)
+        todo[m] = i
+        m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
+    return m
+
+
 @jit(_nrt=False)
 def run(
     lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
@@ -459,7 +490,7 @@ def run(
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
-    lanes_w, lanes_k : memory of the lanes, and of copies of those to be settled (lane.py)
+    lanes_w, lanes_k : memory of the lanes, and for tables and lists (lane.py)
     points float64 (n, columns), order int64 (n,), counter int64 (1,)
     section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
     work float64 (n,): evaluations of switching functions
@@ -467,13 +498,12 @@ def run(
     the last one before the record, as many as fit, and how many there were.
     """
     w, g = lanes_w[0], lanes_w[1]
-    k, gk = lanes_k[0], lanes_k[1]
+    k, todo = lanes_k[0], lanes_k[1]
     grid = method != CERTIFIED
-    # a literal scan is vectorised along its grid, one trajectory at a time; its tables lie in g, which no grid needs
+    # a literal scan is vectorised along its grid, one trajectory at a time, with tables in g
     literal = grid and scan == LITERAL
     lanes = 1 if literal else LANES
-    # abreast of a single trajectory, whose switches are written down, there is nobody
-    abreast = rows_int.shape[0] == 0
+    alone = rows_int.shape[0] > 0  # its switches are written down one by one
     n = 0
     c = next_index(counter)
     fast = False
@@ -498,71 +528,40 @@ def run(
             if c >= order.shape[0]:
                 break
             continue
-        m = 0
-        calm = not (fast or grid)
-        if calm:
-            if narrow_all(w, k, n, EVALUATIONS) < n:
-                for i in range(n):
-                    if w[r.KIND + i] == STEPPED:
-                        search(w, i, False, False)
-                    elif w[r.KIND + i] == AT_ONCE:
-                        w[r.MET + i] = ZERO
-            if abreast:
-                cross_all(w, k, n, transient, periods, budget)
-                for i in range(n):
-                    write_points(w, k, i, section)
-                    gk[m] = i
-                    m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
-            else:
-                for i in range(n):
-                    gk[m] = i
-                    m += 1 if w[r.MET + i] != NOTHING else 0
-        elif grid:
+        if grid:
             if literal:
                 scan_every(w, k, 0, g)
             else:
                 search_on_grid(w, n, fast)
-            for i in range(n):
-                gk[m] = i
-                m += 1 if w[r.MET + i] != NOTHING else 0
-        else:
-            search_disturbed(w, n, STEPS)
-            if abreast:
-                cross_all_disturbed(w, k, n, transient, periods, budget)
-                for i in range(n):
-                    gk[m] = i
-                    m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
+            m = list_met(w, todo, n)
+        elif fast:
+            search_stepwise(w, 0, n, STEPS)
+            if alone:
+                m = list_met(w, todo, n)
             else:
-                for i in range(n):
-                    gk[m] = i
-                    m += 1 if w[r.MET + i] != NOTHING else 0
+                cross_all_disturbed(w, k, n, transient, periods, budget)
+                m = list_left_over(w, k, todo, n, section)
+        else:
+            search_calm(w, k, n)
+            if alone:
+                m = list_met(w, todo, n)
+            else:
+                cross_all(w, k, n, transient, periods, budget)
+                m = list_left_over(w, k, todo, n, section)
         ended = 0
         for j in range(m):
-            i = gk[j]
-            if calm:
-                arrive_undisturbed(w, i)
-            elif not grid:
-                arrive_disturbed(w, k, i)
+            i = todo[j]
+            if not grid:
+                arrive(w, k, i, fast)
             if not settle(
-                w,
-                k,
-                i,
-                method,
-                scan,
-                transient,
-                periods,
-                budget,
-                section,
-                rows_int,
-                rows_float,
-                stored,
-            ):
+                w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored
+            ):  # fmt: skip
                 finish(w, k, i, section, status, margin, counts, work)
-                gk[ended] = i  # never ahead of j
+                todo[ended] = i  # never ahead of j
                 ended += 1
         # close the gaps from the back, so that the lane moved in is never one of the gaps itself
         for j in range(ended - 1, -1, -1):
-            i = gk[j]
+            i = todo[j]
             n -= 1
             if i != n:
                 for row in range(ROWS_W):

@@ -39,7 +39,7 @@ ROWS_K = 17
     KIND, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,
     # time left to the end of the record, smallest margin so far
     LEFT, MARGIN,
-    # where a lane stands that has met something: the motion at its cursor, and the time and excitation there
+    # where a lane stands that is to be settled: the motion at its cursor, and the time and excitation there
     THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
     # the section point on the way there
     THERE_SX, THERE_SV,
@@ -54,5 +54,5 @@ ROWS_K = 17
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] copies of those to be settled."""
+    """Memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] tables and lists."""
     return np.zeros((threads, 2, ROWS_W * LANES)), np.zeros((threads, 2, ROWS_K * LANES), np.int64)

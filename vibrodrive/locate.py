@@ -17,6 +17,9 @@ not bend down, so the whole of S is free of zeros, and the search begins there; 
 next switch. At ε = 0 a slide that starts by accelerating goes on doing so until H is back at the same boundary, a
 known phase: the search begins at that peak of |ξ'|.
 
+**Ends.** The first step is made from what is known where the search begins. Close to a simple zero the series of
+calm.py gives the zero to the last bit as soon as its terms fall fast enough; they then leave no room for another.
+
 **Rounding.** The cursor never moves past a zero by more than the rounding of g over its slope. A tangency closer
 than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
 bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
@@ -136,11 +139,11 @@ def series(h, u, half, third, fourth, m3, scale):
 
 
 @inline
-def search(w, i, fast, grid, again=False):
+def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
-    `again`, a literal too: the step before may have met something, then this one is none.
-    Without a grid the cursor H is a time after the last switch; on a grid, a whole number of steps.
+    Without a grid the cursor H is a time after the last switch, and a lane that has met something stays as it is; on a
+    grid the cursor is a whole number of steps.
     """
     cursor = w[H + i]
     dtau = w[DTAU + i]
@@ -172,7 +175,7 @@ def search(w, i, fast, grid, again=False):
         sure = (under > 0.0) & (w[M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
         first = w[NEAR_UNDER + i] == 0.0
         nearer = sure & (x > 0.0) & (first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under))
-        nearer = nearer & (w[MET + i] == NOTHING if again else True)
+        nearer = nearer & (w[MET + i] == NOTHING)
         w[NEAR_OVER + i] = choose(nearer, over, w[NEAR_OVER + i])
         w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
     trusted = g - w[NOISE + i] if grid else g
@@ -232,7 +235,7 @@ def search(w, i, fast, grid, again=False):
     # a search of two sides goes on with the one that is behind
     other = w[OTHER + i]
     turn = ahead > other
-    on = w[MET + i] == NOTHING if again else True
+    on = True if grid else w[MET + i] == NOTHING
     w[ABOVE + i] = choose(on & (x >= 0.0), cursor, w[ABOVE + i])
     w[H + i] = choose(on, choose(turn, other, ahead), cursor)
     w[OTHER + i] = choose(on & turn, ahead, other)
@@ -255,14 +258,14 @@ def search_on_grid(w, n, fast):
 
 
 @part
-def search_disturbed(w, n, steps):
-    """`steps` steps, or as many as it takes, in each of the lanes 0..n-1.
+def search_stepwise(w, first, end, steps):
+    """`steps` steps, or as many as it takes, in each of the lanes first..end-1, without a grid.
 
     Their number is no constant: the compiler would write the loop out as often.
     """
     wide()
-    for i in range(n):
+    for i in range(first, end):
         w[MET + i] = NOTHING
     for _ in range(steps):
-        for i in range(n):
-            search(w, i, True, False, True)
+        for i in range(first, end):
+            search(w, i, True, False)

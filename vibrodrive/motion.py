@@ -200,7 +200,7 @@ def soon(phi, low, h):
 
 
 @inline
-def arrive(w, k, i, h):
+def arrive_disturbed(w, k, i, h):
     """Where h leads: (ξ, ξ', whole periods, φ, low, A cos φ, A sin φ, θ, AF cos θ, AF sin θ)."""
     x, v = state_at(w, i, h, True)
     turned, phi, low = later(w[PHI + i], w[LOW + i], h)
@@ -210,31 +210,23 @@ def arrive(w, k, i, h):
     return x, v, turned, phi, low, p, q, theta, pf, qf
 
 
-@inline
-def put_down(w, i, there):
-    """Keep for `settle` what `arrive` has found."""
-    (
-        w[THERE_X + i], w[THERE_V + i], w[THERE_TURNS + i], w[THERE_PHI + i], w[THERE_LOW + i],
-        w[THERE_P + i], w[THERE_Q + i], w[THERE_THETA + i], w[THERE_PF + i], w[THERE_QF + i],
-    ) = there  # fmt: skip
-
-
 @part
-def arrive_disturbed(w, k, i):
-    """All it takes to settle lane i: the motion at its cursor and the excitation there."""
-    put_down(w, i, arrive(w, k, i, w[H + i]))
-
-
-@part
-def arrive_undisturbed(w, i):
-    """The same at ε = 0, for one lane."""
+def arrive(w, k, i, disturbed):
+    """Keep for settling lane i the motion at its cursor and the excitation there."""
     h = w[H + i]
-    x, v, turned, phi, low, p, q = arrive_calm(w, i, h)
-    if h < FAR or phi < 0.0 or phi >= TWO_PI:
-        x, v = state_at(w, i, h, False)
-        turned, phi, low = later(w[PHI + i], w[LOW + i], h)
-        p, q = excitation(w[A + i], phi, low)
-    put_down(w, i, (x, v, turned, phi, low, p, q, 0.0, 0.0, 0.0))
+    theta, pf, qf = 0.0, 0.0, 0.0
+    if disturbed:
+        x, v, turned, phi, low, p, q, theta, pf, qf = arrive_disturbed(w, k, i, h)
+    else:
+        x, v, turned, phi, low, p, q = arrive_calm(w, i, h)
+        if h < FAR or phi < 0.0 or phi >= TWO_PI:
+            x, v = state_at(w, i, h, False)
+            turned, phi, low = later(w[PHI + i], w[LOW + i], h)
+            p, q = excitation(w[A + i], phi, low)
+    w[THERE_X + i], w[THERE_V + i] = x, v
+    w[THERE_TURNS + i], w[THERE_PHI + i], w[THERE_LOW + i] = turned, phi, low
+    w[THERE_P + i], w[THERE_Q + i] = p, q
+    w[THERE_THETA + i], w[THERE_PF + i], w[THERE_QF + i] = theta, pf, qf
 
 
 @inline

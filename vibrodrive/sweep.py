@@ -71,9 +71,9 @@ def compute_wave(plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: in
     section = np.empty((n, s.periods, 2))
     status, margin = np.empty(n, np.int8), np.empty(n)
     counts, work = np.zeros((n, 5), np.int64), np.empty(n)
-    eps = points[:, COLUMNS.index("eps")]
+    disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # the dear ones first: what is left for the end, when lanes run empty, is cheap
-    order = np.argsort(eps == 0.0, kind="stable")
+    order = np.argsort(disturbance == 0.0, kind="stable")
     arguments = (
         points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
         section, status, margin, counts, work,
