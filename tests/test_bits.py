@@ -82,3 +82,25 @@ def test_each_kernel_is_compiled_once():
     vd.sweep(A=[1, 2, 3], method="muller", dtau=0.01, transient=1, periods=1, threads=2)
     for kernel in (run, sample_segments, run_threads):
         assert len(kernel.signatures) == 1
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 3e-4])
+@pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
+def test_abreast_equals_alone(eps, section_phase):
+    """Level to steep, all kinds of start: ordinary switches taken abreast, others one by one; alone all are."""
+    rng = np.random.default_rng(7)
+    axes = {
+        "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],
+        "B": [0.0, 0.1, 0.5, 0.97, 0.995, 1.2],
+        "xi0": [0.0, 2.9],
+        "dxi0": [0.0, -1.3, 3.5],
+    }
+    window = dict(eps=eps, transient=15, periods=15, section_phase=section_phase)
+    swept = vd.sweep(**axes, **window)
+    for index in list(np.ndindex(*swept.status.shape))[::7]:
+        point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}
+        alone = vd.simulate(**point, **window)
+        assert np.array_equal(alone.section, swept.section[index], equal_nan=True), point
+        assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[index]), point
+        assert (alone.margin, alone.status) == (swept.margin[index], swept.status[index]), point

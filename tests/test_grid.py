@@ -104,3 +104,14 @@ def test_fixed_grid_is_never_accumulated():
     for row in t.switches:
         tau = math.fsum([2 * math.pi * int(row["period"]), 2.4492935982947064e-16 * int(row["period"]), row["phase"]])
         assert abs(tau / dtau - round(tau / dtau)) * dtau < 4e-12
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
+    """The literal scan looks at blocks first: ξ and ξ' may both change sign within one, and back."""
+    sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
+    literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
+    assert np.array_equal(literal.section, skipping.section)
+    assert np.array_equal(literal.switches, skipping.switches)

@@ -29,6 +29,10 @@ from vibrodrive.lane import (
     SEARCH,
     SIG,
     WORK,
+    X0,
+    XC1,
+    XC2,
+    A,
     H,
 )
 from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, ZERO
@@ -84,6 +88,39 @@ def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
     return count
 
 
+CLOSE = 16
+"""So many values are looked at one by one where something is met."""
+
+
+@inline
+def clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast):
+    """How many values of a block, less than CLOSE of the most, come before the first that is suspect: by halving."""
+    clear = 0
+    while n - clear > CLOSE:
+        half = (clear + n) // 2
+        if suspects(table, half, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast) > 0:
+            n = half
+        else:
+            clear = half
+    return clear
+
+
+@inline
+def clear_gaps(w, i, first, n, dtau, fast):
+    """The same for ξ, which falls: how many values are above 0 by more than any rounding."""
+    h = (first + float(n)) * dtau
+    margin = 1e-12 * (w[X0 + i] + w[A + i] + (abs(w[XC1 + i]) + abs(w[XC2 + i]) * h) * h)
+    clear = 0
+    while n - clear > CLOSE:
+        half = (clear + n) // 2
+        x, _ = state_at(w, i, (first + float(half)) * dtau, fast)
+        if x > margin:
+            clear = half
+        else:
+            n = half
+    return clear
+
+
 @part
 def scan(w, k, i, table):
     """Search lane i by visiting every grid point from its cursor on: sets MET, and the cursor H where it was met."""
@@ -113,7 +150,12 @@ def scan(w, k, i, table):
             x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < 0.0
         if count > 0 or fallen:
-            for j in range(n):
+            start = n
+            if count > 0:
+                start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
+            if which == S2:
+                start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
+            for j in range(start, n):
                 cursor = first + float(j)
                 met = exact(w, i, cursor * dtau, which, fast)
                 if met != 0.0:
