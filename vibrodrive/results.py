@@ -62,18 +62,18 @@ class Results:
         """All blocks of a plan, in memory. Raises TooLarge (a ValueError) where they do not fit it."""
         refuse_large_results(plan)
         n, shape, periods = plan.n_points, plan.shape, plan.settings.periods
-        section = np.full((2, n, periods), np.nan)
+        section = np.empty((n, periods, 2))
         status = np.full(n, int(Status.NOT_COMPUTED), np.int8)
         margin = np.full(n, np.nan)
         switches = np.full((n, 5), -1, np.int64)
         for b in blocks:
-            section[0, b.start : b.stop] = b.section[..., 0]
-            section[1, b.start : b.stop] = b.section[..., 1]
+            section[b.start : b.stop] = b.section
             status[b.start : b.stop] = b.status
             margin[b.start : b.stop] = b.margin
             switches[b.start : b.stop] = b.switches
+        section[status == int(Status.NOT_COMPUTED)] = np.nan
         arrays = {
-            "section": np.moveaxis(section.reshape(2, *shape, periods), 0, -1),
+            "section": section.reshape(*shape, periods, 2),
             "status": status.reshape(shape),
             "margin": margin.reshape(shape),
             "switches": switches.reshape(*shape, 5),
