@@ -3,10 +3,11 @@
 **Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
 
 **Slides** that begin at rest. g = s ξ' starts at 0 and grows until H is back at s, a known phase: to the peak of |ξ'|.
-From there it falls until H reaches s again, also a known phase. Over that whole turn of the excitation g changes
-by -2π(1 + sB), less what was gained before the slide began, which is none: for 1 + sB > 0 the fall goes
-below zero. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any method that
-converges inside this bracket finds the switch. How far below zero the fall would go is the distance of that decision.
+From there it falls until sH rises through 1 again, also a known phase. From one such phase to the next the integral
+of g' is -2π(1 + sB), and a slide that begins later has missed a part of the growth: at the end of the fall g is at most
+that, below zero for 1 + sB > 0. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any
+method that converges inside this bracket finds the switch. How far below zero g would fall is the distance of
+that decision.
 
 **Impacts.** While ξ' < 0 the gap falls strictly: if it is not positive at the end of the slide, it has exactly one zero
 before.

@@ -17,11 +17,13 @@ ITERATIONS = 100
 def value(w, i, h):
     """The switching function searched in lane i, at h after the last switch."""
     s, v, ds, dv, near = arc(h)
-    sf, vf, dsf, dvf, near_fast = arc(w[ETA + i] * h)
-    near = near & near_fast
+    fast = 0.0
+    if w[ETA + i] > 0.0:
+        sf, vf, dsf, dvf, near_fast = arc(w[ETA + i] * h)
+        near = near & near_fast
+        fast = ripple(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
     c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]
-    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv)
-    g += ripple(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
+    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv) + fast
     w[WORK + i] += 1.0
     return w[BASE + i] + w[SIG + i] * g
 

@@ -21,7 +21,7 @@ from vibrodrive.parameters import COLUMNS, check_count
 from vibrodrive.plan import Plan, make_plan
 from vibrodrive.results import Results
 
-WAVE_BYTES = 16 << 20
+WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
 """Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
 
