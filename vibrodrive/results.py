@@ -72,7 +72,7 @@ class Results:
             margin[b.start : b.stop] = b.margin
             switches[b.start : b.stop] = b.switches
         section[status == int(Status.NOT_COMPUTED)] = np.nan
-        arrays = {
+        arrays: dict[str, np.ndarray] = {
             "section": section.reshape(*shape, periods, 2),
             "status": status.reshape(shape),
             "margin": margin.reshape(shape),
