@@ -122,7 +122,8 @@ def gap_guess(x, below, h):
     """Where a gap falls from x to 0, if it falls to `below` <= 0 within h: a cubic with slope 0 at both ends."""
     y = x / (x - below)
     late = y > 0.5
-    r = math.sqrt(choose(late, 1.0 - y, y) * (1.0 / 3.0))
+    share = choose(late, 1.0 - y, y)
+    r = math.sqrt(choose(share > 0.0, share, 0.0) * (1.0 / 3.0))
     t = r * (1.0 + r * (1.0 / 3.0 + r * (5.0 / 18.0 + r * (8.0 / 27.0))))
     guess = h * choose(late, 1.0 - t, t)
     return choose(guess >= 0.0, guess, 0.5 * h)  # where x = 0 = below there is none
