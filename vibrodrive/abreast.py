@@ -177,7 +177,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     under, over_under = w[r.NEAR_UNDER + i], w[r.NEAR_OVER + i]
     touched = under > 0.0
     near = choose(touched, over_under, 1.0) / choose(touched, under, 1.0)
-    clear = ((not touched) | (near >= suspect))
+    clear = (not touched) | (near >= suspect)
     margin = choose(touched, smaller(near, margin), margin)
 
     # S2 ends below the obstacle: there was an impact before, look for it
@@ -222,7 +222,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     w[r.L + i] = choose(over, slope, w[r.L + i])
     w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
     w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
-    w[r.XC1 + i] = choose(over, 0.0 + (p1 + pf1 * inverse), w[r.XC1 + i])
+    w[r.XC1 + i] = choose(over, p1 + pf1 * inverse, w[r.XC1 + i])
     w[r.XALF + i] = choose(over, -pf1 * (inverse * inverse), w[r.XALF + i])
     w[r.XBEF + i] = choose(over, qf1 * (inverse * inverse), w[r.XBEF + i])
     w[r.P + i] = choose(over, p1, w[r.P + i])

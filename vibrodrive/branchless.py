@@ -13,6 +13,8 @@ from numba.extending import intrinsic
 
 _INT = ir.IntType(64)
 
+ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
+
 
 def _choose(c, a, b):
     return a if c else b
@@ -33,7 +35,7 @@ def _select(typingctx, c, a, b):
 
 
 def _low_bits(t):
-    return int(t - 6755399441055744.0)
+    return int(t - ROUND)
 
 
 @intrinsic
@@ -77,7 +79,7 @@ choose: Any = _select if _COMPILED else _choose
 read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
 
 low_bits: Any = _bits if _COMPILED else _low_bits
-"""low_bits(t): an integer whose last bits are those of the whole number n in t = n + 1.5 · 2**52."""
+"""low_bits(t): an integer whose last bits are those of the whole number n in t = n + ROUND."""
 
 flip: Any = _xor_sign if _COMPILED else _flip
 """flip(x, bits): x with its sign changed if the last bit but one is set."""

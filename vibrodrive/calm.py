@@ -47,23 +47,18 @@ from vibrodrive.lane import (
     RATE_DOWN,
     RATE_UP,
     SEARCH,
-    V0,
     WORK,
     X0,
-    XC1,
-    XC2,
-    XD2,
     A,
     B,
     H,
     L,
     P,
-    Q,
 )
-from vibrodrive.locate import NOTHING, TINY, ZERO
+from vibrodrive.locate import NOTHING, TINY, ZERO, way_to_zero
 from vibrodrive.motion import shape
 from vibrodrive.parameters import State
-from vibrodrive.switching import S1, S2, S3
+from vibrodrive.switching import S1, S2, S3, slide_shape
 from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc
 
 STICK = int(State.STICK)
@@ -180,9 +175,7 @@ def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
     a2 = 0.5 * g2 * inverse
     a3 = (1.0 / 6.0) * g3 * inverse
     a4 = (1.0 / 24.0) * g4 * inverse
-    square = a2 * a2
-    uu = u * u
-    ahead = h - (u + uu * (a2 + u * ((2.0 * square - a3) + u * (5.0 * a2 * (square - a3) + a4))))
+    ahead = h - way_to_zero(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
     t = m * inverse * u
     t *= t
@@ -192,31 +185,20 @@ def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
 
 @inline
 def narrow(w, k, i):
-    """One evaluation in lane i, where there is a bracket and nothing was met yet. Returns whether there is one."""
+    """One evaluation in lane i, where there is a bracket and nothing was met yet."""
     which = k[SEARCH + i]
-    gap = which == S1
     sig = choose(which == S2, -1.0, 1.0)
-    p, q, x0, v0, a0 = w[P + i], w[Q + i], w[X0 + i], w[V0 + i], w[A0 + i]
-    xd2, xc1, xc2, vc1 = w[XD2 + i], w[XC1 + i], w[XC2 + i], w[L + i]
-    c0 = choose(gap, x0, v0)
-    d1 = choose(gap, v0, a0)
-    d2 = choose(gap, xd2, 0.5 * p)
-    c1 = choose(gap, xc1, vc1)
-    c2 = choose(gap, xc2, 0.0)
-    al = choose(gap, -p, q)
-    be = choose(gap, q, p)
+    c0, d1, d2, c1, c2, al, be = slide_shape(w, i, which == S1, w[P + i])
     m = w[A + i] + 1.0 + w[B + i]  # more than any derivative of ξ from the second on
     h, lo, hi = w[H + i], w[LO + i], w[HI + i]
     halve = w[WORK + i] - w[PAID + i] > PATIENCE
     ahead, low, high, found = improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
-    bracketed = w[KIND + i] == BRACKETED
-    on = bracketed & (w[MET + i] == NOTHING)
+    on = (w[KIND + i] == BRACKETED) & (w[MET + i] == NOTHING)
     w[H + i] = choose(on, ahead, h)
     w[LO + i] = choose(on, low, lo)
     w[HI + i] = choose(on, high, hi)
     w[MET + i] = choose(on & found, ZERO, w[MET + i])
     w[WORK + i] += choose(on, 1.0, 0.0)
-    return choose(bracketed, 1, 0)
 
 
 @part
@@ -226,8 +208,8 @@ def narrow_all(w, k, n, evaluations):
     total = 0
     for i in range(n):
         w[MET + i] = NOTHING
+        total += choose(w[KIND + i] == BRACKETED, 1, 0)
     for _ in range(evaluations):
-        total = 0
         for i in range(n):
-            total += narrow(w, k, i)
+            narrow(w, k, i)
     return total

@@ -95,7 +95,7 @@ looking costs more than a step."""
 SMALLEST = 5e-324
 
 LONGEST_SCAN = 4194304.0
-"""So is a segment of more grid points than this, so that the budget is looked at now and then."""
+"""A segment of more grid points than this is continued afresh, so that the budget is looked at now and then."""
 
 
 @inline
@@ -114,22 +114,22 @@ def stretch(w, i, method):
 
 
 @inline
-def begin_search(w, k, i, state, method, scan):
+def begin_search(w, k, i, state, method):
     """Aim at the switching function that ends `state` (switching.py) and put the cursor at its start."""
     stretch(w, i, method)
     span = w[r.LIMIT + i] if method == CERTIFIED else w[r.LIMIT + i] * w[r.DTAU + i]
     which = S3 if state == UP else (S2 if state == DOWN else (S4 if state == STICK else S5))
     aim(w, k, i, which, span)
-    if method != CERTIFIED and state == DOWN:
-        w[r.DIP + i] = 0.0
     if method != CERTIFIED:
         w[r.H + i] = 1.0
+        if state == DOWN:
+            w[r.DIP + i] = 0.0
         if state == STICK:
             w[r.OTHER + i] = 1.0
 
 
 @part
-def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
+def enter(w, k, i, state, x, v, h_force, at_boundary, method):
     """Begin `state` at the present time, where the adhesive force is h_force, and aim at what ends it."""
     k[r.STATE + i] = state
     s = 1.0 if state == UP else (-1.0 if state == DOWN else 0.0)
@@ -145,11 +145,12 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method, scan):
         if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
             aim_in_bracket(w, k, i, s)
             return
-    begin_search(w, k, i, state, method, scan)
+    begin_search(w, k, i, state, method)
     if method == CERTIFIED and s != 0.0:
         if w[r.AF + i] > 0.0 and a0 != 0.0:
-            begin, curve = w[r.D1 + i], w[r.D2 + i]
-            step = first_step(w[r.C0 + i], begin, curve, w[r.BASE + i], w[r.SIG + i], w[r.M3 + i], w[r.SPAN0 + i])
+            step = first_step(
+                w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.BASE + i], w[r.SIG + i], w[r.M3 + i], w[r.SPAN0 + i]
+            )
             w[r.H + i] = step if step < w[r.LIMIT + i] else w[r.LIMIT + i]
         elif v == 0.0:
             skip_start(w, i, s)
@@ -320,7 +321,7 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
         if event == STRETCHED:
             w[r.X_OFF + i] = x_off
             w[r.V_OFF + i] = v_off
-            enter(w, k, i, state, x, v, force, False, method, scan)
+            enter(w, k, i, state, x, v, force, False, method)
             return True
         # decide
         if event == HIT:
@@ -347,7 +348,7 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
             stay(w, k, i, transient, section)
             return False
         if not (calm and waiting):
-            enter(w, k, i, to, x, 0.0, force, certified and (state == STICK or state == REST), method, scan)
+            enter(w, k, i, to, x, 0.0, force, certified and (state == STICK or state == REST), method)
             return True
         k[r.STATE + i] = to
         w[r.X0 + i] = x
@@ -372,11 +373,6 @@ def set_parameters(w, k, i, points, row, method):
     w[r.QF + i] = 0.0
     w[r.X_OFF + i] = 0.0
     w[r.V_OFF + i] = 0.0
-    # what a search keeps at ε = 0
-    w[r.RF + i] = 0.0
-    w[r.M2S + i] = a + 1e-300
-    w[r.M3 + i] = a
-    w[r.SPAN0 + i] = 1.0
     w[r.THETA + i] = 0.0
     for row_w in (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN, r.NEAR_UNDER):
         w[row_w + i] = 0.0  # nothing is remembered yet
@@ -412,8 +408,7 @@ def is_disturbed(points, row):
 
 @part
 def load(
-    w, k, i, points, row, method, scan, transient, periods, budget, section,
-    rows_int, rows_float, stored,
+    w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored
 ):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
@@ -447,7 +442,7 @@ def load(
     if waiting and not can_leave(w, i, state):
         stay(w, k, i, transient, section)
         return False
-    enter(w, k, i, state, x, v, force, False, method, scan)
+    enter(w, k, i, state, x, v, force, False, method)
     return True
 
 
@@ -515,8 +510,7 @@ def run(
                 break
             fast = disturbed
             if load(
-                w, k, n, points, order[c], method, scan, transient, periods, budget,
-                section, rows_int, rows_float, stored,
+                w, k, n, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
             ):  # fmt: skip
                 if literal:
                     fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
@@ -528,26 +522,22 @@ def run(
             if c >= order.shape[0]:
                 break
             continue
-        if grid:
-            if literal:
-                scan_every(w, k, 0, g)
-            else:
-                search_on_grid(w, n, fast)
-            m = list_met(w, todo, n)
+        if literal:
+            scan_every(w, k, 0, g)
+        elif grid:
+            search_on_grid(w, n, fast)
         elif fast:
             search_stepwise(w, 0, n, STEPS)
-            if alone:
-                m = list_met(w, todo, n)
-            else:
-                cross_all_disturbed(w, k, n, transient, periods, budget)
-                m = list_left_over(w, k, todo, n, section)
         else:
             search_calm(w, k, n)
-            if alone:
-                m = list_met(w, todo, n)
+        if grid or alone:
+            m = list_met(w, todo, n)
+        else:
+            if fast:
+                cross_all_disturbed(w, k, n, transient, periods, budget)
             else:
                 cross_all(w, k, n, transient, periods, budget)
-                m = list_left_over(w, k, todo, n, section)
+            m = list_left_over(w, k, todo, n, section)
         ended = 0
         for j in range(m):
             i = todo[j]

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose, wide
+from vibrodrive.branchless import ROUND, choose, wide
 from vibrodrive.lane import (
     ABOVE,
     AL,
@@ -73,7 +73,7 @@ from vibrodrive.lane import (
     Q,
 )
 from vibrodrive.motion import ripple, shape
-from vibrodrive.trig import ROUND, arc
+from vibrodrive.trig import arc
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 """What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
@@ -124,15 +124,20 @@ def first_step(c0, d1, d2, base, sig, m3, span):
 
 
 @inline
+def way_to_zero(u, a2, a3, a4):
+    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of calm.py."""
+    square = a2 * a2
+    return u + u * u * (a2 + u * ((2.0 * square - a3) + u * (5.0 * a2 * (square - a3) + a4)))
+
+
+@inline
 def series(h, u, half, third, fourth, m3, scale):
     """(h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
 
     The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two;
     the first one left out is below t⁴u. t is far below 1 then: the zero is the only one near.
     """
-    square = half * half
-    a3, a4 = third * (1.0 / 6.0), fourth * (1.0 / 24.0)
-    ahead = h - (u + u * u * (half + u * ((2.0 * square - a3) + u * (5.0 * half * (square - a3) + a4))))
+    ahead = h - way_to_zero(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = (abs(half) + abs(m3) * scale) * u
     t2 = t * t + abs(m3) * u * u
     return ahead, (t2 * t2 * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too

@@ -10,10 +10,9 @@ from vibrodrive.branchless import choose
 from vibrodrive.lane import LANES
 from vibrodrive.motion import section_at, state_at, time_between
 from vibrodrive.parameters import State
+from vibrodrive.switching import INFINITY
 
 UP, DOWN = int(State.UP), int(State.DOWN)
-
-INFINITY = float("inf")
 
 DONE, SETTLE, POINT = 0, 1, 2
 """What is left to do in a lane after all were advanced abreast: nothing, everything, a section point to be written."""

@@ -113,6 +113,17 @@ def can_leave(w, i, state):
 
 
 @inline
+def slide_shape(w, i, gap, rate):
+    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
+    x0, v0, a0, slope, p, q = w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i]
+    xd2, xc1, xc2 = w[XD2 + i], w[XC1 + i], w[XC2 + i]
+    return (
+        choose(gap, x0, v0), choose(gap, v0, a0), choose(gap, xd2, 0.5 * rate),
+        choose(gap, xc1, slope), choose(gap, xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
+    )  # fmt: skip
+
+
+@inline
 def aimed(w, i, which, limit):
     """Switching function `which` as a shape, and the bounds of its derivatives:
 
@@ -121,18 +132,15 @@ def aimed(w, i, which, limit):
     """
     gap, force = which == S1, which >= S4
     eta, inverse = w[ETA + i], w[INVERSE + i]
-    x0, v0, a0, slope, p, q, pf, qf = (
-        w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i], w[PF + i], w[QF + i]
-    )  # fmt: skip
-    xd2, xc1, xc2, xalf, xbef, af = w[XD2 + i], w[XC1 + i], w[XC2 + i], w[XALF + i], w[XBEF + i], w[AF + i]
-    c0 = choose(gap, x0, choose(force, q + qf - w[B + i], v0))
+    p, q, pf, qf, xalf, xbef, af = w[P + i], w[Q + i], w[PF + i], w[QF + i], w[XALF + i], w[XBEF + i], w[AF + i]
     rate = p + eta * pf
-    d1 = choose(gap, v0, choose(force, rate, a0))
-    d2 = choose(gap, xd2, 0.5 * choose(force, -(q + eta * eta * qf), rate))
-    c1 = choose(gap, xc1, choose(force, 0.0, slope))
-    c2 = choose(gap, xc2, 0.0)
-    al = choose(gap, -p, choose(force, p, q))
-    be = choose(gap, q, choose(force, -q, p))
+    c0, d1, d2, c1, c2, al, be = slide_shape(w, i, gap, rate)
+    c0 = choose(force, q + qf - w[B + i], c0)
+    d1 = choose(force, rate, d1)
+    d2 = choose(force, -0.5 * (q + eta * eta * qf), d2)
+    c1 = choose(force, 0.0, c1)
+    al = choose(force, p, al)
+    be = choose(force, -q, be)
     alf = choose(gap, xalf, choose(force, pf, eta * xbef))
     bef = choose(gap, xbef, choose(force, -qf, -eta * xalf))
     base = choose(force, 1.0, 0.0)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from vibrodrive._jit import inline
-from vibrodrive.branchless import choose, flip, low_bits
+from vibrodrive.branchless import ROUND, choose, flip, low_bits
 
 TWO_PI = 6.283185307179586
 TWO_PI_LOW = 2.4492935982947064e-16  # 2π = TWO_PI + TWO_PI_LOW to 107 bits
@@ -22,7 +22,6 @@ PI = 3.141592653589793
 PI_LOW = 1.2246467991473532e-16
 
 _TO_QUADRANT = 0.6366197723675814  # 2/π
-ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
 _P1 = 1.57079632673412561417e00  # the first 33 bits of π/2: k * _P1 is exact for k < 2**20
 _P2 = 6.07710050630396597660e-11  # the next 33 bits
 _P3 = 2.02226624879595063154e-21  # the rest
