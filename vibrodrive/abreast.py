@@ -16,7 +16,7 @@ from vibrodrive.locate import FALLEN, NOTHING, ZERO, first_step
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
 from vibrodrive.parameters import State
-from vibrodrive.record import DONE, POINT, SETTLE, in_record, section_due
+from vibrodrive.record import DONE, LOOK_BACK, POINT, SETTLE, in_record, section_due
 from vibrodrive.switching import (
     INFINITY,
     S1,
@@ -48,7 +48,7 @@ def cross(w, k, i, transient, periods, budget):
     gap, falling, rising = which == S1, which == S2, which == S3
     period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
     margin, usual = w[r.MARGIN + i], terms(w, i)
-    x, _, turned, phi1, low1, p1, q1 = arrive_calm(w, i, h)
+    x, _, turned, phi1, p1, q1 = arrive_calm(w, i, h)
     force = q1 - w[r.B + i]
     begun_at_rest = w[r.V0 + i] == 0.0
     known = met & (w[r.KIND + i] == BRACKETED) & (h >= FAR) & (phi1 >= 0.0) & (phi1 < TWO_PI) & begun_at_rest
@@ -84,18 +84,17 @@ def cross(w, k, i, transient, periods, budget):
     waiting = (to == STICK) | (to == REST)
     hw, phase, later, down = wait_end(w, i, to, phi1)
     count1 = count + choose(point, 1, 0)
-    due1 = section_due(w, k, i, count1, there, phi1, low1, transient)
+    due1 = section_due(w, k, i, count1, there, phi1, 0.0, transient)
     point1 = waiting & (due1 <= hw) & (count1 < periods)
     cost1 = choose(waiting, 1 + choose(period == there, cost, 0), cost)
     way_out = calm_end_distance(w, i, down)
-    left1 = time_between(there, phi1, low1, end, w[r.PHI0 + i])
+    left1 = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
     lasting = can_leave(w, i, to) & (hw <= left1) & (due1 + TWO_PI > hw + 1e-9) & (way_out > ROUNDING * usual)
     over &= ((cost1 < budget) & lasting) | (not waiting)
     nearest = choose(waiting, smaller(way_out, nearest), nearest)
     force_out = choose(down, -1.0, 1.0)
     after = there + choose(waiting & later, 1, 0)
     phi2 = choose(waiting, phase, phi1)
-    low2 = choose(waiting, 0.0, low1)
     recorded1 = waiting & in_record(w, k, i, after, phi2, transient)
 
     # the next slide, from rest
@@ -110,15 +109,22 @@ def cross(w, k, i, transient, periods, budget):
     slope = a0 - q2
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
     slid_up, slid_down = over & rising, (over | aside) & falling
-    w[r.BEGAN_UP + i] = choose(slid_up, phi, w[r.BEGAN_UP + i])
-    w[r.BEGAN_DOWN + i] = choose(slid_down, phi, w[r.BEGAN_DOWN + i])
-    w[r.LASTED_UP + i] = choose(slid_up, h, w[r.LASTED_UP + i])
-    w[r.LASTED_DOWN + i] = choose(slid_down, h, w[r.LASTED_DOWN + i])
-    w[r.RATE_UP + i] = choose(slid_up, rate, w[r.RATE_UP + i])
-    w[r.RATE_DOWN + i] = choose(slid_down, rate, w[r.RATE_DOWN + i])
+    rested = over & (to == REST)  # as `forget`
+    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
+    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
+    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
+    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
+    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
+    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
     lo, hi, fall, guess = bracket(w, i, s, phi2, p2, slope)
 
-    k[r.LEFT_OVER + i] = choose(over, choose(point1, POINT, DONE), choose(aside | (not met), DONE, SETTLE))
+    # away from the obstacle: is this where the motion has been before?
+    left_obstacle = over & gap
+    since = k[r.SINCE + i] + choose(left_obstacle, 1, 0)
+    k[r.SINCE + i] = since
+    look = left_obstacle & (rested | (phi2 == w[r.ANCHOR_PHI + i]) | (since >= k[r.WINDOW + i]))
+    more = choose(point1, POINT, DONE) + choose(look, LOOK_BACK, DONE)
+    k[r.LEFT_OVER + i] = choose(over, more, choose(aside | (not met), DONE, SETTLE))
     w[r.LO + i] = choose(over, lo, choose(aside, 0.0, w[r.LO + i]))
     w[r.HI + i] = choose(over, hi, choose(aside, h, w[r.HI + i]))
     w[r.H + i] = choose(over, guess, choose(aside, guess_below, w[r.H + i]))
@@ -127,8 +133,8 @@ def cross(w, k, i, transient, periods, budget):
     k[r.STATE + i] = choose(over, choose(up, UP, DOWN), k[r.STATE + i])
     k[r.PERIOD + i] = choose(over, after, k[r.PERIOD + i])
     w[r.PHI + i] = choose(over, phi2, w[r.PHI + i])
-    w[r.LOW + i] = choose(over, low2, w[r.LOW + i])
-    w[r.LEFT + i] = choose(over, time_between(after, phi2, low2, end, w[r.PHI0 + i]), w[r.LEFT + i])
+    w[r.LOW + i] = choose(over, 0.0, low)
+    w[r.LEFT + i] = choose(over, time_between(after, phi2, 0.0, end, w[r.PHI0 + i]), w[r.LEFT + i])
     # as `slide` from rest
     w[r.P + i] = choose(over, p2, w[r.P + i])
     w[r.Q + i] = choose(over, q2, w[r.Q + i])

@@ -3,8 +3,9 @@
 `run` keeps up to `LANES` trajectories under way. Each pass goes some steps on in every lane's search (locate.py;
 calm.py at ε = 0) and takes the lanes that met an ordinary switch over it (abreast.py), both vectorised. Anything else,
 the switches on a grid and those of a single trajectory are settled one by one: the switch is recorded, the next
-state decided and its search begun. A lane whose trajectory ends takes the next point at once. Lanes never look at
-each other, so a trajectory's bits depend on nothing but its point.
+state decided and its search begun. A motion that repeats itself is not computed again (recurrence.py), and a lane
+whose trajectory ends takes the next point at once. Lanes never look at each other, so a trajectory's bits depend on
+nothing but its point.
 """
 
 from __future__ import annotations
@@ -67,7 +68,8 @@ from vibrodrive.motion import (
 )
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
-from vibrodrive.record import SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
+from vibrodrive.record import LOOK_BACK, SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
+from vibrodrive.recurrence import WINDOW, forget, look_back
 from vibrodrive.switching import (
     INFINITY,
     S1,
@@ -256,6 +258,9 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
     """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
+    # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are
+    # written down one by one
+    may_repeat = w[r.AF + i] == 0.0 and method != FIXED and scan != LITERAL and rows_int.shape[0] == 0
     phase, later = 0.0, False
     if calm and (k[r.STATE + i] == STICK or k[r.STATE + i] == REST):
         h, phase, later, down = wait_end(w, i, k[r.STATE + i], w[r.PHI + i])
@@ -348,7 +353,13 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
             stay(w, k, i, transient, section)
             return False
         if not (calm and waiting):
+            if calm and state == REST:
+                forget(w, i)
             enter(w, k, i, to, x, 0.0, force, certified and (state == STICK or state == REST), method)
+            if state == REST or state == IMPACT:
+                k[r.SINCE + i] += 1
+                if may_repeat:
+                    look_back(w, k, i, transient, periods, budget, section)
             return True
         k[r.STATE + i] = to
         w[r.X0 + i] = x
@@ -374,8 +385,8 @@ def set_parameters(w, k, i, points, row, method):
     w[r.X_OFF + i] = 0.0
     w[r.V_OFF + i] = 0.0
     w[r.THETA + i] = 0.0
-    for row_w in (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN, r.NEAR_UNDER):
-        w[row_w + i] = 0.0  # nothing is remembered yet
+    w[r.NEAR_UNDER + i] = 0.0
+    forget(w, i)
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
     w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
@@ -419,6 +430,9 @@ def load(
     k[r.COUNTED + i] = k[r.PERIOD + i]
     k[r.POINT + i] = row
     k[r.STATUS + i] = OK
+    k[r.SINCE + i] = 0
+    k[r.WINDOW + i] = WINDOW
+    w[r.ANCHOR_PHI + i] = -1.0  # no phase
     w[r.WORK + i] = 0.0
     w[r.PAID + i] = 0.0
     w[r.MARGIN + i] = INFINITY
@@ -468,11 +482,13 @@ def list_met(w, todo, n):
 
 
 @inline
-def list_left_over(w, k, todo, n, section):
+def list_left_over(w, k, todo, n, transient, periods, budget, section):
     """Write the section points that lanes have passed abreast, and list the lanes that are left to `settle`."""
     m = 0
     for i in range(n):
         write_points(w, k, i, section)
+        if k[r.LEFT_OVER + i] & LOOK_BACK:
+            look_back(w, k, i, transient, periods, budget, section)
         todo[m] = i
         m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
     return m
@@ -537,7 +553,7 @@ def run(
                 cross_all_disturbed(w, k, n, transient, periods, budget)
             else:
                 cross_all(w, k, n, transient, periods, budget)
-            m = list_left_over(w, k, todo, n, section)
+            m = list_left_over(w, k, todo, n, transient, periods, budget, section)
         ended = 0
         for j in range(m):
             i = todo[j]

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 85 × 8 B = 43 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 95 × 8 B = 49 kB,
 of which a search touches a third)."""
 
-ROWS_W = 85
-ROWS_K = 17
+ROWS_W = 95
+ROWS_K = 26
 
 (
     # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the
@@ -43,14 +43,20 @@ ROWS_K = 17
     THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
     # the section point on the way there
     THERE_SX, THERE_SV,
+    # where a motion at ε = 0 may come back to (see recurrence.py)
+    ANCHOR_PHI, ANCHOR_LOW, ANCHOR_A0, ANCHOR_BEGAN_UP, ANCHOR_LASTED_UP, ANCHOR_RATE_UP,
+    ANCHOR_BEGAN_DOWN, ANCHOR_LASTED_DOWN, ANCHOR_RATE_DOWN, ANCHOR_WORK,
 ) = (LANES * row for row in range(ROWS_W))  # fmt: skip
 
 (
     STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
-    # what advancing abreast (abreast.py) has left to do, the number of the next section point before, and switches
-    # so far into each state, in the order of `State`
-    LEFT_OVER, SLOT, SWITCHES,
-) = (LANES * row for row in range(ROWS_K - 4))  # fmt: skip
+    # what advancing abreast (abreast.py) has left to do, and the number of the next section point before
+    LEFT_OVER, SLOT,
+    # at the anchor: period, section points written; departures since, and how many at most (see recurrence.py)
+    ANCHOR_PERIOD, ANCHOR_SECTIONS, SINCE, WINDOW,
+    # switches so far into each of the five states, in the order of `State`, and how many there were at the anchor
+    SWITCHES, _, _, _, _, ANCHOR_SWITCHES, _, _, _, _,
+) = (LANES * row for row in range(ROWS_K))  # fmt: skip
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:

@@ -175,28 +175,29 @@ def place(w, k, i):
 
 @inline
 def arrive_calm(w, i, h):
-    """Where h >= FAR leads at ε = 0: (ξ, ξ', whole periods, φ, low, A cos φ, A sin φ).
+    """Where h >= FAR leads at ε = 0: (ξ, ξ', whole periods, φ, A cos φ, A sin φ).
 
     One sine and cosine serve the excitation and the motion, which is this far from its start not small any more.
     """
-    n, phi, low = soon(w[PHI + i], w[LOW + i], h)
-    p, q = excitation(w[A + i], phi, low)
+    n, phi = soon(w[PHI + i], w[LOW + i], h)
+    p, q = excitation(w[A + i], phi, 0.0)
     x = w[X0 + i] + (w[XC1 + i] + w[XC2 + i] * h) * h + (w[Q + i] - q)
     v = w[V0 + i] + w[L + i] * h + (w[P + i] - p)
-    return x, v, n, phi, low, p, q
+    return x, v, n, phi, p, q
 
 
 @inline
 def soon(phi, low, h):
-    """The time h < 4π after (φ, low): (whole periods, φ, low), as `later`; n TWO_PI is exact for n <= 2."""
+    """The time h < 4π after (φ, low): (whole periods, φ), as `later`; n TWO_PI is exact for n <= 2.
+
+    At ε = 0 what φ has no bits for is let go at every switch: less than the rounding of h, and a motion that comes back
+    to the same φ repeats itself (recurrence.py).
+    """
     s = phi + h
     back = s - phi
     small = low + ((phi - (s - back)) + (h - back))
     n = choose(s >= 2.0 * TWO_PI, 2.0, choose(s >= TWO_PI, 1.0, 0.0))
-    rest = s - n * TWO_PI
-    small -= n * TWO_PI_LOW
-    phase = rest + small
-    return n, phase, small - (phase - rest)
+    return n, (s - n * TWO_PI) + (small - n * TWO_PI_LOW)
 
 
 @inline
@@ -214,15 +215,15 @@ def arrive_disturbed(w, k, i, h):
 def arrive(w, k, i, disturbed):
     """Keep for settling lane i the motion at its cursor and the excitation there."""
     h = w[H + i]
-    theta, pf, qf = 0.0, 0.0, 0.0
+    low, theta, pf, qf = 0.0, 0.0, 0.0, 0.0
     if disturbed:
         x, v, turned, phi, low, p, q, theta, pf, qf = arrive_disturbed(w, k, i, h)
     else:
-        x, v, turned, phi, low, p, q = arrive_calm(w, i, h)
+        x, v, turned, phi, p, q = arrive_calm(w, i, h)
         if h < FAR or phi < 0.0 or phi >= TWO_PI:
             x, v = state_at(w, i, h, False)
-            turned, phi, low = later(w[PHI + i], w[LOW + i], h)
-            p, q = excitation(w[A + i], phi, low)
+            turned, phi, _ = later(w[PHI + i], w[LOW + i], h)
+            p, q = excitation(w[A + i], phi, 0.0)
     w[THERE_X + i], w[THERE_V + i] = x, v
     w[THERE_TURNS + i], w[THERE_PHI + i], w[THERE_LOW + i] = turned, phi, low
     w[THERE_P + i], w[THERE_Q + i] = p, q
@@ -263,8 +264,9 @@ def slide(w, i, s, x, v, a0):
 
 @inline
 def pass_time(w, k, i, h):
-    """Move the present time on by h."""
-    n, w[PHI + i], w[LOW + i] = later(w[PHI + i], w[LOW + i], h)
+    """Move the present time on by h; at ε = 0 as `soon`."""
+    n, w[PHI + i], low = later(w[PHI + i], w[LOW + i], h)
+    w[LOW + i] = low if w[AF + i] > 0.0 else 0.0
     k[PERIOD + i] += int(n)
 
 

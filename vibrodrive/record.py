@@ -14,8 +14,9 @@ from vibrodrive.switching import INFINITY
 
 UP, DOWN = int(State.UP), int(State.DOWN)
 
-DONE, SETTLE, POINT = 0, 1, 2
-"""What is left to do in a lane after all were advanced abreast: nothing, everything, a section point to be written."""
+DONE, SETTLE, POINT, LOOK_BACK = 0, 1, 2, 4
+"""What is left to do in a lane after all were advanced abreast: nothing; everything; a section point to be written,
+the motion since the anchor to be looked at (recurrence.py), or both."""
 
 
 @inline
@@ -65,7 +66,7 @@ def write_points(w, k, i, section):
     if slot < section.shape[1]:
         section[row, slot, 0] = w[r.THERE_SX + i]
         section[row, slot, 1] = w[r.THERE_SV + i]
-    if k[r.LEFT_OVER + i] == POINT:
+    if k[r.LEFT_OVER + i] & POINT:
         slot = k[r.SECTIONS + i] - 1
         section[row, slot, 0] = w[r.X0 + i]
         section[row, slot, 1] = 0.0

@@ -60,25 +60,37 @@ class Results:
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
         """All blocks of a plan, in memory. Raises TooLarge (a ValueError) where they do not fit it."""
-        refuse_large_results(plan)
-        n, shape, periods = plan.n_points, plan.shape, plan.settings.periods
-        section = np.empty((n, periods, 2))
-        status = np.full(n, int(Status.NOT_COMPUTED), np.int8)
-        margin = np.full(n, np.nan)
-        switches = np.full((n, 5), -1, np.int64)
+        results = cls.uncomputed(plan)
+        section, status, margin, switches = results.rows(0, plan.n_points)
         for b in blocks:
             section[b.start : b.stop] = b.section
             status[b.start : b.stop] = b.status
             margin[b.start : b.stop] = b.margin
             switches[b.start : b.stop] = b.switches
         section[status == int(Status.NOT_COMPUTED)] = np.nan
+        return results
+
+    @classmethod
+    def uncomputed(cls, plan: Plan) -> Results:
+        """Memory for all points of a plan, their sections not set yet. Raises TooLarge where it does not fit."""
+        refuse_large_results(plan)
+        shape = plan.shape
         arrays: dict[str, np.ndarray] = {
-            "section": section.reshape(*shape, periods, 2),
-            "status": status.reshape(shape),
-            "margin": margin.reshape(shape),
-            "switches": switches.reshape(*shape, 5),
+            "section": np.empty((*shape, plan.settings.periods, 2)),
+            "status": np.full(shape, int(Status.NOT_COMPUTED), np.int8),
+            "margin": np.full(shape, np.nan),
+            "switches": np.full((*shape, 5), -1, np.int64),
         }
         return cls(plan.axes, plan.scalars, plan.settings, arrays)
+
+    def rows(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Views of section, status, margin and switches of the points start..stop, flattened over the axes."""
+        return (
+            self.section.reshape(-1, self.settings.periods, 2)[start:stop],
+            self.status.reshape(-1)[start:stop],
+            self.margin.reshape(-1)[start:stop],
+            self.switches.reshape(-1, 5)[start:stop],
+        )
 
     @property
     def shape(self) -> tuple[int, ...]:

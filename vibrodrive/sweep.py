@@ -63,20 +63,27 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1) -> Block:
     return compute_wave(plan, [(0, start, stop)], threads)[0]
 
 
-def compute_wave(plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: int) -> list[Block]:
-    """Several blocks (index, start, stop) at once, so that all threads stay busy from one to the next."""
+def compute_wave(
+    plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: int, into: Results | None = None
+) -> list[Block]:
+    """Several blocks (index, start, stop) at once, so that all threads stay busy from one to the next.
+
+    Computed in new memory or, if they follow one another, in that of `into`.
+    """
     s = plan.settings
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
-    section = np.empty((n, s.periods, 2))
-    status, margin = np.empty(n, np.int8), np.empty(n)
-    counts, work = np.zeros((n, 5), np.int64), np.empty(n)
+    if into is None:
+        section, counts = np.empty((n, s.periods, 2)), np.empty((n, 5), np.int64)
+        status, margin = np.empty(n, np.int8), np.empty(n)
+    else:
+        section, status, margin, counts = into.rows(blocks[0][1], blocks[-1][2])
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # the dear ones first: what is left for the end, when lanes run empty, is cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
     arguments = (
         points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
-        section, status, margin, counts, work,
+        section, status, margin, counts, np.empty(n),
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
     w, k = new_lanes(threads)
@@ -105,10 +112,12 @@ def run_blocks(
     *,
     threads: int | None = None,
     executor: Executor | None = None,
+    into: Results | None = None,
 ) -> Iterator[Block]:
     """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
 
-    The consumer works on one wave while the next is computed. Close the generator to stop early.
+    The consumer works on one wave while the next is computed. Close the generator to stop early. Without an
+    executor all blocks of a plan can be computed in the memory of `into`.
 
     Raises
     ------
@@ -126,7 +135,7 @@ def run_blocks(
         ahead: Future[list[Block]] | None = None
         for wave in [*waves, None]:
             finished = ahead.result() if ahead is not None else []
-            ahead = pool.submit(compute_wave, plan, wave, count) if wave is not None else None
+            ahead = pool.submit(compute_wave, plan, wave, count, into) if wave is not None else None
             yield from finished
 
 
@@ -199,4 +208,9 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
         with one sentence naming the key, the value and what is allowed.
     """
     plan = make_plan(arguments)
-    return Results.collect(plan, run_blocks(plan, threads=threads, executor=executor))
+    if executor is not None:
+        return Results.collect(plan, run_blocks(plan, executor=executor))
+    results = Results.uncomputed(plan)
+    for _ in run_blocks(plan, threads=threads, into=results):
+        pass
+    return results

@@ -1,0 +1,101 @@
+"""ε = 0: a motion that comes back to where it was repeats itself, and need not be computed again.
+
+All that a motion carries over an impact is its phase there, and over a rest not even that: the mass leaves at a known
+phase with ξ = ξ' = ξ'' = 0. So every motion that rests twice returns exactly, and so, in the end, does one
+whose stable orbit has drawn it in to the last bit. From then on each cycle equals the one before to the bit:
+nothing in a lane depends on how many whole periods have passed.
+
+Here a lane looks back whenever it leaves the obstacle. If it stands where it stood at its anchor, the section points
+of the cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
+as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on whenever a number
+of departures that grows by half each time has not led back to it (Brent 1980), and at every rest.
+
+The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
+rest therefore forgets them. Where slides are found by steps (1 - B < LEAST_FALL) searches depend on the margin so
+far, and nothing is copied. Muller's refinement is as good here, where the motion rests: its grid begins anew
+at each switch. A fixed grid never meets a phase twice.
+"""
+
+from __future__ import annotations
+
+from vibrodrive import lane as r
+from vibrodrive._jit import inline, part
+from vibrodrive.calm import LEAST_FALL
+from vibrodrive.lane import LANES
+from vibrodrive.motion import time_between
+from vibrodrive.record import in_record
+
+WINDOW = 16
+"""Departures within which the first anchor is looked back to."""
+
+
+@inline
+def stands_at_anchor(w, i):
+    """Whether all that what follows depends on is what it was there."""
+    return (
+        w[r.PHI + i] == w[r.ANCHOR_PHI + i]
+        and w[r.LOW + i] == w[r.ANCHOR_LOW + i]
+        and w[r.A0 + i] == w[r.ANCHOR_A0 + i]
+        and w[r.BEGAN_UP + i] == w[r.ANCHOR_BEGAN_UP + i]
+        and w[r.LASTED_UP + i] == w[r.ANCHOR_LASTED_UP + i]
+        and w[r.RATE_UP + i] == w[r.ANCHOR_RATE_UP + i]
+        and w[r.BEGAN_DOWN + i] == w[r.ANCHOR_BEGAN_DOWN + i]
+        and w[r.LASTED_DOWN + i] == w[r.ANCHOR_LASTED_DOWN + i]
+        and w[r.RATE_DOWN + i] == w[r.ANCHOR_RATE_DOWN + i]
+    )
+
+
+@inline
+def drop_anchor(w, k, i):
+    """Look back to here from now on."""
+    w[r.ANCHOR_PHI + i], w[r.ANCHOR_LOW + i], w[r.ANCHOR_A0 + i] = w[r.PHI + i], w[r.LOW + i], w[r.A0 + i]
+    w[r.ANCHOR_BEGAN_UP + i], w[r.ANCHOR_BEGAN_DOWN + i] = w[r.BEGAN_UP + i], w[r.BEGAN_DOWN + i]
+    w[r.ANCHOR_LASTED_UP + i], w[r.ANCHOR_LASTED_DOWN + i] = w[r.LASTED_UP + i], w[r.LASTED_DOWN + i]
+    w[r.ANCHOR_RATE_UP + i], w[r.ANCHOR_RATE_DOWN + i] = w[r.RATE_UP + i], w[r.RATE_DOWN + i]
+    w[r.ANCHOR_WORK + i] = w[r.WORK + i]
+    k[r.ANCHOR_PERIOD + i] = k[r.PERIOD + i]
+    k[r.ANCHOR_SECTIONS + i] = k[r.SECTIONS + i]
+    for state in range(5):
+        k[r.ANCHOR_SWITCHES + state * LANES + i] = k[r.SWITCHES + state * LANES + i]
+    k[r.SINCE + i] = 0
+
+
+@inline
+def forget(w, i):
+    """No guess is left from earlier slides."""
+    for row in (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN):
+        w[row + i] = 0.0
+
+
+@part
+def look_back(w, k, i, transient, periods, budget, section):
+    """Lane i has just left the obstacle: pass over the cycles that are known, if it stands at its anchor."""
+    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # an impact is left only where H > 1
+    if not stands_at_anchor(w, i):
+        if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
+            k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
+            drop_anchor(w, k, i)
+        return
+    start = k[r.PERIOD0 + i] + transient
+    end = start + periods
+    period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
+    cycle, points = period - k[r.ANCHOR_PERIOD + i], count - k[r.ANCHOR_SECTIONS + i]
+    cycles = 0
+    # what the switches of any one period may cost is not looked at again: all of a cycle's are within it
+    known = 3.0 * (w[r.WORK + i] - w[r.ANCHOR_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
+    if known and period < start:
+        cycles = (start - 1 - period) // cycle
+    elif known and points == cycle and in_record(w, k, i, k[r.ANCHOR_PERIOD + i], w[r.PHI + i], transient):
+        cycles = max(end - 1 - period, 0) // cycle  # a record may end late in its last period
+        row = k[r.POINT + i]
+        for m in range(count, count + cycles * cycle):
+            section[row, m, 0] = section[row, m - cycle, 0]
+            section[row, m, 1] = section[row, m - cycle, 1]
+        k[r.SECTIONS + i] += cycles * cycle
+        for state in range(5):
+            switches = r.SWITCHES + state * LANES + i
+            k[switches] += cycles * (k[switches] - k[r.ANCHOR_SWITCHES + state * LANES + i])
+    k[r.PERIOD + i] += cycles * cycle
+    k[r.COUNTED + i] += cycles * cycle
+    w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
+    drop_anchor(w, k, i)
