@@ -17,9 +17,12 @@ import os
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
+from numba.core import cgutils, types
+from numba.extending import intrinsic
 
 _HERE = Path(__file__).parent
 
@@ -88,8 +91,24 @@ _INNER = {
 }
 
 
+def _once(dispatcher):
+    """Compiled for types alone, not once more for every constant it is called with.
+
+    Constants reach a formula when LLVM inlines it; a second compilation is a second wait for nothing.
+    """
+    if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
+        template = dispatcher.get_call_template
+        dispatcher.get_call_template = lambda args, kws: template([types.unliteral(a) for a in args], kws)
+    return dispatcher
+
+
 def inline(function):
     """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
+    return _once(numba.njit(forceinline=True, **_INNER)(function))
+
+
+def inline_each(function):
+    """A formula of its own for every set of constants it is called with: where it must be free of branches."""
     return numba.njit(forceinline=True, **_INNER)(function)
 
 
@@ -98,4 +117,32 @@ def part(function):
 
     Called by kernels only: it has no way in from Python, which would take as long to compile again.
     """
-    return numba.njit(no_cpython_wrapper=True, **_INNER)(function)
+    return _once(numba.njit(no_cpython_wrapper=True, **_INNER)(function))
+
+
+def address(entry, arguments):
+    """Where the code of an entry point for such arguments lies, compiled if it is not yet. For `call`."""
+    if numba.config.DISABLE_JIT:
+        return entry
+    signature = tuple(numba.typeof(a) for a in arguments)
+    entry.compile(signature)
+    compiled = entry.overloads[signature]
+    return compiled.library.get_pointer_to_function(compiled.fndesc.mangled_name)
+
+
+@intrinsic
+def _call(typingctx, where, arguments):
+    def codegen(context, builder, signature, values):
+        kinds = signature.args[1].types
+        kind = context.call_conv.get_function_type(types.none, kinds)
+        function = builder.inttoptr(values[0], kind.as_pointer())
+        unpacked = cgutils.unpack_tuple(builder, values[1], len(kinds))
+        context.call_conv.call_function(builder, function, types.none, kinds, unpacked)
+        return context.get_dummy_value()
+
+    return types.none(types.intp, arguments), codegen
+
+
+call: Any = (lambda where, arguments: where(*arguments)) if numba.config.DISABLE_JIT else _call  # type: ignore[attr-defined]
+"""call(where, arguments): the entry point at that address, which returns nothing. The caller does not contain it: a
+loop over threads around the engine would take as long to compile as the engine."""

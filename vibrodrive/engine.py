@@ -466,7 +466,7 @@ def search_calm(w, k, n):
     if narrow_all(w, k, n, EVALUATIONS) < n:
         for i in range(n):
             if w[r.KIND + i] == STEPPED:
-                search_stepwise(w, i, i + 1, 1)
+                search_stepwise(w[i:], 1, 1)
             elif w[r.KIND + i] == AT_ONCE:
                 w[r.MET + i] = ZERO
 
@@ -543,7 +543,7 @@ def run(
         elif grid:
             search_on_grid(w, n, fast)
         elif fast:
-            search_stepwise(w, 0, n, STEPS)
+            search_stepwise(w, n, STEPS)
         else:
             search_calm(w, k, n)
         if grid or alone:

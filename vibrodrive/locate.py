@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive._jit import inline, part
+from vibrodrive._jit import inline, inline_each, part
 from vibrodrive.branchless import ROUND, choose, wide
 from vibrodrive.lane import (
     ABOVE,
@@ -143,7 +143,7 @@ def series(h, u, half, third, fourth, m3, scale):
     return ahead, (t2 * t2 * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
 
 
-@inline
+@inline_each
 def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
@@ -263,14 +263,14 @@ def search_on_grid(w, n, fast):
 
 
 @part
-def search_stepwise(w, first, end, steps):
-    """`steps` steps, or as many as it takes, in each of the lanes first..end-1, without a grid.
+def search_stepwise(w, n, steps):
+    """`steps` steps, or as many as it takes, in each of the lanes 0..n-1, without a grid.
 
     Their number is no constant: the compiler would write the loop out as often.
     """
     wide()
-    for i in range(first, end):
+    for i in range(n):
         w[MET + i] = NOTHING
     for _ in range(steps):
-        for i in range(first, end):
+        for i in range(n):
             search(w, i, True, False)

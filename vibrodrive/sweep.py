@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from vibrodrive._jit import jit
+from vibrodrive._jit import address, call, jit
 from vibrodrive.engine import run
 from vibrodrive.lane import new_lanes
 from vibrodrive.parameters import COLUMNS, check_count
@@ -47,15 +47,16 @@ class Block(NamedTuple):
 
 @jit(parallel=True)
 def run_threads(
-    w, k, points, order, counter, method, scan, transient, periods, budget,
+    where, w, k, points, order, counter, method, scan, transient, periods, budget,
     section, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
-    """`run` on several threads that share one counter."""
+    """`run`, which lies at `where`, on several threads that share one counter."""
     for thread in numba.prange(w.shape[0]):
-        run(
+        arguments = (
             w[thread], k[thread], points, order, counter, method, scan, transient, periods, budget,
             section, status, margin, counts, work, rows_int, rows_float, stored,
         )  # fmt: skip
+        call(where, arguments)
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1) -> Block:
@@ -91,7 +92,7 @@ def compute_wave(
         run(w[0], k[0], *arguments)
     else:
         numba.set_num_threads(threads)
-        run_threads(w, k, *arguments)
+        run_threads(address(run, (w[0], k[0], *arguments)), w, k, *arguments)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)
@@ -112,20 +113,18 @@ def run_blocks(
     *,
     threads: int | None = None,
     executor: Executor | None = None,
-    into: Results | None = None,
 ) -> Iterator[Block]:
     """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
 
-    The consumer works on one wave while the next is computed. Close the generator to stop early. Without an
-    executor all blocks of a plan can be computed in the memory of `into`.
+    The consumer works on one wave while the next is computed. Close the generator to stop early.
 
     Raises
     ------
     TypeError, ValueError
         for a bad number of threads.
     """
-    spans = plan.blocks()
-    todo = [(i, *spans[i]) for i in (range(len(spans)) if which is None else which)]
+    spans = [(i, *span) for i, span in enumerate(plan.blocks())]
+    todo = spans if which is None else [spans[i] for i in which]
     if executor is not None:
         yield from _run_remote(plan, todo, executor)
         return
@@ -135,7 +134,7 @@ def run_blocks(
         ahead: Future[list[Block]] | None = None
         for wave in [*waves, None]:
             finished = ahead.result() if ahead is not None else []
-            ahead = pool.submit(compute_wave, plan, wave, count, into) if wave is not None else None
+            ahead = pool.submit(compute_wave, plan, wave, count) if wave is not None else None
             yield from finished
 
 
@@ -210,7 +209,7 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
     plan = make_plan(arguments)
     if executor is not None:
         return Results.collect(plan, run_blocks(plan, executor=executor))
-    results = Results.uncomputed(plan)
-    for _ in run_blocks(plan, threads=threads, into=results):
-        pass
+    results, count = Results.uncomputed(plan), check_threads(threads)
+    for wave in _waves(plan, [(i, *span) for i, span in enumerate(plan.blocks())]):
+        compute_wave(plan, wave, count, results)
     return results
