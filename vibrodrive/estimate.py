@@ -23,7 +23,8 @@ def seconds(plan: Plan, threads: int | None) -> float:
     """Seconds the sweep will take here, kernels compiled.
 
     Every axis is thinned to values in the middle of equal parts of it; the number of periods grows until
-    the sample takes long enough, and the time is scaled by points and periods.
+    the sample takes long enough, and the time is scaled by points and periods: too much for periods that will be
+    copied, not computed (recurrence.py).
     """
     sample = _thinned(plan)
     total = plan.settings.transient + plan.settings.periods
