@@ -201,7 +201,6 @@ def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any
         "paper_skipping_over_literal": times_faster("paper's setting, skipping", "paper's setting, literal"),
         "evaluations_per_period_one_at_a_time": evaluations,
         "computed_over_one_at_a_time": times_faster(computed, certified_scalar.NAME),
-        "paper_over_computed": times_faster(computed, "paper's setting, skipping"),
         "share_of_sincos_bound": pairs * pair["ours"] * rate[computed],
         "wrong_share": {name: off(c, eps) for name, c in everyone.items() if "fixed" not in name},
         "missing": missing,

@@ -122,3 +122,18 @@ def test_first_of_two_reasons_is_kept():
     t = vd.simulate(A=1.0, B=0.0, transient=0, periods=3)
     assert t.status == Status.TOO_CLOSE
     assert t.margin == 0.0
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "start",
+    [
+        dict(A=2.0, B=0.99, tau0=1.4707546131833567),
+        dict(A=1.1342130367421495, xi0=11.647921921935094, tau0=1.3245548131650067),
+    ],
+)
+def test_a_tangency_met_once_is_not_held_against_later_switches(start):
+    """A first slide that hardly moves passes close to a zero it does not have; that is over when it ends."""
+    window = dict(dxi0=1e-14, transient=0, periods=3)
+    alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)
+    assert (alone.status, alone.margin) == (swept.status, swept.margin)

@@ -140,6 +140,7 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method):
         a0 = 0.0  # H = ±1 by definition where a wait ends
     slide(w, i, s, x, v, a0)
     w[r.KIND + i] = STEPPED
+    w[r.NEAR_UNDER + i] = 0.0
     if method == CERTIFIED and w[r.AF + i] == 0.0:
         if s == 0.0:
             w[r.KIND + i] = AT_ONCE

@@ -87,39 +87,33 @@ PATIENCE = 1e5
 
 
 @inline
-def parabola(g, dg, m):
-    """First positive root of g + dg s - m s²/2 with g >= 0, m > 0: the step of the slow part."""
-    q = math.sqrt(dg * dg + 2.0 * m * g)
-    rising = dg > 0.0
-    numerator = dg + q if rising else 2.0 * g
-    denominator = m if rising else q - dg
-    return numerator / (denominator + 1e-300)
-
-
-@inline
-def safe_step(g, dg, ddg, m3, span):
-    """(step, slope, cubic): the step for S = span.
-
-    Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there and
-    cubic = M3 S s² bounds three times its error times that slope; elsewhere slope = 0.
-    """
-    bend = ddg - m3 * span * (1.0 / 3.0)
+def parabola(g, dg, bend):
+    """(first positive root of g + dg s + bend s²/2 with g >= 0, whether it is real, minus the slope there)."""
     q2 = dg * dg - 2.0 * g * bend
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
     numerator = 2.0 * g if falling else dg + q
     denominator = q - dg if falling else -bend
-    root = numerator / (denominator if denominator > 0.0 else 1e-300)
-    real = (q2 >= 0.0) & (falling | (bend < 0.0)) & (root < span)
-    step = root if real else span
-    return step, q if real else 0.0, m3 * span * step * step
+    return numerator / (denominator if denominator > 0.0 else 1e-300), (q2 >= 0.0) & (falling | (bend < 0.0)), q
+
+
+@inline
+def safe_step(g, dg, ddg, m3, span):
+    """(step, slope): the step for S = span.
+
+    Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there; M3 S s² bounds
+    three times its error times that slope. Elsewhere slope = 0.
+    """
+    root, real, q = parabola(g, dg, ddg - m3 * span * (1.0 / 3.0))
+    real = real & (root < span)
+    return choose(real, root, span), choose(real, q, 0.0)
 
 
 @inline
 def first_step(c0, d1, d2, base, sig, m3, span):
     """How far the first step of a search goes: what is known of g where it begins says it without an evaluation."""
     g = base + sig * c0
-    step, _, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span)
+    step, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span)
     return step
 
 
@@ -185,21 +179,25 @@ def search(w, i, fast, grid):
         w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
-    span = w[SPAN + i]
-    step, slope, cubic = safe_step(trusted, dg, ddg, w[M3 + i], span)
+    m3, span = w[M3 + i], w[SPAN + i]
+    if fast:
+        # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
+        rf, m2 = w[RF + i], w[M2S + i]
+        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf - w[NOISE + i]
+        slow_slope = dg - sig * fast_slope
+        far = (slow > 0.0) & (rf > 0.0) & (slow + (slow_slope - 0.5 * m2 * span) * span > 0.0)
+        bend = choose(far, -m2, ddg - m3 * span * (1.0 / 3.0))
+        root, real, q = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend)
+        real = real & (far | (root < span))
+        step, slope = choose(real, root, span), choose(real & (not far), q, 0.0)
+    else:
+        far = False
+        step, slope = safe_step(trusted, dg, ddg, m3, span)
+    cubic = m3 * span * step * step
     # the next S: as far as this step went where the root is in sight, further where it is not
-    span = step if slope > 0.0 else 3.0 * span
+    span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
     if grid:
         span += 1e-9 * w[SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
-    if fast:
-        rf = w[RF + i]
-        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf - w[NOISE + i]
-        worth = (slow > 0.0) & (rf > 0.0)  # a calm lane beside disturbed ones keeps the bits it has elsewhere
-        long = parabola(slow if worth else 0.0, dg - sig * fast_slope, w[M2S + i])
-        long = long if worth else 0.0
-        slope = 0.0 if long > step else slope
-        span = w[SPAN0 + i] if long > step else span
-        step = long if long > step else step
 
     limit = w[LIMIT + i]
     if grid:

@@ -190,8 +190,8 @@ def arrive_calm(w, i, h):
 def soon(phi, low, h):
     """The time h < 4π after (φ, low): (whole periods, φ), as `later`; n TWO_PI is exact for n <= 2.
 
-    At ε = 0 what φ has no bits for is let go at every switch: less than the rounding of h, and a motion that comes back
-    to the same φ repeats itself (recurrence.py).
+    At ε = 0 what φ has no bits for is let go at every switch, so that a motion that comes back to the same φ repeats
+    itself (recurrence.py).
     """
     s = phi + h
     back = s - phi

@@ -1,19 +1,20 @@
 """ε = 0: a motion that comes back to where it was repeats itself, and need not be computed again.
 
 All that a motion carries over an impact is its phase there, and over a rest not even that: the mass leaves at a known
-phase with ξ = ξ' = ξ'' = 0. So every motion that rests twice returns exactly, and so, in the end, does one
-whose stable orbit has drawn it in to the last bit. From then on each cycle equals the one before to the bit:
-nothing in a lane depends on how many whole periods have passed.
+phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so, in the end, does one that
+its stable orbit has drawn in to the last bit. From then on each cycle equals the one before to the bit: nothing
+that decides the motion depends on how many whole periods have passed.
 
-Here a lane looks back whenever it leaves the obstacle. If it stands where it stood at its anchor, the section points
-of the cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
-as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on whenever a number
-of departures that grows by half each time has not led back to it (Brent 1980), and at every rest.
+Here a lane that leaves the obstacle looks back. If it stands where it stood at its anchor, the section points of the
+cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
+as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on at every rest, and
+whenever a number of departures that grows by a quarter each time has not led back to it (after Brent 1980).
 
 The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
-rest therefore forgets them. Where slides are found by steps (1 - B < LEAST_FALL) searches depend on the margin so
-far, and nothing is copied. Muller's refinement is as good here, where the motion rests: its grid begins anew
-at each switch. A fixed grid never meets a phase twice.
+certified rest therefore forgets them. Nothing is copied for 1 - B < LEAST_FALL, where slides are found by steps, and
+certified steps depend on the margin so far. Muller's refinement returns as well, for its grid begins anew at each
+switch; it ends a rest at a refined phase, not at a known one. What follows on a fixed grid depends on the number of
+the grid point, which never returns.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ from vibrodrive.motion import time_between
 from vibrodrive.record import in_record
 
 WINDOW = 16
-"""Departures within which the first anchor is looked back to."""
+"""Departures before the first anchor is dropped, unless the mass rests earlier."""
 
 
 @inline
 def stands_at_anchor(w, i):
-    """Whether all that what follows depends on is what it was there."""
+    """Whether everything that decides what follows is as it was at the anchor."""
     return (
         w[r.PHI + i] == w[r.ANCHOR_PHI + i]
         and w[r.LOW + i] == w[r.ANCHOR_LOW + i]
@@ -81,12 +82,13 @@ def look_back(w, k, i, transient, periods, budget, section):
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.ANCHOR_PERIOD + i], count - k[r.ANCHOR_SECTIONS + i]
     cycles = 0
-    # what the switches of any one period may cost is not looked at again: all of a cycle's are within it
+    # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
+    # a hundredth of its evaluations, are less than three times these
     known = 3.0 * (w[r.WORK + i] - w[r.ANCHOR_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
     if known and period < start:
         cycles = (start - 1 - period) // cycle
     elif known and points == cycle and in_record(w, k, i, k[r.ANCHOR_PERIOD + i], w[r.PHI + i], transient):
-        cycles = max(end - 1 - period, 0) // cycle  # a record may end late in its last period
+        cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
         row = k[r.POINT + i]
         for m in range(count, count + cycles * cycle):
             section[row, m, 0] = section[row, m - cycle, 0]
