@@ -84,6 +84,34 @@ def test_each_kernel_is_compiled_once():
         assert len(kernel.signatures) == 1
 
 
+CONSTANTS = """
+import sys
+import vibrodrive as vd
+from numba import types
+vd.sweep(A=[1.5, 3.04], eps=[0.0, 2e-4], transient=1, periods=1)
+modules = [m for name, m in sys.modules.items() if name.startswith("vibrodrive.")]
+formulas = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "nopython_signatures")}.values()
+literal = lambda s: any(isinstance(a, types.Literal) for a in s.args)
+twice = {f.__name__ for f in formulas if any(map(literal, f.nopython_signatures))}
+print(len(formulas), sorted(twice))
+"""
+
+
+@pytest.mark.jit
+def test_no_formula_is_compiled_for_its_constants(tmp_path):
+    """A constant as an argument would make Numba compile the formula, and all below it, a second time."""
+    done = subprocess.run(
+        [sys.executable, "-c", CONSTANTS],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    count, twice = done.stdout.split(" ", 1)
+    assert int(count) > 100
+    assert twice.strip() == "['search']"  # whose loops are each to be free of branches
+
+
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 3e-4])
 @pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])

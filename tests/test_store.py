@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+import weakref
 from contextlib import nullcontext
 from dataclasses import replace
 
@@ -52,6 +53,20 @@ def assert_complete(path, plan):
         assert results.status.reshape(-1)[start:stop].tobytes() == expected.status.tobytes()
         assert results.margin.reshape(-1)[start:stop].tobytes() == expected.margin.tobytes()
         assert results.switches.reshape(-1, 5)[start:stop].tobytes() == expected.switches.tobytes()
+
+
+def test_what_is_written_is_let_go_before_it_is_committed(path):
+    """Blocks are views of a wave; whoever keeps one keeps all of its memory."""
+    plan = make()
+    writer = open_writer(path, plan, Origin(TEXT, (), "A title"))
+    wave = np.zeros((plan.n_points, 12, 2))
+    kept = weakref.ref(wave)
+    b = fake.block(plan, 0)
+    writer.write(b._replace(section=wave[b.start : b.stop], status=wave[b.start : b.stop, 0, 0].astype(np.int8)))
+    del wave
+    assert not writer.done[0]
+    assert kept() is None
+    writer.close()
 
 
 def chunks(data):

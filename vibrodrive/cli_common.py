@@ -92,7 +92,7 @@ def must_compile() -> bool:
     return not (getattr(config, "DISABLE_JIT", 0) or is_compiled())
 
 
-COMPILING = "compiling the kernels, once for this version: some twenty seconds"
+COMPILING = "compiling the kernels, once for this version: some fifteen seconds"
 
 
 @contextmanager

@@ -193,7 +193,7 @@ class _Work:
 
         if is_compiled() or not _compiling():
             return
-        self._news.append("compiling the kernels, once for this version: some twenty seconds")
+        self._news.append("compiling the kernels, once for this version: some fifteen seconds")
         self.tally.stage = "compiling"
         one_period = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
         for _ in run_blocks(one_period, which, threads=self.job.threads):

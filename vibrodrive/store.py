@@ -88,7 +88,7 @@ class Writer:
         self._file = file
         self._lock = lock
         self._mutex = Mutex()
-        self._pending: list[Block] = []
+        self._pending: dict[int, np.ndarray] = {}
         self._committed_at = time.monotonic()
         self._data = {v.name: file[v.name] for v in VARIABLES}
         points = math.prod(plan.chunk)
@@ -111,7 +111,7 @@ class Writer:
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
-            self._pending.append(block._replace(section=block.section[:0]))  # its memory is not needed
+            self._pending[block.index] = block.status.copy()  # a view would keep the whole wave in memory
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
 
@@ -196,10 +196,10 @@ class Writer:
 
     def _commit(self) -> None:
         self._flush()
-        for block in self._pending:
-            self._put(block.index, "status", block.status)
+        for k, status in self._pending.items():
+            self._put(k, "status", status)
         self._flush()
-        self.done[[block.index for block in self._pending]] = True
+        self.done[list(self._pending)] = True
         self._pending.clear()
         self._committed_at = time.monotonic()
 
