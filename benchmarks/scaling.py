@@ -95,7 +95,7 @@ def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
 
 def over_threads(quick: bool, repeats: int) -> dict[str, float]:
     run = {
-        "A": np.linspace(*RANGE, 100 if quick else 600), "eps": [0.0, 1e-4, 2e-4],
+        "A": np.linspace(*RANGE, 100 if quick else 1000), "eps": [0.0, 1e-4, 2e-4],
         "transient": 0, "periods": 100,
     }  # fmt: skip
     counts = range(1, (os.cpu_count() or 1) + 1)
@@ -148,7 +148,7 @@ def draw(data: dict[str, Any]):
     d.plot([1, len(data["threads"])], [1, len(data["threads"])], ":", color="0.45")
     d.set_xticks(range(1, len(data["threads"]) + 1))
     curve(e, data["memory_mib"], "points", "peak memory (MiB)", **plain)
-    e.set_ylim(bottom=0)
+    e.set_ylim(0, 1.2 * max(data["memory_mib"].values()))
     return fig
 
 

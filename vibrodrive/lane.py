@@ -43,9 +43,8 @@ ROWS_K = 26
     THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
     # the section point on the way there
     THERE_SX, THERE_SV,
-    # where a motion at ε = 0 may come back to (see recurrence.py)
-    ANCHOR_PHI, ANCHOR_LOW, ANCHOR_A0, ANCHOR_BEGAN_UP, ANCHOR_LASTED_UP, ANCHOR_RATE_UP,
-    ANCHOR_BEGAN_DOWN, ANCHOR_LASTED_DOWN, ANCHOR_RATE_DOWN, ANCHOR_WORK,
+    # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
+    ANCHOR_PHI, _, _, _, _, _, _, _, _, ANCHOR_WORK,
 ) = (LANES * row for row in range(ROWS_W))  # fmt: skip
 
 (

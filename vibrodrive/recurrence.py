@@ -30,41 +30,37 @@ WINDOW = 16
 """Departures before the first anchor is dropped, unless the mass rests earlier."""
 
 
+GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
+DECISIVE = (r.PHI, r.LOW, r.A0, *GUESSES)
+"""All that decides what follows a departure, in the order of its rows at the anchor."""
+
+
 @inline
 def stands_at_anchor(w, i):
     """Whether everything that decides what follows is as it was at the anchor."""
-    return (
-        w[r.PHI + i] == w[r.ANCHOR_PHI + i]
-        and w[r.LOW + i] == w[r.ANCHOR_LOW + i]
-        and w[r.A0 + i] == w[r.ANCHOR_A0 + i]
-        and w[r.BEGAN_UP + i] == w[r.ANCHOR_BEGAN_UP + i]
-        and w[r.LASTED_UP + i] == w[r.ANCHOR_LASTED_UP + i]
-        and w[r.RATE_UP + i] == w[r.ANCHOR_RATE_UP + i]
-        and w[r.BEGAN_DOWN + i] == w[r.ANCHOR_BEGAN_DOWN + i]
-        and w[r.LASTED_DOWN + i] == w[r.ANCHOR_LASTED_DOWN + i]
-        and w[r.RATE_DOWN + i] == w[r.ANCHOR_RATE_DOWN + i]
-    )
+    same = True
+    for n in range(len(DECISIVE)):
+        same = same and w[DECISIVE[n] + i] == w[r.ANCHOR_PHI + n * LANES + i]
+    return same
 
 
 @inline
 def drop_anchor(w, k, i):
     """Look back to here from now on."""
-    w[r.ANCHOR_PHI + i], w[r.ANCHOR_LOW + i], w[r.ANCHOR_A0 + i] = w[r.PHI + i], w[r.LOW + i], w[r.A0 + i]
-    w[r.ANCHOR_BEGAN_UP + i], w[r.ANCHOR_BEGAN_DOWN + i] = w[r.BEGAN_UP + i], w[r.BEGAN_DOWN + i]
-    w[r.ANCHOR_LASTED_UP + i], w[r.ANCHOR_LASTED_DOWN + i] = w[r.LASTED_UP + i], w[r.LASTED_DOWN + i]
-    w[r.ANCHOR_RATE_UP + i], w[r.ANCHOR_RATE_DOWN + i] = w[r.RATE_UP + i], w[r.RATE_DOWN + i]
+    for n in range(len(DECISIVE)):
+        w[r.ANCHOR_PHI + n * LANES + i] = w[DECISIVE[n] + i]
+    for state in range(5):
+        k[r.ANCHOR_SWITCHES + state * LANES + i] = k[r.SWITCHES + state * LANES + i]
     w[r.ANCHOR_WORK + i] = w[r.WORK + i]
     k[r.ANCHOR_PERIOD + i] = k[r.PERIOD + i]
     k[r.ANCHOR_SECTIONS + i] = k[r.SECTIONS + i]
-    for state in range(5):
-        k[r.ANCHOR_SWITCHES + state * LANES + i] = k[r.SWITCHES + state * LANES + i]
     k[r.SINCE + i] = 0
 
 
 @inline
 def forget(w, i):
     """No guess is left from earlier slides."""
-    for row in (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN):
+    for row in GUESSES:
         w[row + i] = 0.0
 
 
