@@ -73,6 +73,7 @@ from vibrodrive.lane import (
     Q,
 )
 from vibrodrive.motion import ripple, shape
+from vibrodrive.switching import INFINITY
 from vibrodrive.trig import arc
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -87,14 +88,16 @@ PATIENCE = 1e5
 
 
 @inline
-def parabola(g, dg, bend):
-    """(first positive root of g + dg s + bend s²/2 with g >= 0, whether it is real, minus the slope there)."""
+def parabola(g, dg, bend, span):
+    """(first positive root of g + dg s + bend s²/2 with g >= 0, minus the slope there); (span, 0) if none is below."""
     q2 = dg * dg - 2.0 * g * bend
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
     numerator = 2.0 * g if falling else dg + q
     denominator = q - dg if falling else -bend
-    return numerator / (denominator if denominator > 0.0 else 1e-300), (q2 >= 0.0) & (falling | (bend < 0.0)), q
+    root = numerator / (denominator if denominator > 0.0 else 1e-300)
+    real = (q2 >= 0.0) & (falling | (bend < 0.0)) & (root < span)
+    return choose(real, root, span), choose(real, q, 0.0)
 
 
 @inline
@@ -104,9 +107,7 @@ def safe_step(g, dg, ddg, m3, span):
     Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there; M3 S s² bounds
     three times its error times that slope. Elsewhere slope = 0.
     """
-    root, real, q = parabola(g, dg, ddg - m3 * span * (1.0 / 3.0))
-    real = real & (root < span)
-    return choose(real, root, span), choose(real, q, 0.0)
+    return parabola(g, dg, ddg - m3 * span * (1.0 / 3.0), span)
 
 
 @inline
@@ -187,9 +188,10 @@ def search(w, i, fast, grid):
         slow_slope = dg - sig * fast_slope
         far = (slow > 0.0) & (rf > 0.0) & (slow + (slow_slope - 0.5 * m2 * span) * span > 0.0)
         bend = choose(far, -m2, ddg - m3 * span * (1.0 / 3.0))
-        root, real, q = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend)
-        real = real & (far | (root < span))
-        step, slope = choose(real, root, span), choose(real & (not far), q, 0.0)
+        step, slope = parabola(
+            choose(far, slow, trusted), choose(far, slow_slope, dg), bend, choose(far, INFINITY, span)
+        )
+        slope = choose(far, 0.0, slope)
     else:
         far = False
         step, slope = safe_step(trusted, dg, ddg, m3, span)
