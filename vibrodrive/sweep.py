@@ -32,6 +32,10 @@ RETRIES = 3
 """How often a block whose worker died is handed out again."""
 
 
+Span = tuple[int, int, int]
+"""A block to be computed: index, start, stop."""
+
+
 class Block(NamedTuple):
     """A finished block: `section` float64 (points, periods, 2), `status` int8, `margin` float64,
     `switches` int64 (points, 5): switches into each State within the recorded window."""
@@ -64,21 +68,32 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1) -> Block:
     return compute_wave(plan, [(0, start, stop)], threads)[0]
 
 
-def compute_wave(
-    plan: Plan, blocks: Sequence[tuple[int, int, int]], threads: int, into: Results | None = None
-) -> list[Block]:
-    """Several blocks (index, start, stop) at once, so that all threads stay busy from one to the next.
-
-    Computed in new memory or, if they follow one another, in that of `into`.
-    """
-    s = plan.settings
+def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int) -> list[Block]:
+    """Several blocks at once, so that all threads stay busy from one to the next."""
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
-    if into is None:
-        section, counts = np.empty((n, s.periods, 2)), np.empty((n, 5), np.int64)
-        status, margin = np.empty(n, np.int8), np.empty(n)
-    else:
-        section, status, margin, counts = into.rows(blocks[0][1], blocks[-1][2])
+    section, status = np.empty((n, plan.settings.periods, 2)), np.empty(n, np.int8)
+    margin, counts = np.empty(n), np.empty((n, 5), np.int64)
+    _fill(plan, points, threads, section, status, margin, counts)
+    out, at = [], 0
+    for index, start, stop in blocks:
+        part = slice(at, at + stop - start)
+        out.append(Block(index, start, stop, section[part], status[part], margin[part], counts[part]))
+        at += stop - start
+    return out
+
+
+def _fill(
+    plan: Plan,
+    points: np.ndarray,
+    threads: int,
+    section: np.ndarray,
+    status: np.ndarray,
+    margin: np.ndarray,
+    counts: np.ndarray,
+) -> None:
+    """Compute points of a plan into arrays with a row for each."""
+    s, n = plan.settings, len(points)
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # the dear ones first: what is left for the end, when lanes run empty, is cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
@@ -93,12 +108,6 @@ def compute_wave(
     else:
         numba.set_num_threads(threads)
         run_threads(address(run, (w[0], k[0], *arguments)), w, k, *arguments)
-    out, at = [], 0
-    for index, start, stop in blocks:
-        part = slice(at, at + stop - start)
-        out.append(Block(index, start, stop, section[part], status[part], margin[part], counts[part]))
-        at += stop - start
-    return out
 
 
 def check_threads(threads: int | None) -> int:
@@ -123,7 +132,7 @@ def run_blocks(
     TypeError, ValueError
         for a bad number of threads.
     """
-    spans = [(i, *span) for i, span in enumerate(plan.blocks())]
+    spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
     if executor is not None:
         yield from _run_remote(plan, todo, executor)
@@ -138,9 +147,14 @@ def run_blocks(
             yield from finished
 
 
-def _waves(plan: Plan, todo: list[tuple[int, int, int]]) -> Iterator[list[tuple[int, int, int]]]:
+def _spans(plan: Plan) -> list[Span]:
+    """All blocks of a plan, in the order of its points."""
+    return [(i, *span) for i, span in enumerate(plan.blocks())]
+
+
+def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
     most = max(1, min(WAVE_POINTS, WAVE_BYTES // (16 * plan.settings.periods)))
-    wave: list[tuple[int, int, int]] = []
+    wave: list[Span] = []
     held = 0
     for block in todo:
         size = block[2] - block[1]
@@ -153,12 +167,12 @@ def _waves(plan: Plan, todo: list[tuple[int, int, int]]) -> Iterator[list[tuple[
         yield wave
 
 
-def _run_remote(plan: Plan, todo: list[tuple[int, int, int]], executor: Executor) -> Iterator[Block]:
+def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
     limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
     queue = iter(todo)
-    flying: dict[Future[Block], tuple[tuple[int, int, int], int]] = {}
+    flying: dict[Future[Block], tuple[Span, int]] = {}
 
-    def launch(block: tuple[int, int, int], tries: int) -> None:
+    def launch(block: Span, tries: int) -> None:
         flying[executor.submit(compute, plan, block[1], block[2])] = (block, tries)
 
     try:
@@ -210,6 +224,7 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
     if executor is not None:
         return Results.collect(plan, run_blocks(plan, executor=executor))
     results, count = Results.uncomputed(plan), check_threads(threads)
-    for wave in _waves(plan, [(i, *span) for i, span in enumerate(plan.blocks())]):
-        compute_wave(plan, wave, count, results)
+    for wave in _waves(plan, _spans(plan)):
+        start, stop = wave[0][1], wave[-1][2]
+        _fill(plan, plan.points(start, stop), count, *results.rows(start, stop))
     return results
