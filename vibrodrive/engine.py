@@ -69,7 +69,7 @@ from vibrodrive.motion import (
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
 from vibrodrive.record import LOOK_BACK, SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
-from vibrodrive.recurrence import WINDOW, forget, look_back
+from vibrodrive.recurrence import forget, look_ahead, look_back
 from vibrodrive.switching import (
     INFINITY,
     S1,
@@ -386,8 +386,6 @@ def set_parameters(w, k, i, points, row, method):
     w[r.X_OFF + i] = 0.0
     w[r.V_OFF + i] = 0.0
     w[r.THETA + i] = 0.0
-    w[r.NEAR_UNDER + i] = 0.0
-    forget(w, i)
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
     w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
@@ -431,9 +429,7 @@ def load(
     k[r.COUNTED + i] = k[r.PERIOD + i]
     k[r.POINT + i] = row
     k[r.STATUS + i] = OK
-    k[r.SINCE + i] = 0
-    k[r.WINDOW + i] = WINDOW
-    w[r.ANCHOR_PHI + i] = -1.0  # no phase
+    look_ahead(w, k, i)
     w[r.WORK + i] = 0.0
     w[r.PAID + i] = 0.0
     w[r.MARGIN + i] = INFINITY

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 95 × 8 B = 49 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 94 × 8 B = 48 kB,
 of which a search touches a third)."""
 
-ROWS_W = 95
+ROWS_W = 94
 ROWS_K = 26
 
 (
@@ -44,7 +44,7 @@ ROWS_K = 26
     # the section point on the way there
     THERE_SX, THERE_SV,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
-    ANCHOR_PHI, _, _, _, _, _, _, _, _, ANCHOR_WORK,
+    ANCHOR_PHI, _, _, _, _, _, _, _, ANCHOR_WORK,
 ) = (LANES * row for row in range(ROWS_W))  # fmt: skip
 
 (

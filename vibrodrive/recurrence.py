@@ -26,13 +26,29 @@ from vibrodrive.lane import LANES
 from vibrodrive.motion import time_between
 from vibrodrive.record import in_record
 
-WINDOW = 16
+FIRST_WINDOW = 16
 """Departures before the first anchor is dropped, unless the mass rests earlier."""
 
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
-DECISIVE = (r.PHI, r.LOW, r.A0, *GUESSES)
+DECISIVE = (r.PHI, r.A0, *GUESSES)
 """All that decides what follows a departure, in the order of its rows at the anchor."""
+
+
+@inline
+def forget(w, i):
+    """No guess is left from earlier slides."""
+    for row in GUESSES:
+        w[row + i] = 0.0
+
+
+@inline
+def look_ahead(w, k, i):
+    """A motion begins: there is nothing to look back to yet."""
+    forget(w, i)
+    w[r.ANCHOR_PHI + i] = -1.0  # no phase
+    k[r.SINCE + i] = 0
+    k[r.WINDOW + i] = FIRST_WINDOW
 
 
 @inline
@@ -55,13 +71,6 @@ def drop_anchor(w, k, i):
     k[r.ANCHOR_PERIOD + i] = k[r.PERIOD + i]
     k[r.ANCHOR_SECTIONS + i] = k[r.SECTIONS + i]
     k[r.SINCE + i] = 0
-
-
-@inline
-def forget(w, i):
-    """No guess is left from earlier slides."""
-    for row in GUESSES:
-        w[row + i] = 0.0
 
 
 @part
