@@ -64,9 +64,9 @@ def _cache_directory() -> Path:
 CACHE = _cache_directory()
 
 
-def is_compiled() -> bool:
-    """Whether the kernels of this version are on disk already."""
-    return any(CACHE.rglob("*run*.nbc"))
+def must_compile() -> bool:
+    """Whether the kernels of this version are not on disk yet: the first motion will take longer to begin."""
+    return not (getattr(numba.config, "DISABLE_JIT", 0) or any(CACHE.rglob("*run*.nbc")))
 
 
 def jit(function=None, **options):

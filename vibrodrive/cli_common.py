@@ -83,22 +83,11 @@ def check_output(path: Path) -> Path:
     return path.with_suffix(".png")
 
 
-def must_compile() -> bool:
-    """Whether the first motion on this machine will take longer to begin."""
-    from numba import config
-
-    from vibrodrive._jit import is_compiled
-
-    return not (getattr(config, "DISABLE_JIT", 0) or is_compiled())
-
-
-COMPILING = "compiling the kernels, once for this version: some fifteen seconds"
-
-
 @contextmanager
 def working(name: str) -> Iterator[Show]:
     """Show that work goes on, and say in one line what a runner refuses."""
-    from vibrodrive.progress import Show
+    from vibrodrive._jit import must_compile
+    from vibrodrive.progress import COMPILING, Show
 
     show = Show(sys.stderr, name)
     show.update(lambda: COMPILING if must_compile() else "begun")

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli_common import COMPILING, FILE, METHOD, SET, check_figure, must_compile, read, save, say
+from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, save, say
+from vibrodrive.progress import COMPILING
 
 
 @click.command()
@@ -79,6 +80,7 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     check_figure(target)
     settings.plan()
     from vibrodrive import figures, simulate
+    from vibrodrive._jit import must_compile
 
     if must_compile():
         say(COMPILING)

@@ -12,6 +12,9 @@ from typing import TextIO
 PLAIN_SECONDS = 10.0
 """Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
 
+COMPILING = "compiling the kernels, once for this version: some fifteen seconds"
+"""Said before the first motion, where there are none on disk yet."""
+
 
 @dataclass
 class Tally:

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import monotonic
 
 from vibrodrive.plan import Plan
-from vibrodrive.progress import Show, Tally, duration
+from vibrodrive.progress import COMPILING, Show, Tally, duration
 from vibrodrive.size import file_bytes, human
 from vibrodrive.store import NoResult, Unwritable, Writer, open_writer
 from vibrodrive.store_layout import Origin, Progress
@@ -188,12 +188,12 @@ class _Work:
 
     def _compile(self, plan: Plan, which: list[int]) -> None:
         """Compile the kernels if this version has not yet done so on this machine, and say it."""
-        from vibrodrive._jit import is_compiled
+        from vibrodrive._jit import must_compile
         from vibrodrive.sweep import run_blocks
 
-        if is_compiled() or not _compiling():
+        if not must_compile():
             return
-        self._news.append("compiling the kernels, once for this version: some fifteen seconds")
+        self._news.append(COMPILING)
         self.tally.stage = "compiling"
         one_period = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
         for _ in run_blocks(one_period, which, threads=self.job.threads):
