@@ -12,7 +12,7 @@ from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, wide
 from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
 from vibrodrive.lane import LANES
-from vibrodrive.locate import FALLEN, NOTHING, ZERO, first_step
+from vibrodrive.locate import FALLEN, NOTHING, ZERO, free_of_zeros
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
 from vibrodrive.parameters import State
@@ -28,7 +28,6 @@ from vibrodrive.switching import (
     can_leave,
     decide_at_obstacle,
     decide_in_air,
-    first_zero_free,
 )
 from vibrodrive.trig import TWO_PI
 
@@ -158,15 +157,21 @@ def cross(w, k, i, transient, periods, budget):
 
 @part
 def cross_all(w, k, n, transient, periods, budget):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε = 0."""
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε = 0.
+
+    Returns how many are left to `settle`.
+    """
     wide()
+    left = 0
     for i in range(n):
         cross(w, k, i, transient, periods, budget)
+        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+    return left
 
 
 @inline
 def cross_disturbed(w, k, i, transient, periods, budget):
-    """The same for a lane with a disturbance; where a section point lies on the way it is left to `settle`."""
+    """The same for a lane with a disturbance; the section point on the way has been written ahead."""
     met = w[r.MET + i]
     h, which = w[r.H + i], k[r.SEARCH + i]
     gap, falling = which == S1, which == S2
@@ -191,11 +196,13 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     aside = clear & falling & (x < -off) & ((met == ZERO) | (met == FALLEN))
     margin_aside = choose(met == ZERO, smaller(-x, margin), margin)
 
-    # a switch: no section point on the way, and not more than the period may cost
-    due = section_due(w, k, i, k[r.SECTIONS + i], period, phi, low, transient)
+    # a switch: the section point on the way, and what the period may cost
+    count = k[r.SECTIONS + i]
+    due = section_due(w, k, i, count, period, phi, low, transient)
+    point = k[r.SLOT + i] < periods
     before = k[r.COUNT + i]
     cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
-    over = clear & (met == ZERO) & (h <= w[r.LEFT + i]) & ((due > h) | (k[r.SECTIONS + i] >= periods))
+    over = clear & (met == ZERO) & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9)
     over &= (w[r.WORK + i] - w[r.PAID + i] < 100.0) & (cost < budget)
     over &= gap | waited | (x > choose(falling, off, 0.0))
 
@@ -221,7 +228,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     x1 = choose(gap, 0.0, x)
 
     k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, SETTLE)
-    k[r.SLOT + i] = periods  # no section point is written here
+    k[r.SECTIONS + i] = count + choose(over & point, 1, 0)
     w[r.X0 + i] = choose(over, x1, x0)
     w[r.V0 + i] = choose(over, 0.0, v0)
     w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
@@ -262,7 +269,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     limit = choose(aside, h, smaller(left, far))
     c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise = aimed(w, i, goal, limit)
     margin = choose(over, nearest, choose(aside, margin_aside, w[r.MARGIN + i]))
-    begin = choose(a0 != 0.0, first_step(c0, d1, d2, base, sig, m3, span), first_zero_free(w, i, s))
+    begin = free_of_zeros(sig * d1, 2.0 * sig * d2, m3)
     begin = choose((s != 0.0) & (begin > 0.0), smaller(begin, limit), 0.0)
     above = w[r.ABOVE + i]
     w[r.C0 + i] = choose(moved, c0, w[r.C0 + i])
@@ -290,13 +297,15 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     w[r.NEAR_UNDER + i] = choose(moved, 0.0, under)
     w[r.LIMIT + i] = choose(moved, limit, w[r.LIMIT + i])
     w[r.MARGIN + i] = margin
-    w[r.MET + i] = choose(moved, NOTHING, met)
     k[r.SEARCH + i] = choose(moved, goal, which)
 
 
 @part
 def cross_all_disturbed(w, k, n, transient, periods, budget):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε > 0."""
+    """The same for ε > 0."""
     wide()
+    left = 0
     for i in range(n):
         cross_disturbed(w, k, i, transient, periods, budget)
+        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+    return left

@@ -36,9 +36,9 @@ from vibrodrive.locate import (
     LIMIT_MET,
     NOTHING,
     ZERO,
-    first_step,
     search_on_grid,
     search_stepwise,
+    skip_start,
 )
 from vibrodrive.margins import (
     ROUNDING,
@@ -68,7 +68,18 @@ from vibrodrive.motion import (
 )
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
-from vibrodrive.record import LOOK_BACK, SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
+from vibrodrive.record import (
+    LOOK_BACK,
+    SETTLE,
+    emit_rest,
+    emit_sections,
+    finish,
+    mark_points,
+    record,
+    write_ahead,
+    write_points,
+    write_row,
+)
 from vibrodrive.recurrence import forget, look_ahead, look_back
 from vibrodrive.switching import (
     INFINITY,
@@ -81,7 +92,6 @@ from vibrodrive.switching import (
     can_leave,
     decide_at_obstacle,
     decide_in_air,
-    skip_start,
 )
 from vibrodrive.trig import PI, PI_LOW, TWO_PI, arcsine, turns
 
@@ -149,14 +159,8 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method):
             aim_in_bracket(w, k, i, s)
             return
     begin_search(w, k, i, state, method)
-    if method == CERTIFIED and s != 0.0:
-        if w[r.AF + i] > 0.0 and a0 != 0.0:
-            step = first_step(
-                w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.BASE + i], w[r.SIG + i], w[r.M3 + i], w[r.SPAN0 + i]
-            )
-            w[r.H + i] = step if step < w[r.LIMIT + i] else w[r.LIMIT + i]
-        elif v == 0.0:
-            skip_start(w, i, s)
+    if method == CERTIFIED and s != 0.0 and v == 0.0:
+        skip_start(w, i, s)
 
 
 @part
@@ -478,14 +482,20 @@ def list_met(w, todo, n):
     return m
 
 
-@inline
-def list_left_over(w, k, todo, n, transient, periods, budget, section):
-    """Write the section points that lanes have passed abreast, and list the lanes that are left to `settle`."""
-    m = 0
+@part
+def follow_up(w, k, n, transient, periods, budget, section):
+    """What lanes taken abreast at ε = 0 leave to be done: the section points they passed, a look back."""
     for i in range(n):
         write_points(w, k, i, section)
         if k[r.LEFT_OVER + i] & LOOK_BACK:
             look_back(w, k, i, transient, periods, budget, section)
+
+
+@inline
+def list_left_over(k, todo, n):
+    """List the lanes that are left to `settle`. Returns how many there are."""
+    m = 0
+    for i in range(n):
         todo[m] = i
         m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
     return m
@@ -547,10 +557,14 @@ def run(
             m = list_met(w, todo, n)
         else:
             if fast:
-                cross_all_disturbed(w, k, n, transient, periods, budget)
+                mark_points(w, k, n, transient, periods)
+                write_ahead(w, k, n, transient, section)
+                m = cross_all_disturbed(w, k, n, transient, periods, budget)
             else:
-                cross_all(w, k, n, transient, periods, budget)
-            m = list_left_over(w, k, todo, n, transient, periods, budget, section)
+                m = cross_all(w, k, n, transient, periods, budget)
+                follow_up(w, k, n, transient, periods, budget, section)
+            if m > 0:
+                list_left_over(k, todo, n)
         ended = 0
         for j in range(m):
             i = todo[j]

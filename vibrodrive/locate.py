@@ -56,6 +56,9 @@ from vibrodrive.lane import (
     NOISE,
     OTHER,
     PAID,
+    PHI,
+    PHI_DOWN,
+    PHI_UP,
     RF,
     SIG,
     SPAN,
@@ -74,7 +77,7 @@ from vibrodrive.lane import (
 )
 from vibrodrive.motion import ripple, shape
 from vibrodrive.switching import INFINITY
-from vibrodrive.trig import arc
+from vibrodrive.trig import PI, TWO_PI, arc
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 """What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
@@ -82,6 +85,9 @@ functions below 0."""
 
 TINY = 1.2e-16
 """A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+LEAP = 2.0
+"""As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
 
 PATIENCE = 1e5
 """Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
@@ -101,21 +107,31 @@ def parabola(g, dg, bend, span):
 
 
 @inline
-def safe_step(g, dg, ddg, m3, span):
-    """(step, slope): the step for S = span.
-
-    Where the step ends on the parabola's root, `slope` is minus the derivative of the parabola there; M3 S s² bounds
-    three times its error times that slope. Elsewhere slope = 0.
-    """
-    return parabola(g, dg, ddg - m3 * span * (1.0 / 3.0), span)
+def safe_bend(ddg, dddg, m3, m4, span):
+    """The bend of a parabola that g stays above up to S = span: g" + g‴s/3 - M4 s²/12 is at its lowest at an end."""
+    drop = dddg - 0.25 * m4 * span
+    drop = choose(drop < 0.0, drop, 0.0)
+    return ddg + choose(drop > -m3, drop, -m3) * span * (1.0 / 3.0)
 
 
 @inline
-def first_step(c0, d1, d2, base, sig, m3, span):
-    """How far the first step of a search goes: what is known of g where it begins says it without an evaluation."""
-    g = base + sig * c0
-    step, _ = safe_step(choose(g > 0.0, g, 0.0), sig * d1, 2.0 * sig * d2, m3, span)
-    return step
+def free_of_zeros(rise, bend, m3):
+    """Up to where g is positive that starts with g = 0, g' = rise >= 0, g'' = bend: g/s >= g' + g''s/2 - M3 s²/6."""
+    free, _ = parabola(rise, 0.5 * bend, -(1.0 / 3.0) * m3, INFINITY)
+    return free
+
+
+@inline
+def skip_start(w, i, s):
+    """A slide that starts with ξ' = 0: put the cursor where the search can begin."""
+    if w[ETA + i] == 0.0:
+        h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
+        if h >= TWO_PI:
+            h -= TWO_PI
+    else:
+        h = free_of_zeros(w[SIG + i] * w[D1 + i], 2.0 * w[SIG + i] * w[D2 + i], w[M3 + i])
+    h = h if h < w[LIMIT + i] else w[LIMIT + i]
+    w[H + i] = h if h > 0.0 else 0.0
 
 
 @inline
@@ -156,7 +172,8 @@ def search(w, i, fast, grid):
         near = near & near_fast
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
     dg = w[D1 + i] + (2.0 * c2 * h - al * v + be * s)
-    ddg = 2.0 * c2 + (be * (1.0 - v) - al * s)
+    slow_bend = 2.0 * c2 + (be * (1.0 - v) - al * s)
+    ddg = slow_bend
     p, q = w[P + i], w[Q + i]
     x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     if fast:
@@ -168,33 +185,45 @@ def search(w, i, fast, grid):
     g = w[BASE + i] + sig * g
     dg = sig * dg
     ddg = sig * ddg
-    if not grid:
-        # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
-        # belie it; kept as a fraction, so that no step pays for a division
-        over, under = abs(2.0 * g * ddg - dg * dg), 2.0 * ddg
-        sure = (under > 0.0) & (w[M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
-        first = w[NEAR_UNDER + i] == 0.0
-        nearer = sure & (x > 0.0) & (first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under))
-        nearer = nearer & (w[MET + i] == NOTHING)
-        w[NEAR_OVER + i] = choose(nearer, over, w[NEAR_OVER + i])
-        w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
+    third, fourth = al * (1.0 - v) + be * s, be * (1.0 - v) - al * s
+    if fast:
+        cube = eta * eta * eta
+        third += cube * (alf * (1.0 - vf) + bef * sf)
+        fourth += cube * eta * (bef * (1.0 - vf) - alf * sf)
+    third = -sig * third
+    fourth = -sig * fourth
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     m3, span = w[M3 + i], w[SPAN + i]
+    bend = safe_bend(ddg, third, m3, m3 * choose(eta > 1.0, eta, 1.0) if fast else m3, span)
     if fast:
         # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
         rf, m2 = w[RF + i], w[M2S + i]
         slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf - w[NOISE + i]
         slow_slope = dg - sig * fast_slope
         far = (slow > 0.0) & (rf > 0.0) & (slow + (slow_slope - 0.5 * m2 * span) * span > 0.0)
-        bend = choose(far, -m2, ddg - m3 * span * (1.0 / 3.0))
+        slow_bend = sig * slow_bend - (LEAP / 3.0) * m2
+        leap = slow_bend > -m2
+        bend = choose(far, choose(leap, slow_bend, -m2), bend)
         step, slope = parabola(
-            choose(far, slow, trusted), choose(far, slow_slope, dg), bend, choose(far, INFINITY, span)
-        )
+            choose(far, slow, trusted), choose(far, slow_slope, dg), bend,
+            choose(far, choose(leap, LEAP, INFINITY), span),
+        )  # fmt: skip
         slope = choose(far, 0.0, slope)
     else:
         far = False
-        step, slope = safe_step(trusted, dg, ddg, m3, span)
+        step, slope = parabola(trusted, dg, bend, span)
+    if not grid:
+        # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
+        # belie it, or where the step passes it; kept as a fraction, so that no step pays for a division
+        over, under = abs(2.0 * g * ddg - dg * dg), 2.0 * ddg
+        passed = (dg < 0.0) & (dg + ddg * step >= 0.0) & (slope == 0.0) & (not far)
+        sure = passed | (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg)
+        first = w[NEAR_UNDER + i] == 0.0
+        nearer = first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under)
+        nearer = nearer & sure & (under > 0.0) & (h > 0.0) & (x > 0.0) & (w[MET + i] == NOTHING)
+        w[NEAR_OVER + i] = choose(nearer, over, w[NEAR_OVER + i])
+        w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
     cubic = m3 * span * step * step
     # the next S: as far as this step went where the root is in sight, further where it is not
     span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
@@ -217,15 +246,9 @@ def search(w, i, fast, grid):
         ahead = cursor if met != NOTHING else ahead
     else:
         # close to a simple zero a series ends the search
-        third, fourth = al * (1.0 - v) + be * s, be * (1.0 - v) - al * s
-        if fast:
-            cube = eta * eta * eta
-            third += cube * (alf * (1.0 - vf) + bef * sf)
-            fourth += cube * eta * (bef * (1.0 - vf) - alf * sf)
         inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
-        scaled = -sig * inverse
         jump, close = series(
-            h, g * inverse, 0.5 * ddg * inverse, scaled * third, scaled * fourth, w[M3 + i] * inverse, w[SPAN0 + i]
+            h, g * inverse, 0.5 * ddg * inverse, third * inverse, fourth * inverse, m3 * inverse, w[SPAN0 + i]
         )
         close = close & (dg < 0.0)
         past = g < 0.0  # by rounding: nothing to search beyond

@@ -6,8 +6,9 @@ import math
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose
+from vibrodrive.branchless import choose, wide
 from vibrodrive.lane import LANES
+from vibrodrive.locate import NOTHING
 from vibrodrive.motion import section_at, state_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.switching import INFINITY
@@ -34,25 +35,53 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 
 @inline
+def write_point(w, k, i, count, hs, section):
+    """Write section point number `count`, hs after the last switch."""
+    x, v = w[r.X0 + i], 0.0
+    if k[r.STATE + i] == UP or k[r.STATE + i] == DOWN:
+        if w[r.AF + i] > 0.0:
+            x, v = state_at(w, i, hs, True)
+        else:
+            x, v = section_at(w, i, hs)
+    row = k[r.POINT + i]
+    section[row, count, 0] = x
+    section[row, count, 1] = v
+
+
+@inline
 def emit_sections(w, k, i, h, transient, section):
     """Write the section points that lie within h of the present time."""
     count = k[r.SECTIONS + i]
-    row = k[r.POINT + i]
-    state = k[r.STATE + i]
     while count < section.shape[1]:
         hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
         if hs > h:
             break
-        x, v = w[r.X0 + i], 0.0
-        if state == UP or state == DOWN:
-            if w[r.AF + i] > 0.0:
-                x, v = state_at(w, i, hs, True)
-            else:
-                x, v = section_at(w, i, hs)
-        section[row, count, 0] = x
-        section[row, count, 1] = v
+        write_point(w, k, i, count, hs, section)
         count += 1
     k[r.SECTIONS + i] = count
+
+
+@part
+def mark_points(w, k, n, transient, periods):
+    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
+    wide()
+    for i in range(n):
+        count = k[r.SECTIONS + i]
+        due = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+        k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (count < periods), count, periods)
+
+
+@part
+def write_ahead(w, k, n, transient, section):
+    """Write the section points on the way in the lanes 0..n-1, before the motion that leads there is given up.
+
+    Whether the switch at its end is taken is not known yet: if it is not, the right point is written over this one.
+    """
+    for i in range(n):
+        count = k[r.SLOT + i]
+        if count < section.shape[1]:
+            hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+            write_point(w, k, i, count, hs, section)
 
 
 @inline

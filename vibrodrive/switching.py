@@ -32,7 +32,6 @@ from vibrodrive.lane import (
     DIP,
     ETA,
     INVERSE,
-    LIMIT,
     M2S,
     M3,
     MARGIN,
@@ -40,9 +39,6 @@ from vibrodrive.lane import (
     NOISE,
     OTHER,
     PF,
-    PHI,
-    PHI_DOWN,
-    PHI_UP,
     QF,
     RF,
     SEARCH,
@@ -65,7 +61,6 @@ from vibrodrive.lane import (
     Q,
 )
 from vibrodrive.parameters import State
-from vibrodrive.trig import PI, TWO_PI
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
@@ -178,25 +173,3 @@ def aim(w, k, i, which, limit):
     w[DIP + i] = w[MARGIN + i] if which == S2 else INFINITY
     w[NEAR_UNDER + i] = 0.0
     k[SEARCH + i] = which
-
-
-@inline
-def first_zero_free(w, i, s):
-    """How far after leaving a wait with a disturbance the search can begin (locate.py, starts on a zero)."""
-    rate = w[P + i] + w[ETA + i] * w[PF + i]
-    m3 = w[A + i] + w[AF + i] * w[ETA + i] * w[ETA + i]
-    return 2.9 * s * rate / m3
-
-
-@inline
-def skip_start(w, i, s):
-    """A slide that starts with ξ' = 0: put the cursor where the search can begin (locate.py, starts on a zero)."""
-    h = 0.0
-    if w[ETA + i] == 0.0:
-        h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
-        if h >= TWO_PI:
-            h -= TWO_PI
-    elif w[A0 + i] == 0.0:
-        h = first_zero_free(w, i, s)
-    h = h if h < w[LIMIT + i] else w[LIMIT + i]
-    w[H + i] = h if h > 0.0 else 0.0
