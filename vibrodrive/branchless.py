@@ -1,10 +1,13 @@
-"""What Python has no word for and loops abreast need: choices without branches, signs as bits, wide registers.
+"""What Python has no word for and loops abreast need: choices without branches, fused products, signs as bits, wide
+registers.
 
 Each has a plain Python twin that gives the same bits; it serves where the JIT is switched off.
 """
 
 from __future__ import annotations
 
+import ctypes
+import math
 from typing import Any
 
 from llvmlite import ir
@@ -59,6 +62,21 @@ def _xor_sign(typingctx, x, bits):
     return types.float64(types.float64, types.int64), codegen
 
 
+@intrinsic
+def _fused(typingctx, a, b, c):
+    def codegen(context, builder, signature, args):
+        given = zip(args, signature.args, strict=True)
+        return builder.fma(*(context.cast(builder, value, kind, types.float64) for value, kind in given))
+
+    return types.float64(a, b, c), codegen
+
+
+def _libm_fma():
+    function = ctypes.CDLL(None).fma
+    function.argtypes, function.restype = 3 * [ctypes.c_double], ctypes.c_double
+    return function
+
+
 def _nothing():
     pass
 
@@ -77,6 +95,11 @@ _COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 choose: Any = _select if _COMPILED else _choose
 """choose(c, a, b): a if c else b, both computed. The compiler moves what one side of a branch needs into that side, a
 read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
+
+fma: Any = _fused if _COMPILED else getattr(math, "fma", None) or _libm_fma()
+"""fma(a, b, c): a b + c, rounded once: one instruction for two, and the same bits everywhere. Never left to the
+compiler (that would be fastmath): it fuses what happens to stand together, and one motion alone is compiled apart
+from many abreast."""
 
 low_bits: Any = _bits if _COMPILED else _low_bits
 """low_bits(t): an integer whose last bits are those of the whole number n in t = n + ROUND."""

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose, wide
+from vibrodrive.branchless import choose, fma, wide
 from vibrodrive.lane import (
     A0,
     BEGAN_DOWN,
@@ -59,7 +59,7 @@ from vibrodrive.locate import NOTHING, TINY, ZERO, way_to_zero
 from vibrodrive.motion import shape
 from vibrodrive.parameters import State
 from vibrodrive.switching import S1, S2, S3, slide_shape
-from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc
+from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc, dot
 
 STICK = int(State.STICK)
 
@@ -163,10 +163,10 @@ def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
     s, v, ds, dv, near = arc(h)
     c = 1.0 - v
     g = sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
-    g1 = sig * (d1 + (2.0 * c2 * h - al * v + be * s))
-    g2 = sig * (2.0 * c2 + (be * c - al * s))
-    g3 = -sig * (al * c + be * s)
-    g4 = sig * (al * s - be * c)
+    g1 = sig * (d1 + fma(2.0 * c2, h, dot(be, s, -al, v)))
+    g2 = sig * fma(2.0, c2, dot(be, c, -al, s))
+    g3 = -sig * dot(al, c, be, s)
+    g4 = sig * dot(al, s, -be, c)
     above = g > 0.0
     lo = choose(above, h, lo)
     hi = choose(above, hi, h)

@@ -12,6 +12,7 @@ the one that skipping evaluates. So the two agree to the bit.
 from __future__ import annotations
 
 from vibrodrive._jit import inline, part
+from vibrodrive.branchless import fma
 from vibrodrive.lane import (
     ABOVE,
     AL,
@@ -39,7 +40,7 @@ from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, ZERO
 from vibrodrive.motion import state_at
 from vibrodrive.muller import value
 from vibrodrive.switching import S2, S4
-from vibrodrive.trig import arc
+from vibrodrive.trig import arc, dot
 
 BLOCK = 896
 """Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
@@ -64,7 +65,19 @@ def turned(a, b, h):
     """(value at h, a', b') with a sin(h + x) + b vers(h + x) = value + a' sin x + b' vers x."""
     s, v, _, _, _ = arc(h)
     c = 1.0 - v
-    return a * s + b * v, a * c + b * s, b * c - a * s
+    return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
+
+
+@inline
+def tabled(table, j, c0, c1, al, be):
+    """The slow part of value j of a block."""
+    return fma(al, table[j], fma(be, table[BLOCK + j], fma(c1, table[4 * BLOCK + j], c0)))
+
+
+@inline
+def tabled_ripple(table, j, alf, bef, g):
+    """The fast part added to g."""
+    return fma(alf, table[2 * BLOCK + j], fma(bef, table[3 * BLOCK + j], g))
 
 
 @part
@@ -73,18 +86,14 @@ def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
     count = 0
     if two_sided:
         for j in range(n):
-            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
-            g += alf * table[2 * BLOCK + j] + bef * table[3 * BLOCK + j]
+            g = tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be))
             count += 1 if abs(g) > bound else 0
     elif fast:
         for j in range(n):
-            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
-            g += alf * table[2 * BLOCK + j] + bef * table[3 * BLOCK + j]
-            count += 1 if g < bound else 0
+            count += 1 if tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be)) < bound else 0
     else:
         for j in range(n):
-            g = c0 + c1 * table[4 * BLOCK + j] + (al * table[j] + be * table[BLOCK + j])
-            count += 1 if g < bound else 0
+            count += 1 if tabled(table, j, c0, c1, al, be) < bound else 0
     return count
 
 

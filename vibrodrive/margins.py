@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline
-from vibrodrive.branchless import choose
+from vibrodrive.branchless import choose, fma
 from vibrodrive.parameters import Status
 from vibrodrive.switching import S4
 from vibrodrive.trig import TWO_PI
@@ -42,9 +42,10 @@ def gap_rounding(w, i, h):
     What the start was off by, and the rounding of what has been added up since: little, where little time passed.
     """
     eta = w[r.ETA + i]
-    off = w[r.X_OFF + i] + w[r.V_OFF + i] * h
+    off = fma(w[r.V_OFF + i], h, w[r.X_OFF + i])
     rate = w[r.A + i] + w[r.AF + i] * eta
-    near = off + ROUNDING * (abs(w[r.X0 + i]) + (abs(w[r.V0 + i]) + (abs(w[r.XD2 + i]) + rate * h) * h) * h)
+    sums = fma(fma(fma(rate, h, abs(w[r.XD2 + i])), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
+    near = fma(ROUNDING, sums, off)
     far = far_rounding(w, i, h, off, abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
     return choose((1.0 + eta) * h < 0.7, near, far)
 
@@ -53,8 +54,8 @@ def gap_rounding(w, i, h):
 def far_rounding(w, i, h, off, fast):
     """`gap_rounding` where h is not small."""
     pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
-    sums = abs(w[r.X0 + i]) + (abs(w[r.XC1 + i]) + pull * h) * h + w[r.A + i]
-    return off + ROUNDING * (sums + fast)
+    sums = fma(fma(pull, h, abs(w[r.XC1 + i])), h, abs(w[r.X0 + i]) + w[r.A + i])
+    return fma(ROUNDING, sums + fast, off)
 
 
 @inline

@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose
+from vibrodrive.branchless import choose, fma
 from vibrodrive.lane import (
     A0,
     AF,
@@ -68,7 +68,7 @@ from vibrodrive.lane import (
     P,
     Q,
 )
-from vibrodrive.trig import PI, TWO_PI, TWO_PI_LOW, arc, sincos, turns, two_product
+from vibrodrive.trig import PI, TWO_PI, TWO_PI_LOW, arc, dot, sincos, turns, two_product
 
 FAR = 0.8
 """From here on a motion is not small beside its terms any more."""
@@ -89,13 +89,13 @@ def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
     """The slow part of a shape; s, v, ds, dv from `arc(h)`."""
     linear = d1 if near else c1
     square = d2 if near else c2
-    return c0 + ((linear + square * h) * h + (al * (ds if near else s) + be * (dv if near else v)))
+    return c0 + fma(fma(square, h, linear), h, dot(al, ds if near else s, be, dv if near else v))
 
 
 @inline
 def ripple(near, alf, bef, s, v, ds, dv):
     """The fast part of a shape; s, v, ds, dv from `arc(η h)`."""
-    return alf * (ds if near else s) + bef * (dv if near else v)
+    return dot(alf, ds if near else s, bef, dv if near else v)
 
 
 @inline
@@ -119,10 +119,10 @@ def state_at(w, i, h, fast):
 @inline
 def section_at(w, i, h):
     """(ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
-    linear = w[XC1 + i] + w[XC2 + i] * h
+    linear = fma(w[XC2 + i], h, w[XC1 + i])
     return (
-        w[X0 + i] + linear * h + (w[Q + i] - w[SIN_S + i]),
-        w[V0 + i] + w[L + i] * h + (w[P + i] - w[COS_S + i]),
+        w[X0 + i] + fma(linear, h, w[Q + i] - w[SIN_S + i]),
+        w[V0 + i] + fma(w[L + i], h, w[P + i] - w[COS_S + i]),
     )
 
 
@@ -131,14 +131,14 @@ def force_at(w, i, h):
     """Adhesive force H at h after the last switch, eq. (2)."""
     s, v, _, _, _ = arc(h)
     sf, vf, _, _, _ = arc(w[ETA + i] * h)
-    return (w[Q + i] + w[QF + i] - w[B + i]) + ((w[P + i] * s - w[Q + i] * v) + (w[PF + i] * sf - w[QF + i] * vf))
+    return (w[Q + i] + w[QF + i] - w[B + i]) + (dot(w[P + i], s, -w[Q + i], v) + dot(w[PF + i], sf, -w[QF + i], vf))
 
 
 @inline
 def excitation(a, phi, low):
     """(a cos φ, a sin φ) at φ + low, low tiny."""
     s, c = sincos(phi)
-    return a * (c - s * low), a * (s + c * low)
+    return a * fma(-s, low, c), a * fma(c, low, s)
 
 
 @inline
@@ -150,7 +150,7 @@ def fast_phase(eta, frac, period, phi, low):
     p, e = two_product(period, frac)
     turn = (p - np.floor(p)) + e
     p, e = two_product(eta, phi)
-    _, theta, _ = turns(p, e + eta * low + turn * TWO_PI)
+    _, theta, _ = turns(p, fma(turn, TWO_PI, fma(eta, low, e)))
     return theta
 
 
@@ -181,8 +181,8 @@ def arrive_calm(w, i, h):
     """
     n, phi = soon(w[PHI + i], w[LOW + i], h)
     p, q = excitation(w[A + i], phi, 0.0)
-    x = w[X0 + i] + (w[XC1 + i] + w[XC2 + i] * h) * h + (w[Q + i] - q)
-    v = w[V0 + i] + w[L + i] * h + (w[P + i] - p)
+    x = w[X0 + i] + fma(fma(w[XC2 + i], h, w[XC1 + i]), h, w[Q + i] - q)
+    v = w[V0 + i] + fma(w[L + i], h, w[P + i] - p)
     return x, v, n, phi, p, q
 
 
@@ -197,7 +197,7 @@ def soon(phi, low, h):
     back = s - phi
     small = low + ((phi - (s - back)) + (h - back))
     n = choose(s >= 2.0 * TWO_PI, 2.0, choose(s >= TWO_PI, 1.0, 0.0))
-    return n, (s - n * TWO_PI) + (small - n * TWO_PI_LOW)
+    return n, fma(-n, TWO_PI, s) + fma(-n, TWO_PI_LOW, small)
 
 
 @inline
