@@ -17,32 +17,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from vibrodrive.locate import TINY, parabola, safe_step
+from vibrodrive.locate import advance, free_of_zeros, parabola, safe_step
 
-Function = Callable[[float], tuple[float, float, float]]
+Function = Callable[[float], tuple[float, ...]]
 
 STEPS = 400
 
 
-def search(function: Function, m3: float, limit: float) -> list[float]:
-    """The cursors of a search for the first zero of g(t) = function(t)[0], g(0) > 0, |g'''| <= m3 on [0, limit].
+def search(function: Function, m3: float, limit: float, scale: float | None = None) -> list[float]:
+    """The cursors of a search for the first zero of g, g(0) > 0, on [0, limit].
 
-    The last one is the zero, or `limit`, or where patience ended (in the rounding around a zero of high order):
+    `function` gives g and its first four derivatives, |g'''| <= m3, and each derivative is about 1/scale of the next.
+    The last cursor is the zero, or `limit`, or where patience ended (in the rounding around a zero of high order):
     the loop of `locate.search` for one function of any shape.
     """
     cursors, span = [0.0], limit
     for _ in range(STEPS):
         t = cursors[-1]
-        g, dg, ddg = function(t)
-        if g < 0:
-            return cursors
-        step, slope = safe_step(g, dg, ddg, m3, span)
-        cubic = m3 * span * step * step
+        g, *derivatives = function(t)
+        step, slope = safe_step(max(g, 0.0), *derivatives[:2], m3, span)
+        ahead, zero = advance(t, g, *derivatives, m3, limit if scale is None else scale, step, limit)
         span = step if slope > 0 else 3 * span
-        cursors.append(min(t + step, limit))
-        if t + step >= limit:
-            return cursors
-        if (slope > 0 and cubic <= TINY * slope * (t + step)) or step <= TINY * (t + step):
+        cursors.append(min(ahead, limit))
+        if zero or ahead >= limit:
             return cursors
     return cursors
 
@@ -54,14 +51,11 @@ def product(roots: list[float], scale: float = 1.0) -> Polynomial:
 
 
 def prepare(p: Polynomial, limit: float) -> tuple[Function, float]:
-    """g, g', g'' and a bound of |g'''| on [0, limit] from the coefficients."""
-    first, second, third = p.deriv(), p.deriv(2), p.deriv(3)
+    """g with four derivatives and a bound of |g'''| on [0, limit] from the coefficients."""
+    derivatives = [p, *(p.deriv(n) for n in (1, 2, 3, 4))]
+    third = derivatives[3]
     bound = float(np.sum(np.abs(third.coef) * limit ** np.arange(len(third.coef)))) + 1e-300
-
-    def function(t: float) -> tuple[float, float, float]:
-        return float(p(t)), float(first(t)), float(second(t))
-
-    return function, bound
+    return lambda t: tuple(float(d(t)) for d in derivatives), bound
 
 
 def rounding(p: Polynomial, t: float) -> float:
@@ -136,13 +130,14 @@ def test_ripple_on_a_slope(frequency):
     """a sin ωt + 1 - t falls below zero many times when aω > 1: the first of them is found."""
     a, limit = 3 / frequency, 2.0
 
-    def function(t: float) -> tuple[float, float, float]:
+    def function(t: float) -> tuple[float, ...]:
         s, c = math.sin(frequency * t), math.cos(frequency * t)
-        return a * s + 1 - t, a * frequency * c - 1, -a * frequency**2 * s
+        rates = a * frequency ** np.arange(5)
+        return rates[0] * s + 1 - t, rates[1] * c - 1, -rates[2] * s, -rates[3] * c, rates[4] * s
 
     t = np.linspace(0, limit, 2_000_001)
     first = int(np.argmax(a * np.sin(frequency * t) + 1 - t < 0))
-    assert t[first - 1] <= search(function, a * frequency**3, limit)[-1] <= t[first]
+    assert t[first - 1] <= search(function, a * frequency**3, limit, 1 / frequency)[-1] <= t[first]
 
 
 @settings(max_examples=300, derandomize=True, deadline=None)
@@ -161,6 +156,42 @@ def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3,
     worst = g + dg * s + ddg * s**2 / 2 - m3 * s**3 / 6
     terms = g + abs(dg) * s + abs(ddg) * s**2 / 2 + m3 * s**3 / 6
     assert (worst >= -1e-14 * terms).all()
+
+
+@settings(max_examples=300, derandomize=True, deadline=None)
+@given(
+    rise=st.just(0.0) | st.floats(1e-100, 1e3),
+    bend=st.floats(-1e3, -1e-100) | st.just(0.0) | st.floats(1e-100, 1e3),
+    m3=st.floats(1e-3, 1e4),
+)
+def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
+    """g(0) = 0, g' = rise, g" = bend: the steepest fall allowed is back at zero exactly where the search begins."""
+    free = free_of_zeros(rise, bend, m3)
+    s = np.linspace(0, free, 400)
+    worst = rise * s + bend * s**2 / 2 - m3 * s**3 / 6
+    terms = rise * s + abs(bend) * s**2 / 2 + m3 * s**3 / 6 + 1e-300
+    assert (worst >= -1e-13 * terms).all()
+    assert abs(worst[-1]) <= 1e-13 * terms[-1]
+
+
+@settings(max_examples=500, derandomize=True, deadline=None)
+@given(
+    g=st.floats(-10, 1e3),
+    dg=st.floats(-1e3, 1e3),
+    ddg=st.floats(-1e3, 1e3),
+    share=st.floats(-1, 1),
+    m3=st.floats(1e-3, 1e4),
+    scale=st.floats(1e-3, 1e3),
+)
+def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, scale):
+    """Beyond the safe step, or back from below zero, only over a way on which no function within the bounds rises."""
+    h = 5.0
+    step, _ = safe_step(max(g, 0.0), dg, ddg, m3, scale)
+    ahead, _ = advance(h, g, dg, ddg, share * m3, -share * m3 / scale, m3, scale, step, 1e9)
+    if ahead in (h, h + step):
+        return
+    way = np.linspace(0, abs(ahead - h), 100)
+    assert (dg + abs(ddg) * way + m3 * way**2 / 2 <= 1e-13 * (abs(dg) + abs(ddg) * way[-1])).all()
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)

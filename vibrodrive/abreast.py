@@ -16,7 +16,7 @@ from vibrodrive.locate import FALLEN, NOTHING, ZERO, free_of_zeros
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
 from vibrodrive.parameters import State
-from vibrodrive.record import DONE, LOOK_BACK, POINT, SETTLE, in_record, section_due
+from vibrodrive.record import DONE, LOOK_BACK, POINT, SETTLE, in_record, section_due, write_point
 from vibrodrive.switching import (
     INFINITY,
     S1,
@@ -167,6 +167,29 @@ def cross_all(w, k, n, transient, periods, budget):
         cross(w, k, i, transient, periods, budget)
         left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
     return left
+
+
+@part
+def mark_points(w, k, n, transient, periods):
+    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
+    wide()
+    for i in range(n):
+        count = k[r.SECTIONS + i]
+        due = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+        k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (count < periods), count, periods)
+
+
+@part
+def write_ahead(w, k, n, transient, section):
+    """Write the section points on the way in the lanes 0..n-1, before the motion that leads there is given up.
+
+    Whether the switch at its end is taken is not known yet: if it is not, the right point is written over this one.
+    """
+    for i in range(n):
+        count = k[r.SLOT + i]
+        if count < section.shape[1]:
+            hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+            write_point(w, k, i, count, hs, section)
 
 
 @inline

@@ -14,7 +14,7 @@ import math
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
-from vibrodrive.abreast import cross_all, cross_all_disturbed
+from vibrodrive.abreast import cross_all, cross_all_disturbed, mark_points, write_ahead
 from vibrodrive.calm import (
     AT_ONCE,
     BRACKETED,
@@ -74,9 +74,7 @@ from vibrodrive.record import (
     emit_rest,
     emit_sections,
     finish,
-    mark_points,
     record,
-    write_ahead,
     write_points,
     write_row,
 )

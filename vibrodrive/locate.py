@@ -1,6 +1,6 @@
-"""Finding the first zero of a switching function without ever passing one.
+"""Finding the first zero of a switching function, and never another.
 
-**Why no zero is passed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
+**Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
 |g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum
 of the amplitudes of their third derivatives. Taylor's theorem with the remainder bounded gives, for any S > 0,
 
@@ -10,17 +10,19 @@ The right side is a parabola. Up to S or its first positive root, whichever come
 that is the step. S is free: it is taken as long as the last step, and near a transversal zero the parabola's root
 then falls short of the zero by an error that shrinks faster than the square of the distance. Where a fast ripple of
 amplitude a dominates M3, the slow part less a is bounded in the same way with the small bound M2 of
-its own second derivative, g_slow + g_slow's - M2 s²/2 - a, and the longer step is taken.
+its own derivatives, g_slow + g_slow's + b s²/2 - a, where b is -M2 or, as far as that is more, g_slow'' - M2 S/3 with a
+large S; and the longer step is taken.
 
-**Starts on a zero.** Leaving stick or rest g = g' = 0 and g'' = |H'| > 0: with S < 3g''/M3 the parabola does
-not bend down, so the whole of S is free of zeros, and the search begins there; the start is not taken for the
-next switch. At ε = 0 a slide that starts by accelerating goes on doing so until H is back at the same boundary, a
-known phase: the search begins at that peak of |ξ'|.
+**Starts on a zero.** A slide from rest has g = 0 and g' >= 0 where it begins, and g/s >= g' + g''s/2 - M3 s²/6: the
+search begins at the positive root of that, and the start is not taken for the next switch. At ε = 0 a slide that
+starts by accelerating goes on doing so until H is back at the same boundary, a known phase: the search
+begins at that peak of |ξ'|.
 
-**Ends.** The first step is made from what is known where the search begins. Close to a simple zero the series of
-calm.py gives the zero to the last bit as soon as its terms fall fast enough; they then leave no room for another.
+**Ends.** Near a simple zero the series of calm.py leads on. Where g is sure to fall all the way d that it points,
+|g''| d + M3 d²/2 < -g', a zero there is the only one, and the cursor goes, to whichever side of it that may be.
+As soon as the terms fall fast enough that is the zero to the last bit.
 
-**Rounding.** The cursor never moves past a zero by more than the rounding of g over its slope. A tangency closer
+**Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
 than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
 bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
 could have shown a change of sign.
@@ -31,7 +33,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, inline_each, part
-from vibrodrive.branchless import ROUND, choose, wide
+from vibrodrive.branchless import ROUND, choose, fma, wide
 from vibrodrive.lane import (
     ABOVE,
     AL,
@@ -77,7 +79,7 @@ from vibrodrive.lane import (
 )
 from vibrodrive.motion import ripple, shape
 from vibrodrive.switching import INFINITY
-from vibrodrive.trig import PI, TWO_PI, arc
+from vibrodrive.trig import PI, TWO_PI, arc, dot
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 """What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
@@ -96,7 +98,7 @@ PATIENCE = 1e5
 @inline
 def parabola(g, dg, bend, span):
     """(first positive root of g + dg s + bend s²/2 with g >= 0, minus the slope there); (span, 0) if none is below."""
-    q2 = dg * dg - 2.0 * g * bend
+    q2 = dot(dg, dg, -2.0 * g, bend)
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
     numerator = 2.0 * g if falling else dg + q
@@ -107,11 +109,9 @@ def parabola(g, dg, bend, span):
 
 
 @inline
-def safe_bend(ddg, dddg, m3, m4, span):
-    """The bend of a parabola that g stays above up to S = span: g" + g‴s/3 - M4 s²/12 is at its lowest at an end."""
-    drop = dddg - 0.25 * m4 * span
-    drop = choose(drop < 0.0, drop, 0.0)
-    return ddg + choose(drop > -m3, drop, -m3) * span * (1.0 / 3.0)
+def safe_step(g, dg, ddg, m3, span):
+    """(step, slope): the step for S = span, and minus the slope of the parabola where it has its root there."""
+    return parabola(g, dg, fma(-(1.0 / 3.0) * m3, span, ddg), span)
 
 
 @inline
@@ -138,7 +138,7 @@ def skip_start(w, i, s):
 def way_to_zero(u, a2, a3, a4):
     """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of calm.py."""
     square = a2 * a2
-    return u + u * u * (a2 + u * ((2.0 * square - a3) + u * (5.0 * a2 * (square - a3) + a4)))
+    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
 
 
 @inline
@@ -149,9 +149,24 @@ def series(h, u, half, third, fourth, m3, scale):
     the first one left out is below t⁴u. t is far below 1 then: the zero is the only one near.
     """
     ahead = h - way_to_zero(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
-    t = (abs(half) + abs(m3) * scale) * u
-    t2 = t * t + abs(m3) * u * u
+    t = fma(abs(m3), scale, abs(half)) * u
+    t2 = dot(t, t, abs(m3) * u, u)
     return ahead, (t2 * t2 * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
+
+
+@inline
+def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, step, limit):
+    """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe."""
+    inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
+    jump, close = series(h, g * inverse, 0.5 * ddg * inverse, dddg * inverse, ddddg * inverse, m3 * inverse, scale)
+    close = close & (dg < 0.0)
+    past = g < 0.0
+    ahead = choose(past, h, h + step)
+    way = abs(jump - h)
+    falls = fma(fma(0.5 * m3, way, abs(ddg)), way, dg) < 0.0
+    trusted = falls & choose(past, jump < h, (jump > ahead) & (jump < limit))
+    zero = close | ((not trusted) & (past | (step <= TINY * ahead)))
+    return choose(close | trusted, jump, ahead), zero
 
 
 @inline_each
@@ -171,60 +186,56 @@ def search(w, i, fast, grid):
         sf, vf, dsf, dvf, near_fast = arc(eta * h)
         near = near & near_fast
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
-    dg = w[D1 + i] + (2.0 * c2 * h - al * v + be * s)
-    slow_bend = 2.0 * c2 + (be * (1.0 - v) - al * s)
+    dg = w[D1 + i] + fma(2.0 * c2, h, dot(be, s, -al, v))
+    slow_bend = fma(2.0, c2, dot(be, 1.0 - v, -al, s))
     ddg = slow_bend
     p, q = w[P + i], w[Q + i]
     x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     if fast:
         g += ripple(near, alf, bef, sf, vf, dsf, dvf)
-        fast_slope = eta * (alf * (1.0 - vf) + bef * sf)
-        dg += eta * (bef * sf - alf * vf)
-        ddg += eta * eta * (bef * (1.0 - vf) - alf * sf)
+        fast_slope = eta * dot(alf, 1.0 - vf, bef, sf)
+        fast_bend = dot(bef, 1.0 - vf, -alf, sf)
+        square = eta * eta
+        dg = fma(eta, dot(bef, sf, -alf, vf), dg)
+        ddg = fma(square, fast_bend, ddg)
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
     g = w[BASE + i] + sig * g
     dg = sig * dg
     ddg = sig * ddg
-    third, fourth = al * (1.0 - v) + be * s, be * (1.0 - v) - al * s
+    third, fourth = dot(al, 1.0 - v, be, s), dot(be, 1.0 - v, -al, s)
     if fast:
-        cube = eta * eta * eta
-        third += cube * (alf * (1.0 - vf) + bef * sf)
-        fourth += cube * eta * (bef * (1.0 - vf) - alf * sf)
+        third = fma(square, fast_slope, third)
+        fourth = fma(square * square, fast_bend, fourth)
     third = -sig * third
     fourth = -sig * fourth
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     m3, span = w[M3 + i], w[SPAN + i]
-    bend = safe_bend(ddg, third, m3, m3 * choose(eta > 1.0, eta, 1.0) if fast else m3, span)
     if fast:
         # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
         rf, m2 = w[RF + i], w[M2S + i]
-        slow = trusted - sig * (alf * sf - bef * (1.0 - vf)) - rf - w[NOISE + i]
-        slow_slope = dg - sig * fast_slope
-        far = (slow > 0.0) & (rf > 0.0) & (slow + (slow_slope - 0.5 * m2 * span) * span > 0.0)
-        slow_bend = sig * slow_bend - (LEAP / 3.0) * m2
+        slow = fma(sig, fast_bend, trusted) - (rf + w[NOISE + i])
+        slow_slope = fma(-sig, fast_slope, dg)
+        far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
+        slow_bend = fma(sig, slow_bend, -(LEAP / 3.0) * m2)
         leap = slow_bend > -m2
-        bend = choose(far, choose(leap, slow_bend, -m2), bend)
-        step, slope = parabola(
-            choose(far, slow, trusted), choose(far, slow_slope, dg), bend,
-            choose(far, choose(leap, LEAP, INFINITY), span),
-        )  # fmt: skip
+        bend = choose(far, choose(leap, slow_bend, -m2), fma(-(1.0 / 3.0) * m3, span, ddg))
+        reach = choose(far, choose(leap, LEAP, INFINITY), span)
+        step, slope = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend, reach)
         slope = choose(far, 0.0, slope)
     else:
         far = False
-        step, slope = parabola(trusted, dg, bend, span)
+        step, slope = safe_step(trusted, dg, ddg, m3, span)
     if not grid:
         # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
-        # belie it, or where the step passes it; kept as a fraction, so that no step pays for a division
-        over, under = abs(2.0 * g * ddg - dg * dg), 2.0 * ddg
-        passed = (dg < 0.0) & (dg + ddg * step >= 0.0) & (slope == 0.0) & (not far)
-        sure = passed | (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg)
+        # belie it; kept as a fraction, so that no step pays for a division
+        over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
+        sure = (under > 0.0) & (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
         first = w[NEAR_UNDER + i] == 0.0
-        nearer = first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under)
-        nearer = nearer & sure & (under > 0.0) & (h > 0.0) & (x > 0.0) & (w[MET + i] == NOTHING)
+        nearer = sure & (x > 0.0) & (first | (over * w[NEAR_UNDER + i] < w[NEAR_OVER + i] * under))
+        nearer = nearer & (w[MET + i] == NOTHING)
         w[NEAR_OVER + i] = choose(nearer, over, w[NEAR_OVER + i])
         w[NEAR_UNDER + i] = choose(nearer, under, w[NEAR_UNDER + i])
-    cubic = m3 * span * step * step
     # the next S: as far as this step went where the root is in sight, further where it is not
     span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
     if grid:
@@ -245,16 +256,7 @@ def search(w, i, fast, grid):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
-        # close to a simple zero a series ends the search
-        inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
-        jump, close = series(
-            h, g * inverse, 0.5 * ddg * inverse, third * inverse, fourth * inverse, m3 * inverse, w[SPAN0 + i]
-        )
-        close = close & (dg < 0.0)
-        past = g < 0.0  # by rounding: nothing to search beyond
-        ahead = choose(past, h, h + step)
-        ahead = choose(close, jump, ahead)
-        zero = close | past | ((slope > 0.0) & (cubic <= TINY * slope * ahead)) | (step <= TINY * ahead)
+        ahead, zero = advance(h, g, dg, ddg, third, fourth, m3, w[SPAN0 + i], step, limit)
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead
         at_limit = at_limit | (w[WORK + i] - w[PAID + i] > PATIENCE)
@@ -264,7 +266,7 @@ def search(w, i, fast, grid):
     other = w[OTHER + i]
     turn = ahead > other
     on = True if grid else w[MET + i] == NOTHING
-    w[ABOVE + i] = choose(on & (x >= 0.0), cursor, w[ABOVE + i])
+    w[ABOVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[ABOVE + i])
     w[H + i] = choose(on, choose(turn, other, ahead), cursor)
     w[OTHER + i] = choose(on & turn, ahead, other)
     w[SIG + i] = choose(on & turn, -sig, sig)

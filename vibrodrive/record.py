@@ -6,9 +6,8 @@ import math
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose, wide
+from vibrodrive.branchless import choose
 from vibrodrive.lane import LANES
-from vibrodrive.locate import NOTHING
 from vibrodrive.motion import section_at, state_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.switching import INFINITY
@@ -59,29 +58,6 @@ def emit_sections(w, k, i, h, transient, section):
         write_point(w, k, i, count, hs, section)
         count += 1
     k[r.SECTIONS + i] = count
-
-
-@part
-def mark_points(w, k, n, transient, periods):
-    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
-    wide()
-    for i in range(n):
-        count = k[r.SECTIONS + i]
-        due = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-        k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (count < periods), count, periods)
-
-
-@part
-def write_ahead(w, k, n, transient, section):
-    """Write the section points on the way in the lanes 0..n-1, before the motion that leads there is given up.
-
-    Whether the switch at its end is taken is not known yet: if it is not, the right point is written over this one.
-    """
-    for i in range(n):
-        count = k[r.SLOT + i]
-        if count < section.shape[1]:
-            hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-            write_point(w, k, i, count, hs, section)
 
 
 @inline
