@@ -325,6 +325,28 @@ def test_start_shifted_by_whole_periods(k):
     np.testing.assert_allclose(a["phase"], b["phase"], rtol=0, atol=100 * off + 1e-12)
 
 
+@pytest.mark.parametrize(
+    ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
+    [
+        (2.040764558489153, 0.44883473649350836, 3.366293690316993e-06, ETA, 17.6395125311242, -19.601373755697, 0.363),
+        (7.357592150331901, 0.0, 1.2781472930094486e-07, 432.0, 11.712425578139808, -32.3159260573542, -2.76944123124),
+        (4.590344587110132, 0.7929144428758783, 3.0194586548802e-07, 432.0, 3.370389151409819, -2.16779556217773, 0.0),
+    ],
+)
+def test_faint_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
+    """A series through four derivatives points past the only zero: the fifth and those behind it are not small."""
+    check_decisions({"A": A, "B": B, "eps": eps, "eta": eta, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=8, periods=4)
+
+
+def test_zero_where_a_long_slide_is_continued():
+    """A slide of more than 4π ends within rounding of where it is continued afresh: it is over, and takes no search."""
+    incline = {"A": 1.3810559874528507, "B": 0.22576944812017585, "eps": 0.00012271886836946676, "eta": 100.995}
+    speed = float.fromhex("0x1.ece8f9bcde60bp+3")
+    t = vd.simulate(**incline, xi0=1.0, dxi0=speed, transient=0, periods=8, budget=500)
+    assert t.status == Status.OK
+    assert t.evaluations < 5000
+
+
 @pytest.mark.parametrize("A", [1.5, 2.2])
 def test_vanishing_disturbance(A):
     """ε → 0 meets ε = 0, linearly and then to the last bits, with nothing lost where ε underflows."""

@@ -57,6 +57,20 @@ MODEST = SCENES.map(
 )
 
 
+FAINT = st.fixed_dictionaries(
+    {
+        "A": st.floats(0.9, 12),
+        "B": st.one_of(st.just(0.0), st.floats(0, 1.3)),
+        "eps": powers(-9, -4),
+        "eta": st.sampled_from([37.0, ETA, 432.0, 1000.0, 1500.0]),
+        "xi0": powers(-1, 1.5),
+        "dxi0": st.one_of(st.just(0.0), powers(-1, 1.5).map(lambda v: -v), powers(-1, 1.5)),
+        "tau0": st.floats(-3, 3),
+    }
+)
+"""Disturbances that only the high derivatives of a switching function show."""
+
+
 def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
     return vd.simulate(**scene, transient=0, periods=periods, budget=3000)
 
@@ -92,6 +106,18 @@ def test_no_switching_function_changes_sign_inside_a_segment(scene):
     t = motion(scene)
     mp.dps = 60
     for s, values, noise in switching_functions(t)[:60]:
+        assert values.min() >= -noise, s
+
+
+@settings(max_examples=1000, derandomize=True, deadline=None)
+@given(FAINT)
+def test_faint_disturbance(scene):
+    """Every switch satisfies its switching function, and no other lies before it."""
+    t = motion(scene, 1)
+    mp.dps = 60
+    for s, values, noise in switching_functions(t)[:8]:
+        value, allowed = residual(oscillator(t), s)
+        assert abs(value) <= allowed, s
         assert values.min() >= -noise, s
 
 

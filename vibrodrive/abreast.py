@@ -194,7 +194,7 @@ def write_ahead(w, k, n, transient, section):
 
 @inline
 def cross_disturbed(w, k, i, transient, periods, budget):
-    """The same for a lane with a disturbance; the section point on the way has been written ahead."""
+    """As `cross`, for a lane with a disturbance; the section point on the way has been written ahead."""
     met = w[r.MET + i]
     h, which = w[r.H + i], k[r.SEARCH + i]
     gap, falling = which == S1, which == S2
@@ -325,7 +325,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
 
 @part
 def cross_all_disturbed(w, k, n, transient, periods, budget):
-    """The same for ε > 0."""
+    """As `cross_all`, for ε > 0."""
     wide()
     left = 0
     for i in range(n):

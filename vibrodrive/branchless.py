@@ -7,7 +7,7 @@ Each has a plain Python twin that gives the same bits; it serves where the JIT i
 from __future__ import annotations
 
 import ctypes
-import math
+import os
 from typing import Any
 
 from llvmlite import ir
@@ -72,7 +72,8 @@ def _fused(typingctx, a, b, c):
 
 
 def _libm_fma():
-    function = ctypes.CDLL(None).fma
+    """Python's own, from 3.13 on, raises where this gives an infinity or a NaN."""
+    function = ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fma
     function.argtypes, function.restype = 3 * [ctypes.c_double], ctypes.c_double
     return function
 
@@ -96,7 +97,7 @@ choose: Any = _select if _COMPILED else _choose
 """choose(c, a, b): a if c else b, both computed. The compiler moves what one side of a branch needs into that side, a
 read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
 
-fma: Any = _fused if _COMPILED else getattr(math, "fma", None) or _libm_fma()
+fma: Any = _fused if _COMPILED else _libm_fma()
 """fma(a, b, c): a b + c, rounded once: one instruction for two, and the same bits everywhere. Never left to the
 compiler (that would be fastmath): it fuses what happens to stand together, and one motion alone is compiled apart
 from many abreast."""

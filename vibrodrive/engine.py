@@ -68,16 +68,7 @@ from vibrodrive.motion import (
 )
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
-from vibrodrive.record import (
-    LOOK_BACK,
-    SETTLE,
-    emit_rest,
-    emit_sections,
-    finish,
-    record,
-    write_points,
-    write_row,
-)
+from vibrodrive.record import LOOK_BACK, SETTLE, emit_rest, emit_sections, finish, record, write_points, write_row
 from vibrodrive.recurrence import forget, look_ahead, look_back
 from vibrodrive.switching import (
     INFINITY,
@@ -491,12 +482,11 @@ def follow_up(w, k, n, transient, periods, budget, section):
 
 @inline
 def list_left_over(k, todo, n):
-    """List the lanes that are left to `settle`. Returns how many there are."""
+    """List the lanes that are left to `settle`."""
     m = 0
     for i in range(n):
         todo[m] = i
         m += 1 if k[r.LEFT_OVER + i] == SETTLE else 0
-    return m
 
 
 @jit(_nrt=False)

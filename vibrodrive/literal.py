@@ -150,9 +150,7 @@ def scan(w, k, i, table):
         quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta * h)
         c1 = w[C1 + i]
         c0 = offset + sig * (w[C0 + i] + c1 * h + slow + quick)
-        count = suspects(
-            table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast
-        )
+        count = suspects(table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast)
         fallen = False
         if which == S2:
             # ξ falls all through a block in which ξ' stays negative: its last value tells of all

@@ -11,16 +11,17 @@ that is the step. S is free: it is taken as long as the last step, and near a tr
 then falls short of the zero by an error that shrinks faster than the square of the distance. Where a fast ripple of
 amplitude a dominates M3, the slow part less a is bounded in the same way with the small bound M2 of
 its own derivatives, g_slow + g_slow's + b s²/2 - a, where b is -M2 or, as far as that is more, g_slow'' - M2 S/3 with a
-large S; and the longer step is taken.
+large S; where that is positive beyond the other's S, its step is taken.
 
 **Starts on a zero.** A slide from rest has g = 0 and g' >= 0 where it begins, and g/s >= g' + g''s/2 - M3 s²/6: the
 search begins at the positive root of that, and the start is not taken for the next switch. At ε = 0 a slide that
 starts by accelerating goes on doing so until H is back at the same boundary, a known phase: the search
 begins at that peak of |ξ'|.
 
-**Ends.** Near a simple zero the series of calm.py leads on. Where g is sure to fall all the way d that it points,
-|g''| d + M3 d²/2 < -g', a zero there is the only one, and the cursor goes, to whichever side of it that may be.
-As soon as the terms fall fast enough that is the zero to the last bit.
+**Ends.** Near a simple zero the series of calm.py leads on. Where g' is sure to change by less than a quarter over the
+way d that it points, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero there is the only one and the series ends close to
+it: the cursor goes there, to whichever side of the zero that may be. As soon as the terms fall fast enough that is
+the zero to the last bit.
 
 **Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
 than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
@@ -88,6 +89,11 @@ functions below 0."""
 TINY = 1.2e-16
 """A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
 
+BENT = 0.25
+"""The share of g' by which it may change on a way d that the series is trusted for. It knows four derivatives, so it
+ends off the zero by what the change of the fourth can do, at most M4 d⁴/12: a sixth of d. Where that is past the
+zero, the way back is trusted in turn: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of g' there."""
+
 LEAP = 2.0
 """As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
 
@@ -142,29 +148,37 @@ def way_to_zero(u, a2, a3, a4):
 
 
 @inline
-def series(h, u, half, third, fourth, m3, scale):
+def series(h, u, half, third, fourth, m3, scale, rate):
     """(h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
 
-    The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two;
-    the first one left out is below t⁴u. t is far below 1 then: the zero is the only one near.
+    The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two,
+    and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth; the first one left out is below
+    the bound used here. All are far below 1 then: the zero is the only one near.
     """
     ahead = h - way_to_zero(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = fma(abs(m3), scale, abs(half)) * u
-    t2 = dot(t, t, abs(m3) * u, u)
-    return ahead, (t2 * t2 * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
+    e = abs(m3) * u * u
+    t2 = fma(t, t, e)
+    q = 0.25 * rate * u
+    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
 
 
 @inline
-def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, step, limit):
-    """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe."""
+def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
+    """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe.
+
+    The second derivative may be M3 `scale`, the fourth M3 `rate`.
+    """
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
-    jump, close = series(h, g * inverse, 0.5 * ddg * inverse, dddg * inverse, ddddg * inverse, m3 * inverse, scale)
+    jump, close = series(
+        h, g * inverse, 0.5 * ddg * inverse, dddg * inverse, ddddg * inverse, m3 * inverse, scale, rate
+    )  # fmt: skip
     close = close & (dg < 0.0)
     past = g < 0.0
     ahead = choose(past, h, h + step)
     way = abs(jump - h)
-    falls = fma(fma(0.5 * m3, way, abs(ddg)), way, dg) < 0.0
-    trusted = falls & choose(past, jump < h, (jump > ahead) & (jump < limit))
+    straight = fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
+    trusted = straight & choose(past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit))
     zero = close | ((not trusted) & (past | (step <= TINY * ahead)))
     return choose(close | trusted, jump, ahead), zero
 
@@ -256,10 +270,14 @@ def search(w, i, fast, grid):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
-        ahead, zero = advance(h, g, dg, ddg, third, fourth, m3, w[SPAN0 + i], step, limit)
+        tired = w[WORK + i] - w[PAID + i] > PATIENCE
+        rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
+        ahead, zero = advance(
+            h, g, dg, ddg, third, fourth, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
+        )  # fmt: skip
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead
-        at_limit = at_limit | (w[WORK + i] - w[PAID + i] > PATIENCE)
+        at_limit = at_limit | tired
         met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
         met = FALLEN if x < -w[DIP + i] else met
     # a search of two sides goes on with the one that is behind
