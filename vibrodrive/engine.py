@@ -77,6 +77,7 @@ from vibrodrive.switching import (
     S3,
     S4,
     S5,
+    UNKNOWN,
     aim,
     can_leave,
     decide_at_obstacle,
@@ -213,6 +214,7 @@ def grid_event(w, k, i, method):
     if which == S4 and met == LIMIT_MET:
         # one side has reached the limit unchanged: the other side's last grid point is still to be seen
         w[r.SIG + i] = -w[r.SIG + i]
+        w[r.VALUE + i] = w[r.BEFORE + i] = UNKNOWN
         if value(w, i, h) < 0.0:
             met = ZERO
     if met == LIMIT_MET:

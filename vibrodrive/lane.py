@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 94 × 8 B = 48 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 96 × 8 B = 48 kB,
 of which a search touches a third)."""
 
-ROWS_W = 94
+ROWS_W = 96
 ROWS_K = 26
 
 (
@@ -34,6 +34,8 @@ ROWS_K = 26
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
     # it came to a tangency, its cost so far and at the last settling
     H, OTHER, ABOVE, LIMIT, MET, NEAR_OVER, NEAR_UNDER, WORK, PAID,
+    # on a grid: the function's values at the cursor and at the grid point before, NaN where it was not looked at
+    VALUE, BEFORE,
     # a search at ε = 0: how it is done, its bracket, and the last slides: phase at their start, how long they took and
     # by how much longer a later one does (see calm.py)
     KIND, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,

@@ -42,6 +42,7 @@ from vibrodrive.lane import (
     BASE,
     BE,
     BEF,
+    BEFORE,
     C0,
     C1,
     C2,
@@ -67,6 +68,7 @@ from vibrodrive.lane import (
     SPAN,
     SPAN0,
     V0,
+    VALUE,
     WATCH,
     WORK,
     XALF,
@@ -79,7 +81,7 @@ from vibrodrive.lane import (
     Q,
 )
 from vibrodrive.motion import ripple, shape
-from vibrodrive.switching import INFINITY
+from vibrodrive.switching import INFINITY, UNKNOWN
 from vibrodrive.trig import PI, TWO_PI, arc, dot
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -283,6 +285,10 @@ def search(w, i, fast, grid):
     # a search of two sides goes on with the one that is behind
     other = w[OTHER + i]
     turn = ahead > other
+    if grid:
+        next_one = choose((ahead == cursor + 1.0) & (not turn), g, UNKNOWN)
+        w[BEFORE + i] = choose(ahead == cursor, w[BEFORE + i], next_one)
+        w[VALUE + i] = choose(turn, UNKNOWN, g)
     on = True if grid else w[MET + i] == NOTHING
     w[ABOVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[ABOVE + i])
     w[H + i] = choose(on, choose(turn, other, ahead), cursor)

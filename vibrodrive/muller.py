@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import part
-from vibrodrive.lane import AL, ALF, BASE, BE, BEF, C0, C1, C2, D1, D2, ETA, SIG, TOL, WORK
+from vibrodrive.lane import AL, ALF, BASE, BE, BEF, BEFORE, C0, C1, C2, D1, D2, ETA, SIG, TOL, VALUE, WORK
 from vibrodrive.motion import ripple, shape
 from vibrodrive.trig import arc
 
@@ -32,15 +32,19 @@ def value(w, i, h):
 def refine(w, i, low, high):
     """A zero of the switching function between low (not yet changed sign) and high (changed).
 
-    Each step is the root, next to the newest point, of the parabola through the last three points; a step that
-    leaves the bracket is replaced by bisection. Ends when the step is below `tol`.
+    Begins with the ends and where the straight line between them is zero. Each step is the root, next to the newest
+    point, of the parabola through the last three points; a step that leaves the bracket is replaced by bisection. Ends
+    when the step is below `tol`.
     """
     tol = w[TOL + i]
     x0, x1 = low, high
-    g0, g1 = value(w, i, low), value(w, i, high)
-    x2 = 0.5 * (low + high)
+    g0, g1 = w[BEFORE + i], w[VALUE + i]  # where the scan has been there already
+    g0 = g0 if g0 == g0 else value(w, i, low)
+    g1 = g1 if g1 == g1 else value(w, i, high)
     # a slide out of rest begins on a zero of its own, which is not the next switch: leave it first
     leaving = g0 <= 0.0
+    x2 = low if leaving else low + (high - low) * (g0 / (g0 - g1))
+    x2 = x2 if low < x2 < high else 0.5 * (low + high)
     for _ in range(ITERATIONS):
         g2 = value(w, i, x2)
         if g2 < 0.0:

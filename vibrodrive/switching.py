@@ -24,6 +24,7 @@ from vibrodrive.lane import (
     BASE,
     BE,
     BEF,
+    BEFORE,
     C0,
     C1,
     C2,
@@ -46,6 +47,7 @@ from vibrodrive.lane import (
     SPAN,
     SPAN0,
     V0,
+    VALUE,
     WATCH,
     X0,
     XALF,
@@ -65,7 +67,7 @@ from vibrodrive.parameters import State
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
 
-INFINITY = float("inf")
+INFINITY, UNKNOWN = float("inf"), float("nan")
 
 TRANSITIONS = (
     # state, switching function, what decides, next state
@@ -172,4 +174,5 @@ def aim(w, k, i, which, limit):
     w[WATCH + i] = w[X0 + i] if which == S2 else INFINITY
     w[DIP + i] = w[MARGIN + i] if which == S2 else INFINITY
     w[NEAR_UNDER + i] = 0.0
+    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
     k[SEARCH + i] = which
