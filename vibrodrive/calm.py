@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose, fma, wide
+from vibrodrive.branchless import choose, wide
 from vibrodrive.lane import (
     A0,
     BEGAN_DOWN,
@@ -56,10 +56,10 @@ from vibrodrive.lane import (
     P,
 )
 from vibrodrive.locate import NOTHING, TINY, ZERO, way_to_zero
-from vibrodrive.motion import shape
+from vibrodrive.motion import derivatives, shape
 from vibrodrive.parameters import State
 from vibrodrive.switching import S1, S2, S3, slide_shape
-from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc, dot
+from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc
 
 STICK = int(State.STICK)
 
@@ -161,20 +161,18 @@ def remember(w, i, s, h, end):
 def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
     """One evaluation in the bracket: (next h, lo, hi, whether the next h is the zero)."""
     s, v, ds, dv, near = arc(h)
-    c = 1.0 - v
     g = sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
-    g1 = sig * (d1 + fma(2.0 * c2, h, dot(be, s, -al, v)))
-    g2 = sig * fma(2.0, c2, dot(be, c, -al, s))
-    g3 = -sig * dot(al, c, be, s)
-    g4 = sig * dot(al, s, -be, c)
+    g1, g2, g3, g4 = derivatives(h, d1, c2, al, be, s, v)
     above = g > 0.0
     lo = choose(above, h, lo)
     hi = choose(above, hi, h)
+    g1 = sig * g1
     inverse = 1.0 / choose(g1 < 0.0, g1, -1e-300)
     u = g * inverse
-    a2 = 0.5 * g2 * inverse
-    a3 = (1.0 / 6.0) * g3 * inverse
-    a4 = (1.0 / 24.0) * g4 * inverse
+    scaled = sig * inverse
+    a2 = 0.5 * g2 * scaled
+    a3 = (1.0 / 6.0) * g3 * scaled
+    a4 = (1.0 / 24.0) * g4 * scaled
     ahead = h - way_to_zero(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
     t = m * inverse * u

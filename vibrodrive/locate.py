@@ -80,7 +80,7 @@ from vibrodrive.lane import (
     P,
     Q,
 )
-from vibrodrive.motion import ripple, shape
+from vibrodrive.motion import derivatives, ripple, shape
 from vibrodrive.switching import INFINITY, UNKNOWN
 from vibrodrive.trig import PI, TWO_PI, arc, dot
 
@@ -117,9 +117,15 @@ def parabola(g, dg, bend, span):
 
 
 @inline
+def safe_bend(ddg, m3, span):
+    """The bend of the parabola that a function with |g'''| <= m3 stays above up to S = span."""
+    return fma(-(1.0 / 3.0) * m3, span, ddg)
+
+
+@inline
 def safe_step(g, dg, ddg, m3, span):
     """(step, slope): the step for S = span, and minus the slope of the parabola where it has its root there."""
-    return parabola(g, dg, fma(-(1.0 / 3.0) * m3, span, ddg), span)
+    return parabola(g, dg, safe_bend(ddg, m3, span), span)
 
 
 @inline
@@ -202,40 +208,38 @@ def search(w, i, fast, grid):
         sf, vf, dsf, dvf, near_fast = arc(eta * h)
         near = near & near_fast
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
-    dg = w[D1 + i] + fma(2.0 * c2, h, dot(be, s, -al, v))
-    slow_bend = fma(2.0, c2, dot(be, 1.0 - v, -al, s))
-    ddg = slow_bend
+    dg, slow_ddg, dddg, ddddg = derivatives(h, w[D1 + i], c2, al, be, s, v)
+    ddg = slow_ddg
     p, q = w[P + i], w[Q + i]
     x = shape(near, h, w[WATCH + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     if fast:
         g += ripple(near, alf, bef, sf, vf, dsf, dvf)
-        fast_slope = eta * dot(alf, 1.0 - vf, bef, sf)
-        fast_bend = dot(bef, 1.0 - vf, -alf, sf)
+        # the ripple's slope, and its second derivative over η²: minus its value, but for a constant
+        cf = 1.0 - vf
+        fast_slope, fast_second = eta * dot(alf, cf, bef, sf), dot(bef, cf, -alf, sf)
         square = eta * eta
         dg = fma(eta, dot(bef, sf, -alf, vf), dg)
-        ddg = fma(square, fast_bend, ddg)
+        ddg = fma(square, fast_second, ddg)
+        dddg = fma(-square, fast_slope, dddg)
+        ddddg = fma(-square * square, fast_second, ddddg)
         x += ripple(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
     g = w[BASE + i] + sig * g
     dg = sig * dg
     ddg = sig * ddg
-    third, fourth = dot(al, 1.0 - v, be, s), dot(be, 1.0 - v, -al, s)
-    if fast:
-        third = fma(square, fast_slope, third)
-        fourth = fma(square * square, fast_bend, fourth)
-    third = -sig * third
-    fourth = -sig * fourth
+    dddg = sig * dddg
+    ddddg = sig * ddddg
     trusted = g - w[NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     m3, span = w[M3 + i], w[SPAN + i]
     if fast:
         # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
         rf, m2 = w[RF + i], w[M2S + i]
-        slow = fma(sig, fast_bend, trusted) - (rf + w[NOISE + i])
+        slow = fma(sig, fast_second, trusted) - (rf + w[NOISE + i])
         slow_slope = fma(-sig, fast_slope, dg)
         far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
-        slow_bend = fma(sig, slow_bend, -(LEAP / 3.0) * m2)
+        slow_bend = safe_bend(sig * slow_ddg, m2, LEAP)
         leap = slow_bend > -m2
-        bend = choose(far, choose(leap, slow_bend, -m2), fma(-(1.0 / 3.0) * m3, span, ddg))
+        bend = choose(far, choose(leap, slow_bend, -m2), safe_bend(ddg, m3, span))
         reach = choose(far, choose(leap, LEAP, INFINITY), span)
         step, slope = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend, reach)
         slope = choose(far, 0.0, slope)
@@ -275,7 +279,7 @@ def search(w, i, fast, grid):
         tired = w[WORK + i] - w[PAID + i] > PATIENCE
         rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
         ahead, zero = advance(
-            h, g, dg, ddg, third, fourth, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
+            h, g, dg, ddg, dddg, ddddg, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
         )  # fmt: skip
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead

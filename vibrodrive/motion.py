@@ -93,6 +93,14 @@ def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
 
 
 @inline
+def derivatives(h, d1, c2, al, be, s, v):
+    """First to fourth derivative of the slow part of a shape; s, v from `arc(h)`."""
+    c = 1.0 - v
+    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # of the arcs; their third and fourth are minus these
+    return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
+
+
+@inline
 def ripple(near, alf, bef, s, v, ds, dv):
     """The fast part of a shape; s, v, ds, dv from `arc(η h)`."""
     return dot(alf, ds if near else s, bef, dv if near else v)
