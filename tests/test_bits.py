@@ -113,9 +113,18 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("eps", [0.0, 3e-4])
+@pytest.mark.parametrize(
+    "method",
+    [
+        dict(),
+        dict(eps=3e-4),
+        dict(method="muller", dtau=1e-5, tol=1e-7),
+        dict(method="muller", dtau=3e-3, tol=1e-13),
+        dict(method="muller", dtau=0.3, tol=1e-2),
+    ],
+)
 @pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
-def test_abreast_equals_alone(eps, section_phase):
+def test_abreast_equals_alone(method, section_phase):
     """Level to steep, all kinds of start: ordinary switches taken abreast, others one by one; alone all are."""
     rng = np.random.default_rng(7)
     axes = {
@@ -124,7 +133,7 @@ def test_abreast_equals_alone(eps, section_phase):
         "xi0": [0.0, 2.9],
         "dxi0": [0.0, -1.3, 3.5],
     }
-    window = dict(eps=eps, transient=15, periods=15, section_phase=section_phase)
+    window = dict(**method, transient=15, periods=15, section_phase=section_phase)
     swept = vd.sweep(**axes, **window)
     for index in list(np.ndindex(*swept.status.shape))[::7]:
         point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}

@@ -36,7 +36,6 @@ from vibrodrive.lane import (
     LASTED_DOWN,
     LASTED_UP,
     LO,
-    MARGIN,
     MET,
     P_DOWN,
     P_UP,
@@ -126,12 +125,12 @@ def gap_guess(x, below, h):
 
 @inline
 def aim_in_bracket(w, k, i, s):
-    """Look for the end of a slide that has just begun at rest."""
+    """Look for the end of a slide that has just begun at rest. Returns how far below zero it would fall."""
     lo, hi, fall, guess = bracket(w, i, s, w[PHI + i], w[P + i], w[L + i])
     w[LO + i], w[HI + i], w[H + i] = lo, hi, guess
-    w[MARGIN + i] = choose(fall < w[MARGIN + i], fall, w[MARGIN + i])
     w[KIND + i] = BRACKETED
     k[SEARCH + i] = choose(s > 0.0, S3, S2)
+    return fall
 
 
 @inline

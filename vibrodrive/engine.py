@@ -15,6 +15,7 @@ import math
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, jit, part
 from vibrodrive.abreast import cross_all, cross_all_disturbed, mark_points, write_ahead
+from vibrodrive.abreast_refined import cross_all_refined
 from vibrodrive.calm import (
     AT_ONCE,
     BRACKETED,
@@ -54,6 +55,7 @@ from vibrodrive.margins import (
     velocity_rounding,
 )
 from vibrodrive.motion import (
+    LONGEST_SCAN,
     arrive,
     depart,
     excitation,
@@ -94,10 +96,10 @@ STEPS, EVALUATIONS = 3, 2
 """Of a search between two looks at what it has met, with and without a disturbance: most are over by then, and
 looking costs more than a step."""
 
-SMALLEST = 5e-324
+LEAPT = 3
+"""Muller's method without a look at every switch: its scans are leapt over at ε = 0 (abreast_refined.py)."""
 
-LONGEST_SCAN = 4194304.0
-"""A segment of more grid points than this is continued afresh, so that the budget is looked at now and then."""
+SMALLEST = 5e-324
 
 
 @inline
@@ -141,12 +143,17 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method):
     slide(w, i, s, x, v, a0)
     w[r.KIND + i] = STEPPED
     w[r.NEAR_UNDER + i] = 0.0
-    if method == CERTIFIED and w[r.AF + i] == 0.0:
+    if (method == CERTIFIED or method == LEAPT) and w[r.AF + i] == 0.0:
         if s == 0.0:
             w[r.KIND + i] = AT_ONCE
+            w[r.H + i], _, _, down = wait_end(w, i, state, w[r.PHI + i])
+            w[r.SIG + i] = 1.0 if down else -1.0
+            k[r.SEARCH + i] = S4 if state == STICK else S5
             return
         if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
-            aim_in_bracket(w, k, i, s)
+            fall = aim_in_bracket(w, k, i, s)
+            if method == CERTIFIED and fall < w[r.MARGIN + i]:
+                w[r.MARGIN + i] = fall
             return
     begin_search(w, k, i, state, method)
     if method == CERTIFIED and s != 0.0 and v == 0.0:
@@ -355,7 +362,7 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
             if state == REST or state == IMPACT:
                 k[r.SINCE + i] += 1
                 if may_repeat:
-                    look_back(w, k, i, transient, periods, budget, section)
+                    look_back(w, k, i, certified, transient, periods, budget, section)
             return True
         k[r.STATE + i] = to
         w[r.X0 + i] = x
@@ -453,12 +460,15 @@ def load(
 
 
 @part
-def search_calm(w, k, n):
+def search_calm(w, k, n, grid):
     """A pass over the lanes 0..n-1 at ε = 0: brackets narrowed abreast, what has none one by one."""
     if narrow_all(w, k, n, EVALUATIONS) < n:
         for i in range(n):
             if w[r.KIND + i] == STEPPED:
-                search_stepwise(w[i:], 1, 1)
+                if grid:
+                    search_on_grid(w[i:], 1, False)
+                else:
+                    search_stepwise(w[i:], 1, 1)
             elif w[r.KIND + i] == AT_ONCE:
                 w[r.MET + i] = ZERO
 
@@ -474,12 +484,12 @@ def list_met(w, todo, n):
 
 
 @part
-def follow_up(w, k, n, transient, periods, budget, section):
+def follow_up(w, k, n, guessed, transient, periods, budget, section):
     """What lanes taken abreast at ε = 0 leave to be done: the section points they passed, a look back."""
     for i in range(n):
         write_points(w, k, i, section)
         if k[r.LEFT_OVER + i] & LOOK_BACK:
-            look_back(w, k, i, transient, periods, budget, section)
+            look_back(w, k, i, guessed, transient, periods, budget, section)
 
 
 @inline
@@ -512,6 +522,8 @@ def run(
     literal = grid and scan == LITERAL
     lanes = 1 if literal else LANES
     alone = rows_int.shape[0] > 0  # its switches are written down one by one
+    if method == MULLER and not (literal or alone):
+        method = LEAPT
     n = 0
     c = next_index(counter)
     fast = False
@@ -535,15 +547,16 @@ def run(
             if c >= order.shape[0]:
                 break
             continue
+        leaps = method == LEAPT and not fast
         if literal:
             scan_every(w, k, 0, g)
-        elif grid:
+        elif grid and not leaps:
             search_on_grid(w, n, fast)
         elif fast:
             search_stepwise(w, n, STEPS)
         else:
-            search_calm(w, k, n)
-        if grid or alone:
+            search_calm(w, k, n, grid)
+        if alone or (grid and not leaps):
             m = list_met(w, todo, n)
         else:
             if fast:
@@ -551,8 +564,11 @@ def run(
                 write_ahead(w, k, n, transient, section)
                 m = cross_all_disturbed(w, k, n, transient, periods, budget)
             else:
-                m = cross_all(w, k, n, transient, periods, budget)
-                follow_up(w, k, n, transient, periods, budget, section)
+                if leaps:
+                    m = cross_all_refined(w, k, n, transient, periods, budget)
+                else:
+                    m = cross_all(w, k, n, transient, periods, budget)
+                follow_up(w, k, n, not leaps, transient, periods, budget, section)
             if m > 0:
                 list_left_over(k, todo, n)
         ended = 0
@@ -560,6 +576,10 @@ def run(
             i = todo[j]
             if not grid:
                 arrive(w, k, i, fast)
+            elif leaps and w[r.KIND + i] != STEPPED:
+                begin_search(w, k, i, k[r.STATE + i], method)
+                w[r.KIND + i] = STEPPED
+                continue
             if not settle(
                 w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored
             ):  # fmt: skip

@@ -78,6 +78,10 @@ STRETCH = 4.0 * PI
 """A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
 
 
+LONGEST_SCAN = 4194304.0
+"""A segment of more grid points than this is continued afresh too, so that the budget is looked at now and then."""
+
+
 @inline
 def longest(w, i):
     """How long a segment may be."""

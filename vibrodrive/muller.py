@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive._jit import part
+from vibrodrive._jit import inline, part
+from vibrodrive.branchless import choose
 from vibrodrive.lane import AL, ALF, BASE, BE, BEF, BEFORE, C0, C1, C2, D1, D2, ETA, SIG, TOL, VALUE, WORK
 from vibrodrive.motion import ripple, shape
 from vibrodrive.trig import arc
@@ -28,6 +29,26 @@ def value(w, i, h):
     return w[BASE + i] + w[SIG + i] * g
 
 
+@inline
+def on_chord(low, high, g0, g1):
+    """Where the straight line between the ends of a bracket is zero; its middle where that is not inside."""
+    x = low + (high - low) * (g0 / (g0 - g1))
+    return choose((low < x) & (x < high), x, 0.5 * (low + high))
+
+
+@inline
+def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
+    """The root next to x2 of the parabola through three points; the middle of the bracket where that is not inside."""
+    f01 = (g1 - g0) / (x1 - x0)
+    f12 = (g2 - g1) / (x2 - x1)
+    f012 = (f12 - f01) / (x2 - x0)
+    b = f12 + f012 * (x2 - x1)
+    disc = b * b - 4.0 * g2 * f012
+    root = math.sqrt(choose(disc > 0.0, disc, 0.0))
+    x3 = x2 - 2.0 * g2 / choose(b > 0.0, b + root, b - root)
+    return choose((low < x3) & (x3 < high), x3, 0.5 * (low + high))
+
+
 @part
 def refine(w, i, low, high):
     """A zero of the switching function between low (not yet changed sign) and high (changed).
@@ -43,8 +64,7 @@ def refine(w, i, low, high):
     g1 = g1 if g1 == g1 else value(w, i, high)
     # a slide out of rest begins on a zero of its own, which is not the next switch: leave it first
     leaving = g0 <= 0.0
-    x2 = low if leaving else low + (high - low) * (g0 / (g0 - g1))
-    x2 = x2 if low < x2 < high else 0.5 * (low + high)
+    x2 = 0.5 * (low + high) if leaving else on_chord(low, high, g0, g1)
     for _ in range(ITERATIONS):
         g2 = value(w, i, x2)
         if g2 < 0.0:
@@ -54,21 +74,7 @@ def refine(w, i, low, high):
             leaving = False
         if g2 == 0.0 and not leaving:
             return x2
-        inside = False
-        x3 = x2
-        if not leaving and x0 != x1 and x1 != x2 and x0 != x2:
-            f01 = (g1 - g0) / (x1 - x0)
-            f12 = (g2 - g1) / (x2 - x1)
-            f012 = (f12 - f01) / (x2 - x0)
-            b = f12 + f012 * (x2 - x1)
-            disc = b * b - 4.0 * g2 * f012
-            root = math.sqrt(disc) if disc > 0.0 else 0.0
-            den = b + root if b > 0.0 else b - root
-            if den != 0.0:
-                x3 = x2 - 2.0 * g2 / den
-                inside = low < x3 < high
-        if not inside:
-            x3 = 0.5 * (low + high)
+        x3 = 0.5 * (low + high) if leaving else on_parabola(low, high, x0, g0, x1, g1, x2, g2)
         if abs(x3 - x2) < tol or x3 in (low, high):
             return x3
         x0, g0 = x1, g1

@@ -13,8 +13,8 @@ whenever a number of departures that grows by a quarter each time has not led ba
 The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
 certified rest therefore forgets them. Nothing is copied for 1 - B < LEAST_FALL, where slides are found by steps, and
 certified steps depend on the margin so far. Muller's refinement returns as well, for its grid begins anew at each
-switch; it ends a rest at a refined phase, not at a known one. What follows on a fixed grid depends on the number of
-the grid point, which never returns.
+switch, and only the grid points around a zero decide where it starts; it ends a rest at a refined phase, not at a known
+one. What follows on a fixed grid depends on the number of the grid point, which never returns.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ def look_ahead(w, k, i):
 
 
 @inline
-def stands_at_anchor(w, i):
+def stands_at_anchor(w, i, guessed):
     """Whether everything that decides what follows is as it was at the anchor."""
     same = True
-    for n in range(len(DECISIVE)):
+    for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
         same = same and w[DECISIVE[n] + i] == w[r.ANCHOR_PHI + n * LANES + i]
     return same
 
@@ -74,10 +74,13 @@ def drop_anchor(w, k, i):
 
 
 @part
-def look_back(w, k, i, transient, periods, budget, section):
-    """Lane i has just left the obstacle: pass over the cycles that are known, if it stands at its anchor."""
+def look_back(w, k, i, guessed, transient, periods, budget, section):
+    """Lane i has just left the obstacle: pass over the cycles that are known, if it stands at its anchor.
+
+    guessed: whether the bits of a switch depend on where its search began.
+    """
     rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # an impact is left only where H > 1
-    if not stands_at_anchor(w, i):
+    if not stands_at_anchor(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
             drop_anchor(w, k, i)

@@ -1,0 +1,202 @@
+"""Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `engine.settle` do, without branches.
+
+Where a state ends is found as on the certified path (calm.py). That tells which grid points the scan would stop
+between, and a few values tell that it would stop nowhere else: from rest the switching function rises to a known
+phase and falls from there, so if its value is beyond rounding at the first grid point and at the last one before
+the zero, it is at all between. From these two points the zero is refined as ever, so the bits are those of the scan.
+
+Whatever is not that clear is scanned: a zero too close to a grid point, a refinement that takes longer, a decision
+within rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrodrive import lane as r
+from vibrodrive._jit import inline, part
+from vibrodrive.abreast import smaller
+from vibrodrive.branchless import choose, fma, wide
+from vibrodrive.calm import AT_ONCE, BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
+from vibrodrive.lane import LANES
+from vibrodrive.locate import NOTHING
+from vibrodrive.margins import SUSPECT, gap_rounding, terms
+from vibrodrive.motion import LONGEST_SCAN, STRETCH, excitation, later, section_at, shape, state_at, time_between
+from vibrodrive.muller import on_chord, on_parabola
+from vibrodrive.parameters import State
+from vibrodrive.record import DONE, LOOK_BACK, SETTLE, in_record, section_due
+from vibrodrive.switching import (
+    INFINITY,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    aimed,
+    can_leave,
+    decide_at_obstacle,
+    decide_in_air,
+    slide_shape,
+)
+from vibrodrive.trig import TWO_PI, arc
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+VALUES = 4.0
+"""Evaluations of a switching function that confirm and refine its zero here."""
+
+
+@inline
+def value_at(base, sig, c0, d1, d2, c1, c2, al, be, h):
+    """A switching function at h, as `muller.value`."""
+    s, v, ds, dv, near = arc(h)
+    return base + sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
+
+
+@inline
+def cross_refined(w, k, i, transient, periods, budget):
+    """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned."""
+    which = k[r.SEARCH + i]
+    gap, falling, rising, waited = which == S1, which == S2, which == S3, which >= S4
+    met = ((w[r.MET + i] != NOTHING) & (w[r.KIND + i] == BRACKETED)) | (w[r.KIND + i] == AT_ONCE)
+    a, b, x0, dtau, tol = w[r.A + i], w[r.B + i], w[r.X0 + i], w[r.DTAU + i], w[r.TOL + i]
+    period, phi = k[r.PERIOD + i], w[r.PHI + i]
+
+    # the grid points to either side, and what the scan has seen on the way there
+    cell = np.floor(w[r.H + i] / dtau)
+    low, high = cell * dtau, (cell + 1.0) * dtau
+    c0, d1, d2, c1, c2, al, be, _, _, base, sig, _, _, _, _, noise = aimed(w, i, which, high)
+    sig = choose(which == S4, w[r.SIG + i], sig)
+    g0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, low)
+    g1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, high)
+    first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
+    start = choose(waited, choose(which == S5, 1.0 - c0, 1.0 - abs(c0)), choose(gap, INFINITY, first))
+    sure = met & (g0 > noise) & (g1 < 0.0) & (start > noise) & (high + dtau < STRETCH) & (cell < LONGEST_SCAN)
+
+    # refine, in two steps at most
+    p0 = on_chord(low, high, g0, g1)
+    f0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p0)
+    below = f0 < 0.0
+    lo, hi = choose(below, low, p0), choose(below, p0, high)
+    p1 = on_parabola(lo, hi, low, g0, high, g1, p0, f0)
+    soon = abs(p1 - p0) < tol
+    f1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p1)
+    below = f1 < 0.0
+    p2 = on_parabola(choose(below, lo, p1), choose(below, p1, hi), high, g1, p0, f0, p1, f1)
+    h = choose(soon, p1, p2)
+    refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
+
+    # arrive
+    x, _ = state_at(w, i, h, False)
+    turned, phi1, _ = later(phi, w[r.LOW + i], h)
+    p, q = excitation(a, phi1, 0.0)
+    force = q - b
+
+    # S2 ends below the obstacle: there was an impact before, look for it
+    e0, e1, e2, e3, e4, e5, e6 = slide_shape(w, i, True, 0.0)
+    x_low = value_at(0.0, 1.0, e0, e1, e2, e3, e4, e5, e6, low)
+    slack = gap_rounding(w, i, h) + (a + 1.0 + b) * dtau * dtau
+    aside = sure & falling & (x_low < -slack)
+    guess_below = gap_guess(x0, x_low, low)
+
+    # a switch: the section point on the way, and what the period may cost
+    count = k[r.SECTIONS + i]
+    due = section_due(w, k, i, count, period, phi, w[r.LOW + i], transient)
+    point = (due <= h) & (count < periods)
+    sx, sv = section_at(w, i, due)
+    w[r.THERE_SX + i] = choose(waited, x0, sx)
+    w[r.THERE_SV + i] = choose(waited, 0.0, sv)
+    k[r.SLOT + i] = count
+    before = k[r.COUNT + i]
+    cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
+    over = sure & refined & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9) & (cost < budget)
+    over &= (w[r.WORK + i] - w[r.PAID + i] < 100.0) & ((x > slack) | (not falling))
+
+    # decide
+    there = period + int(turned)
+    end = k[r.PERIOD0 + i] + transient + periods
+    to = choose(gap, decide_at_obstacle(force), decide_in_air(force))
+    leave = choose((which == S4) & (w[r.SIG + i] >= 0.0), DOWN, UP)
+    to = choose(waited, leave, to)
+    distance = abs(choose(gap, force, abs(force)) - 1.0)
+    over &= waited | (distance >= SUSPECT * terms(w, i))
+    margin = w[r.MARGIN + i]
+    nearest = choose(waited, margin, smaller(distance, margin))
+
+    # what begins there, as `slide`, from rest
+    waits = (to == STICK) | (to == REST)
+    s = choose(waits, 0.0, choose(to == UP, 1.0, -1.0))
+    over &= choose(waits, can_leave(w, i, to), 1.0 + s * b >= LEAST_FALL)
+    recorded = over & in_record(w, k, i, there, phi1, transient)
+    a0 = force - s
+    a0 = choose(a0 * s < 0.0, 0.0, a0)
+    slope = a0 - q
+    x1 = choose(gap, 0.0, choose(waited, x0, x))
+    x_off = choose(gap, 0.0, choose(waited, w[r.X_OFF + i], gap_rounding(w, i, h)))
+
+    # where it ends
+    rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
+    slid_up, slid_down = over & rising, (over | aside) & falling
+    w[r.BEGAN_UP + i] = choose(slid_up, phi, w[r.BEGAN_UP + i])
+    w[r.BEGAN_DOWN + i] = choose(slid_down, phi, w[r.BEGAN_DOWN + i])
+    w[r.LASTED_UP + i] = choose(slid_up, h, w[r.LASTED_UP + i])
+    w[r.LASTED_DOWN + i] = choose(slid_down, h, w[r.LASTED_DOWN + i])
+    w[r.RATE_UP + i] = choose(slid_up, rate, w[r.RATE_UP + i])
+    w[r.RATE_DOWN + i] = choose(slid_down, rate, w[r.RATE_DOWN + i])
+    b_lo, b_hi, _, guess = bracket(w, i, s, phi1, p, slope)
+    wait, _, _, down = wait_end(w, i, to, phi1)
+
+    # away from the obstacle, or at rest there: is this where the motion has been before?
+    at_obstacle = over & (gap | (which == S5))
+    since = k[r.SINCE + i] + choose(at_obstacle, 1, 0)
+    k[r.SINCE + i] = since
+    look = at_obstacle & ((phi1 == w[r.ANCHOR_PHI + i]) | (since >= k[r.WINDOW + i]))
+    left = choose(aside | (not (met | (w[r.MET + i] != NOTHING))), DONE, SETTLE)
+    k[r.LEFT_OVER + i] = choose(over, choose(look, LOOK_BACK, DONE), left)
+
+    k[r.STATE + i] = choose(over, to, k[r.STATE + i])
+    k[r.PERIOD + i] = choose(over, there, period)
+    k[r.COUNTED + i] = choose(over, period, k[r.COUNTED + i])
+    k[r.COUNT + i] = choose(over, cost, before)
+    k[r.SECTIONS + i] = count + choose(over & point, 1, 0)
+    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & gap, 1, 0)
+    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+    goal = choose(to == UP, S3, choose(to == DOWN, S2, choose(to == STICK, S4, S5)))
+    k[r.SEARCH + i] = choose(over, goal, choose(aside, S1, which))
+    w[r.KIND + i] = choose(over, choose(waits, AT_ONCE, BRACKETED), w[r.KIND + i])
+    w[r.SIG + i] = choose(over, choose(down, 1.0, -1.0), w[r.SIG + i])
+    w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))
+    w[r.HI + i] = choose(over, b_hi, choose(aside, low, w[r.HI + i]))
+    w[r.H + i] = choose(over, choose(waits, wait, guess), choose(aside, guess_below, w[r.H + i]))
+    w[r.MARGIN + i] = choose(over, nearest, margin)
+    work = w[r.WORK + i] + choose(met, VALUES, 0.0)
+    w[r.WORK + i] = work
+    w[r.PAID + i] = choose(over, work, w[r.PAID + i])
+    w[r.PHI + i] = choose(over, phi1, phi)
+    w[r.LOW + i] = choose(over, 0.0, w[r.LOW + i])
+    w[r.LEFT + i] = choose(over, time_between(there, phi1, 0.0, end, w[r.PHI0 + i]), w[r.LEFT + i])
+    w[r.P + i] = choose(over, p, w[r.P + i])
+    w[r.Q + i] = choose(over, q, w[r.Q + i])
+    w[r.X0 + i] = choose(over, x1, x0)
+    w[r.V0 + i] = choose(over, 0.0, w[r.V0 + i])
+    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
+    w[r.L + i] = choose(over, slope, w[r.L + i])
+    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
+    w[r.XC1 + i] = choose(over, p, w[r.XC1 + i])
+    w[r.X_OFF + i] = choose(over, x_off, w[r.X_OFF + i])
+    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
+
+
+@part
+def cross_all_refined(w, k, n, transient, periods, budget):
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
+    wide()
+    left = 0
+    for i in range(n):
+        cross_refined(w, k, i, transient, periods, budget)
+        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+    return left
