@@ -115,3 +115,56 @@ def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
     literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.section, skipping.section)
     assert np.array_equal(literal.switches, skipping.switches)
+
+
+LEAPS: dict[str, dict[str, float]] = {
+    "H touches 1 at a grid point": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 1200, periods=5),
+    "the same, finer": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 12000, periods=5),
+    "the same, steeper": dict(
+        A=1.75, B=0.75, xi0=3.0, tau0=0.861587740205537, dtau=0.002129755515283362, periods=3
+    ),
+    "a budget of few switches": dict(
+        A=1.7287220708143323, B=0.7287220707685688, xi0=0.0833430610322381, tau0=0.48687829911216496,
+        dtau=0.004042611324263639, tol=4.53e-14, transient=40, periods=3, budget=4,
+    ),
+    "hardly any wait": dict(
+        A=1.000000001374711, B=0.0, xi0=2.0, dxi0=0.7062784193398164, dtau=1.8074693008481331e-06,
+        tol=0.0006628171063370612, periods=3, budget=4,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", LEAPS)
+def test_a_leap_sees_what_the_scan_sees(name):
+    """Sweeps leap over Muller's scans at ε = 0; a single trajectory is scanned."""
+    scene = {"method": "muller", "transient": 0, **LEAPS[name]}
+    alone = vd.simulate(**scene)
+    swept = vd.sweep(**{**scene, "A": [scene["A"]]})
+    assert np.array_equal(alone.section, swept.section[0], equal_nan=True)
+    assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[0])
+    assert (alone.margin, alone.status) == (swept.margin[0], swept.status[0])
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "scene",
+    [
+        dict(A=56.334685138402385, B=1.9, tau0=np.pi / 2, xi0=1e-300, dtau=3.23769908526484, tol=1e-300, periods=1),
+        dict(
+            A=1.9850003906512026,
+            B=0.985,
+            tau0=4.5359423004019055,
+            xi0=4.440821210799109,
+            dtau=3.3299295262907394,
+            periods=1,
+        ),
+    ],
+)
+def test_a_grid_coarser_than_half_a_period(scene):
+    """ξ' is positive for a while between two grid points at which it is not."""
+    literal, skip = (
+        vd.simulate(method="muller", transient=0, **{"periods": 3, "tol": 1.0, **scene}, scan=scan)
+        for scan in ("literal", "skip")
+    )
+    assert (literal.switches == skip.switches).all()

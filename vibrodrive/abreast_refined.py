@@ -1,9 +1,11 @@
 """Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `engine.settle` do, without branches.
 
-Where a state ends is found as on the certified path (calm.py). That tells which grid points the scan would stop
-between, and a few values tell that it would stop nowhere else: from rest the switching function rises to a known
-phase and falls from there, so if its value is beyond rounding at the first grid point and at the last one before
-the zero, it is at all between. From these two points the zero is refined as ever, so the bits are those of the scan.
+Where a state ends is found as on the certified path (calm.py), for slides that begin at rest and for waits. That tells
+which grid points the scan would stop between, and a few values tell that it would stop nowhere else: the switching
+function rises to a known phase and falls from there, so if it is beyond rounding where the scan begins (a wait at its
+start, a slide one grid point later) and at the last grid point before the zero, it is at all between. The other side of
+S4 either grows all the way or is least where H passes its peak, at 1 + B - A. From the two points around it the zero is
+refined as ever, so the bits are those of the scan.
 
 Whatever is not that clear is scanned: a zero too close to a grid point, a refinement that takes longer, a decision
 within rounding.
@@ -70,8 +72,11 @@ def cross_refined(w, k, i, transient, periods, budget):
     g0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, low)
     g1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, high)
     first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
+    # the gap was looked at where the slide ends: see `aside`
     start = choose(waited, choose(which == S5, 1.0 - c0, 1.0 - abs(c0)), choose(gap, INFINITY, first))
-    sure = met & (g0 > noise) & (g1 < 0.0) & (start > noise) & (high + dtau < STRETCH) & (cell < LONGEST_SCAN)
+    peak = choose((which == S4) & (a <= 1.0 + b), (1.0 + b) - a, INFINITY)
+    sure = met & (g0 > noise) & (g1 < 0.0) & (smaller(start, peak) > noise) & (low < TWO_PI)
+    sure &= (high + dtau < STRETCH) & (cell < LONGEST_SCAN)
 
     # refine, in two steps at most
     p0 = on_chord(low, high, g0, g1)

@@ -97,6 +97,9 @@ def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
     return count
 
 
+COARSE = 1.0
+"""On a coarser grid ξ' may be positive for a while between two points where it is not: each value is looked at."""
+
 CLOSE = 16
 """So many values are looked at one by one where something is met."""
 
@@ -156,11 +159,12 @@ def scan(w, k, i, table):
             # ξ falls all through a block in which ξ' stays negative: its last value tells of all
             x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < 0.0
-        if count > 0 or fallen:
-            start = n
-            if count > 0:
+        coarse = dtau > COARSE
+        if count > 0 or fallen or coarse:
+            start = 0 if coarse else n
+            if count > 0 and not coarse:
                 start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
-            if which == S2:
+            if which == S2 and not coarse:
                 start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
             for j in range(start, n):
                 cursor = first + float(j)

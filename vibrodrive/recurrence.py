@@ -7,8 +7,8 @@ that decides the motion depends on how many whole periods have passed.
 
 Here a lane that leaves the obstacle looks back. If it stands where it stood at its anchor, the section points of the
 cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
-as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on at every rest, and
-whenever a number of departures that grows by a quarter each time has not led back to it (after Brent 1980).
+as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on at every certified
+rest, and whenever a number of departures that grows by a quarter each time has not led back to it (after Brent 1980).
 
 The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
 certified rest therefore forgets them. Nothing is copied for 1 - B < LEAST_FALL, where slides are found by steps, and
