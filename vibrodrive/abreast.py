@@ -11,7 +11,7 @@ from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, wide
 from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
-from vibrodrive.lane import LANES
+from vibrodrive.lane import LANES, full
 from vibrodrive.locate import FALLEN, NOTHING, ZERO, free_of_zeros
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
@@ -40,6 +40,52 @@ def smaller(a, b):
 
 
 @inline
+def move(w, k, i, over, to, period, phi, low, left, x, x_off, a0, slope, p, q, xc1, counted, cost):
+    """If `over`, put lane i behind its switch, where `to` begins from rest, as `slide`: ξ = x, ξ'' = a0, L = slope.
+
+    The switch is booked on period `counted`, as number `cost` of it.
+    """
+    k[r.STATE + i] = choose(over, to, k[r.STATE + i])
+    k[r.PERIOD + i] = choose(over, period, k[r.PERIOD + i])
+    w[r.PHI + i] = choose(over, phi, w[r.PHI + i])
+    w[r.LOW + i] = choose(over, low, w[r.LOW + i])
+    w[r.LEFT + i] = choose(over, left, w[r.LEFT + i])
+    w[r.X0 + i] = choose(over, x, w[r.X0 + i])
+    w[r.X_OFF + i] = choose(over, x_off, w[r.X_OFF + i])
+    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
+    w[r.L + i] = choose(over, slope, w[r.L + i])
+    w[r.P + i] = choose(over, p, w[r.P + i])
+    w[r.Q + i] = choose(over, q, w[r.Q + i])
+    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
+    w[r.XC1 + i] = choose(over, xc1, w[r.XC1 + i])
+    w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
+    k[r.COUNTED + i] = choose(over, counted, k[r.COUNTED + i])
+    k[r.COUNT + i] = choose(over, cost, k[r.COUNT + i])
+
+
+@inline
+def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
+    """Where the next slide up and down will end by this one, as `remember` and `forget`."""
+    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
+    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
+    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
+    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
+    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
+    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
+
+
+@inline
+def count(k, i, recorded, hit, to):
+    """Count a switch into `to`, and the impact before it if it is one."""
+    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & hit, 1, 0)
+    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+
+
+@inline
 def cross(w, k, i, transient, periods, budget):
     """Take lane i, which stands at the end of its search, over the switch; or leave it to `settle`."""
     met = w[r.MET + i] != NOTHING
@@ -59,11 +105,11 @@ def cross(w, k, i, transient, periods, budget):
     guess_below = gap_guess(w[r.X0 + i], x, h)
 
     # a switch: the section point on the way, and what the period may cost
-    count = k[r.SECTIONS + i]
-    due = section_due(w, k, i, count, period, phi, low, transient)
-    point = (due <= h) & (count < periods)
+    slot = k[r.SECTIONS + i]
+    due = section_due(w, k, i, slot, period, phi, low, transient)
+    point = (due <= h) & (slot < periods)
     w[r.THERE_SX + i], w[r.THERE_SV + i] = section_at(w, i, due)
-    k[r.SLOT + i] = count
+    k[r.SLOT + i] = slot
     before = k[r.COUNT + i]
     cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
     over = known & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9) & (w[r.WORK + i] - w[r.PAID + i] < 100.0)
@@ -82,9 +128,9 @@ def cross(w, k, i, transient, periods, budget):
     # a wait, to its end
     waiting = (to == STICK) | (to == REST)
     hw, phase, later, down = wait_end(w, i, to, phi1)
-    count1 = count + choose(point, 1, 0)
-    due1 = section_due(w, k, i, count1, there, phi1, 0.0, transient)
-    point1 = waiting & (due1 <= hw) & (count1 < periods)
+    passed = slot + choose(point, 1, 0)
+    due1 = section_due(w, k, i, passed, there, phi1, 0.0, transient)
+    point1 = waiting & (due1 <= hw) & (passed < periods)
     cost1 = choose(waiting, 1 + choose(period == there, cost, 0), cost)
     way_out = calm_end_distance(w, i, down)
     left1 = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
@@ -108,13 +154,8 @@ def cross(w, k, i, transient, periods, budget):
     slope = a0 - q2
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
     slid_up, slid_down = over & rising, (over | aside) & falling
-    rested = over & (to == REST)  # as `forget`
-    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
-    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
-    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
-    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
-    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
-    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
+    rested = over & (to == REST)
+    keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate)
     lo, hi, fall, guess = bracket(w, i, s, phi2, p2, slope)
 
     # away from the obstacle: is this where the motion has been before?
@@ -129,30 +170,14 @@ def cross(w, k, i, transient, periods, budget):
     w[r.H + i] = choose(over, guess, choose(aside, guess_below, w[r.H + i]))
     w[r.MARGIN + i] = choose(over, smaller(fall, nearest), choose(aside, below, w[r.MARGIN + i]))
     k[r.SEARCH + i] = choose(over, choose(up, S3, S2), choose(aside, S1, k[r.SEARCH + i]))
-    k[r.STATE + i] = choose(over, choose(up, UP, DOWN), k[r.STATE + i])
-    k[r.PERIOD + i] = choose(over, after, k[r.PERIOD + i])
-    w[r.PHI + i] = choose(over, phi2, w[r.PHI + i])
-    w[r.LOW + i] = choose(over, 0.0, low)
-    w[r.LEFT + i] = choose(over, time_between(after, phi2, 0.0, end, w[r.PHI0 + i]), w[r.LEFT + i])
-    # as `slide` from rest
-    w[r.P + i] = choose(over, p2, w[r.P + i])
-    w[r.Q + i] = choose(over, q2, w[r.Q + i])
-    w[r.X0 + i] = choose(over, x1, w[r.X0 + i])
-    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
-    w[r.L + i] = choose(over, slope, w[r.L + i])
-    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
-    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
-    w[r.XC1 + i] = choose(over, p2, w[r.XC1 + i])
-    w[r.X_OFF + i] = choose(over, choose(gap, 0.0, off), w[r.X_OFF + i])
-    w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
-    k[r.COUNTED + i] = choose(over, choose(waiting, there, period), k[r.COUNTED + i])
-    k[r.COUNT + i] = choose(over, cost1, k[r.COUNT + i])
-    k[r.SECTIONS + i] = choose(over, count1 + choose(point1, 1, 0), k[r.SECTIONS + i])
-    k[r.SWITCHES + IMPACT * LANES + i] += choose(over & (recorded & gap), 1, 0)
-    k[r.SWITCHES + STICK * LANES + i] += choose(over & (recorded & (to == STICK)), 1, 0)
-    k[r.SWITCHES + REST * LANES + i] += choose(over & (recorded & (to == REST)), 1, 0)
-    k[r.SWITCHES + UP * LANES + i] += choose(over & ((recorded & (to == UP)) | (recorded1 & up)), 1, 0)
-    k[r.SWITCHES + DOWN * LANES + i] += choose(over & ((recorded & (to == DOWN)) | (recorded1 & (not up))), 1, 0)
+    k[r.SECTIONS + i] = choose(over, passed + choose(point1, 1, 0), k[r.SECTIONS + i])
+    left = time_between(after, phi2, 0.0, end, w[r.PHI0 + i])
+    counted = choose(waiting, there, period)
+    x_off = choose(gap, 0.0, off)
+    next_state = choose(up, UP, DOWN)
+    move(w, k, i, over, next_state, after, phi2, 0.0, left, x1, x_off, a0, slope, p2, q2, p2, counted, cost1)
+    count(k, i, over & recorded, gap, to)
+    count(k, i, over & recorded1, False, next_state)
 
 
 @part
@@ -163,9 +188,9 @@ def cross_all(w, k, n, transient, periods, budget):
     """
     wide()
     left = 0
-    for i in range(n):
+    for i in range(full(n)):
         cross(w, k, i, transient, periods, budget)
-        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+        left += choose((i < n) & (k[r.LEFT_OVER + i] == SETTLE), 1, 0)
     return left
 
 
@@ -173,7 +198,7 @@ def cross_all(w, k, n, transient, periods, budget):
 def mark_points(w, k, n, transient, periods):
     """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
     wide()
-    for i in range(n):
+    for i in range(full(n)):
         count = k[r.SECTIONS + i]
         due = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
         k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (count < periods), count, periods)
@@ -220,8 +245,8 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     margin_aside = choose(met == ZERO, smaller(-x, margin), margin)
 
     # a switch: the section point on the way, and what the period may cost
-    count = k[r.SECTIONS + i]
-    due = section_due(w, k, i, count, period, phi, low, transient)
+    slot = k[r.SECTIONS + i]
+    due = section_due(w, k, i, slot, period, phi, low, transient)
     point = k[r.SLOT + i] < periods
     before = k[r.COUNT + i]
     cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
@@ -251,38 +276,18 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     x1 = choose(gap, 0.0, x)
 
     k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, SETTLE)
-    k[r.SECTIONS + i] = count + choose(over & point, 1, 0)
-    w[r.X0 + i] = choose(over, x1, x0)
+    k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
+    x_off = choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off))
+    xc1 = p1 + pf1 * inverse
+    move(w, k, i, over, to, there, phi1, low1, left, x1, x_off, a0, slope, p1, q1, xc1, period, cost)
+    count(k, i, recorded, gap, to)
     w[r.V0 + i] = choose(over, 0.0, v0)
-    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
-    w[r.L + i] = choose(over, slope, w[r.L + i])
-    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
-    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
-    w[r.XC1 + i] = choose(over, p1 + pf1 * inverse, w[r.XC1 + i])
-    w[r.XALF + i] = choose(over, -pf1 * (inverse * inverse), w[r.XALF + i])
-    w[r.XBEF + i] = choose(over, qf1 * (inverse * inverse), w[r.XBEF + i])
-    w[r.P + i] = choose(over, p1, w[r.P + i])
-    w[r.Q + i] = choose(over, q1, w[r.Q + i])
+    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
+    w[r.THETA + i] = choose(over, theta1, w[r.THETA + i])
     w[r.PF + i] = choose(over, pf1, w[r.PF + i])
     w[r.QF + i] = choose(over, qf1, w[r.QF + i])
-    w[r.PHI + i] = choose(over, phi1, phi)
-    w[r.LOW + i] = choose(over, low1, low)
-    w[r.THETA + i] = choose(over, theta1, w[r.THETA + i])
-    k[r.PERIOD + i] = choose(over, there, period)
-    k[r.STATE + i] = choose(over, to, k[r.STATE + i])
-    left_before = w[r.LEFT + i]
-    w[r.LEFT + i] = choose(over, left, left_before)
-    stays = w[r.X_OFF + i]
-    w[r.X_OFF + i] = choose(over, choose(gap, 0.0, choose(waited, stays, off)), stays)
-    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
-    w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
-    k[r.COUNTED + i] = choose(over, period, k[r.COUNTED + i])
-    k[r.COUNT + i] = choose(over, cost, before)
-    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & gap, 1, 0)
-    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
-    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
-    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
-    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+    w[r.XALF + i] = choose(over, -pf1 * (inverse * inverse), w[r.XALF + i])
+    w[r.XBEF + i] = choose(over, qf1 * (inverse * inverse), w[r.XBEF + i])
 
     # aim at what ends it, as `begin_search`
     moved = over | aside
@@ -328,7 +333,7 @@ def cross_all_disturbed(w, k, n, transient, periods, budget):
     """As `cross_all`, for ε > 0."""
     wide()
     left = 0
-    for i in range(n):
+    for i in range(full(n)):
         cross_disturbed(w, k, i, transient, periods, budget)
-        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+        left += choose((i < n) & (k[r.LEFT_OVER + i] == SETTLE), 1, 0)
     return left

@@ -17,10 +17,10 @@ import numpy as np
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.abreast import smaller
+from vibrodrive.abreast import count, keep_guesses, move, smaller
 from vibrodrive.branchless import choose, fma, wide
 from vibrodrive.calm import AT_ONCE, BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
-from vibrodrive.lane import LANES
+from vibrodrive.lane import full
 from vibrodrive.locate import NOTHING
 from vibrodrive.margins import SUSPECT, gap_rounding, terms
 from vibrodrive.motion import LONGEST_SCAN, STRETCH, excitation, later, section_at, shape, state_at, time_between
@@ -97,7 +97,8 @@ def cross_refined(w, k, i, transient, periods, budget):
     p, q = excitation(a, phi1, 0.0)
     force = q - b
 
-    # S2 ends below the obstacle: there was an impact before, look for it
+    # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
+    # differs from that by less than `slack`
     e0, e1, e2, e3, e4, e5, e6 = slide_shape(w, i, True, 0.0)
     x_low = value_at(0.0, 1.0, e0, e1, e2, e3, e4, e5, e6, low)
     slack = gap_rounding(w, i, h) + (a + 1.0 + b) * dtau * dtau
@@ -105,13 +106,13 @@ def cross_refined(w, k, i, transient, periods, budget):
     guess_below = gap_guess(x0, x_low, low)
 
     # a switch: the section point on the way, and what the period may cost
-    count = k[r.SECTIONS + i]
-    due = section_due(w, k, i, count, period, phi, w[r.LOW + i], transient)
-    point = (due <= h) & (count < periods)
+    slot = k[r.SECTIONS + i]
+    due = section_due(w, k, i, slot, period, phi, w[r.LOW + i], transient)
+    point = (due <= h) & (slot < periods)
     sx, sv = section_at(w, i, due)
     w[r.THERE_SX + i] = choose(waited, x0, sx)
     w[r.THERE_SV + i] = choose(waited, 0.0, sv)
-    k[r.SLOT + i] = count
+    k[r.SLOT + i] = slot
     before = k[r.COUNT + i]
     cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
     over = sure & refined & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9) & (cost < budget)
@@ -142,12 +143,7 @@ def cross_refined(w, k, i, transient, periods, budget):
     # where it ends
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
     slid_up, slid_down = over & rising, (over | aside) & falling
-    w[r.BEGAN_UP + i] = choose(slid_up, phi, w[r.BEGAN_UP + i])
-    w[r.BEGAN_DOWN + i] = choose(slid_down, phi, w[r.BEGAN_DOWN + i])
-    w[r.LASTED_UP + i] = choose(slid_up, h, w[r.LASTED_UP + i])
-    w[r.LASTED_DOWN + i] = choose(slid_down, h, w[r.LASTED_DOWN + i])
-    w[r.RATE_UP + i] = choose(slid_up, rate, w[r.RATE_UP + i])
-    w[r.RATE_DOWN + i] = choose(slid_down, rate, w[r.RATE_DOWN + i])
+    keep_guesses(w, i, slid_up, slid_down, False, phi, h, rate)
     b_lo, b_hi, _, guess = bracket(w, i, s, phi1, p, slope)
     wait, _, _, down = wait_end(w, i, to, phi1)
 
@@ -156,19 +152,18 @@ def cross_refined(w, k, i, transient, periods, budget):
     since = k[r.SINCE + i] + choose(at_obstacle, 1, 0)
     k[r.SINCE + i] = since
     look = at_obstacle & ((phi1 == w[r.ANCHOR_PHI + i]) | (since >= k[r.WINDOW + i]))
-    left = choose(aside | (not (met | (w[r.MET + i] != NOTHING))), DONE, SETTLE)
-    k[r.LEFT_OVER + i] = choose(over, choose(look, LOOK_BACK, DONE), left)
+    # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
+    idle = aside | (not (met | (w[r.MET + i] != NOTHING)))
+    k[r.LEFT_OVER + i] = choose(over, choose(look, LOOK_BACK, DONE), choose(idle, DONE, SETTLE))
 
-    k[r.STATE + i] = choose(over, to, k[r.STATE + i])
-    k[r.PERIOD + i] = choose(over, there, period)
-    k[r.COUNTED + i] = choose(over, period, k[r.COUNTED + i])
-    k[r.COUNT + i] = choose(over, cost, before)
-    k[r.SECTIONS + i] = count + choose(over & point, 1, 0)
-    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & gap, 1, 0)
-    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
-    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
-    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
-    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+    w[r.WORK + i] += choose(met, VALUES, 0.0)
+    left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
+    move(w, k, i, over, to, there, phi1, 0.0, left, x1, x_off, a0, slope, p, q, p, period, cost)
+    count(k, i, recorded, gap, to)
+    k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
+    w[r.V0 + i] = choose(over, 0.0, w[r.V0 + i])
+    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
+    w[r.MARGIN + i] = choose(over, nearest, margin)
     goal = choose(to == UP, S3, choose(to == DOWN, S2, choose(to == STICK, S4, S5)))
     k[r.SEARCH + i] = choose(over, goal, choose(aside, S1, which))
     w[r.KIND + i] = choose(over, choose(waits, AT_ONCE, BRACKETED), w[r.KIND + i])
@@ -176,24 +171,6 @@ def cross_refined(w, k, i, transient, periods, budget):
     w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))
     w[r.HI + i] = choose(over, b_hi, choose(aside, low, w[r.HI + i]))
     w[r.H + i] = choose(over, choose(waits, wait, guess), choose(aside, guess_below, w[r.H + i]))
-    w[r.MARGIN + i] = choose(over, nearest, margin)
-    work = w[r.WORK + i] + choose(met, VALUES, 0.0)
-    w[r.WORK + i] = work
-    w[r.PAID + i] = choose(over, work, w[r.PAID + i])
-    w[r.PHI + i] = choose(over, phi1, phi)
-    w[r.LOW + i] = choose(over, 0.0, w[r.LOW + i])
-    w[r.LEFT + i] = choose(over, time_between(there, phi1, 0.0, end, w[r.PHI0 + i]), w[r.LEFT + i])
-    w[r.P + i] = choose(over, p, w[r.P + i])
-    w[r.Q + i] = choose(over, q, w[r.Q + i])
-    w[r.X0 + i] = choose(over, x1, x0)
-    w[r.V0 + i] = choose(over, 0.0, w[r.V0 + i])
-    w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
-    w[r.L + i] = choose(over, slope, w[r.L + i])
-    w[r.XD2 + i] = choose(over, 0.5 * a0, w[r.XD2 + i])
-    w[r.XC2 + i] = choose(over, 0.5 * slope, w[r.XC2 + i])
-    w[r.XC1 + i] = choose(over, p, w[r.XC1 + i])
-    w[r.X_OFF + i] = choose(over, x_off, w[r.X_OFF + i])
-    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
 
 
 @part
@@ -201,7 +178,7 @@ def cross_all_refined(w, k, n, transient, periods, budget):
     """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
     wide()
     left = 0
-    for i in range(n):
+    for i in range(full(n)):
         cross_refined(w, k, i, transient, periods, budget)
-        left += choose(k[r.LEFT_OVER + i] == SETTLE, 1, 0)
+        left += choose((i < n) & (k[r.LEFT_OVER + i] == SETTLE), 1, 0)
     return left

@@ -91,23 +91,23 @@ def _prefer_wide(typingctx):
     return types.none(), codegen
 
 
-_COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
+COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 
-choose: Any = _select if _COMPILED else _choose
+choose: Any = _select if COMPILED else _choose
 """choose(c, a, b): a if c else b, both computed. The compiler moves what one side of a branch needs into that side, a
 read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
 
-fma: Any = _fused if _COMPILED else _libm_fma()
+fma: Any = _fused if COMPILED else _libm_fma()
 """fma(a, b, c): a b + c, rounded once: one instruction for two, and the same bits everywhere. Never left to the
 compiler (that would be fastmath): it fuses what happens to stand together, and one motion alone is compiled apart
 from many abreast."""
 
-low_bits: Any = _bits if _COMPILED else _low_bits
+low_bits: Any = _bits if COMPILED else _low_bits
 """low_bits(t): an integer whose last bits are those of the whole number n in t = n + ROUND."""
 
-flip: Any = _xor_sign if _COMPILED else _flip
+flip: Any = _xor_sign if COMPILED else _flip
 """flip(x, bits): x with its sign changed if the last bit but one is set."""
 
-wide: Any = _prefer_wide if _COMPILED else _nothing
+wide: Any = _prefer_wide if COMPILED else _nothing
 """wide(): the function around this is compiled for the widest registers there are. The default on processors that
 have them is half that, out of care for code around that is not vectorised; loops over lanes are."""

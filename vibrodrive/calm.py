@@ -53,6 +53,7 @@ from vibrodrive.lane import (
     H,
     L,
     P,
+    full,
 )
 from vibrodrive.locate import NOTHING, TINY, ZERO, way_to_zero
 from vibrodrive.motion import derivatives, shape
@@ -203,10 +204,11 @@ def narrow_all(w, k, n, evaluations):
     """So many evaluations, or fewer where that is enough, in the lanes 0..n-1 with a bracket. Returns their number."""
     wide()
     total = 0
-    for i in range(n):
+    m = full(n)
+    for i in range(m):
         w[MET + i] = NOTHING
-        total += choose(w[KIND + i] == BRACKETED, 1, 0)
+        total += choose((i < n) & (w[KIND + i] == BRACKETED), 1, 0)
     for _ in range(evaluations):
-        for i in range(n):
+        for i in range(m):
             narrow(w, k, i)
     return total

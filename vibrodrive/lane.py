@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibrodrive._jit import inline
+from vibrodrive.branchless import COMPILED
+
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 96 × 8 B = 48 kB,
 of which a search touches a third)."""
@@ -28,7 +31,8 @@ ROWS_K = 26
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down
     XD2, XC1, XC2, XALF, XBEF, WATCH, DIP,
-    # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py)
+    # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py); where the end
+    # of a wait is known beforehand only SIG is put down, the side of S4
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2S, RF, SPAN, SPAN0, NOISE,
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
@@ -58,6 +62,15 @@ ROWS_K = 26
     # switches so far into each of the five states, in the order of `State`, and how many there were at the anchor
     SWITCHES, _, _, _, _, ANCHOR_SWITCHES, _, _, _, _,
 ) = (LANES * row for row in range(ROWS_K))  # fmt: skip
+
+
+@inline
+def full(n):
+    """How many lanes to go over where n are in use: whole registers of them, for a few left over cost more than eight.
+
+    What the idle lanes behind n hold is of no account.
+    """
+    return (n + 7) & -8 if COMPILED and n > 3 else n
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:

@@ -79,6 +79,7 @@ from vibrodrive.lane import (
     H,
     P,
     Q,
+    full,
 )
 from vibrodrive.motion import derivatives, ripple, shape
 from vibrodrive.switching import INFINITY, UNKNOWN
@@ -307,11 +308,12 @@ def search(w, i, fast, grid):
 def search_on_grid(w, n, fast):
     """One step in each of the lanes 0..n-1. Two loops, so that each is free of branches."""
     wide()
+    m = full(n)
     if fast:
-        for i in range(n):
+        for i in range(m):
             search(w, i, True, True)
     else:
-        for i in range(n):
+        for i in range(m):
             search(w, i, False, True)
 
 
@@ -322,8 +324,9 @@ def search_stepwise(w, n, steps):
     Their number is no constant: the compiler would write the loop out as often.
     """
     wide()
-    for i in range(n):
+    m = full(n)
+    for i in range(m):
         w[MET + i] = NOTHING
     for _ in range(steps):
-        for i in range(n):
+        for i in range(m):
             search(w, i, True, False)
