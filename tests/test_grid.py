@@ -9,6 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from tests import naive
+from tests.test_recurrence import evaluations
 
 SCENES = [
     dict(A=3.04, dtau=0.1),
@@ -144,6 +145,16 @@ def test_a_leap_sees_what_the_scan_sees(name):
     assert np.array_equal(alone.section, swept.section[0], equal_nan=True)
     assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[0])
     assert (alone.margin, alone.status) == (swept.margin[0], swept.status[0])
+
+
+@pytest.mark.jit
+def test_a_leap_costs_the_same_for_every_step():
+    """Where a scan takes some steps more or less, and none of these motions comes back within the record."""
+    steps = (1e-5, 1e-4, 1e-3, 0.05)
+    sweep = dict(method="muller", tol=1e-7, transient=0, periods=60)
+    leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
+    scanned = {vd.simulate(A=3.055, dtau=dtau, **sweep).evaluations for dtau in steps}
+    assert len(leapt) == 1 < len(scanned)
 
 
 @pytest.mark.jit
