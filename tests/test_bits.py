@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.lane import LINE, new_lanes
 
 RUN = """
 import json, sys
@@ -141,3 +142,9 @@ def test_abreast_equals_alone(method, section_phase):
         assert np.array_equal(alone.section, swept.section[index], equal_nan=True), point
         assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[index]), point
         assert (alone.margin, alone.status) == (swept.margin[index], swept.status[index]), point
+
+
+def test_registers_of_lanes_lie_in_one_line_of_the_cache():
+    for memory in new_lanes(3):
+        assert not memory.any()
+        assert all(memory[thread, part].ctypes.data % LINE == 0 for thread in range(3) for part in range(2))

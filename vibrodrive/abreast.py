@@ -11,7 +11,7 @@ from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, wide
 from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
-from vibrodrive.lane import LANES, full
+from vibrodrive.lane import STRIDE, full
 from vibrodrive.locate import FALLEN, NOTHING, ZERO, free_of_zeros
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
@@ -78,11 +78,11 @@ def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
 @inline
 def count(k, i, recorded, hit, to):
     """Count a switch into `to`, and the impact before it if it is one."""
-    k[r.SWITCHES + IMPACT * LANES + i] += choose(recorded & hit, 1, 0)
-    k[r.SWITCHES + UP * LANES + i] += choose(recorded & (to == UP), 1, 0)
-    k[r.SWITCHES + DOWN * LANES + i] += choose(recorded & (to == DOWN), 1, 0)
-    k[r.SWITCHES + STICK * LANES + i] += choose(recorded & (to == STICK), 1, 0)
-    k[r.SWITCHES + REST * LANES + i] += choose(recorded & (to == REST), 1, 0)
+    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & hit, 1, 0)
+    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
 
 
 @inline

@@ -28,7 +28,7 @@ from vibrodrive.calm import (
     wait_end,
 )
 from vibrodrive.counter import next_index
-from vibrodrive.lane import LANES, ROWS_K, ROWS_W
+from vibrodrive.lane import LANES, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.literal import fill_tables
 from vibrodrive.literal import scan as scan_every
 from vibrodrive.locate import (
@@ -428,7 +428,7 @@ def load(
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
         k[row_k + i] = 0
     for to in range(5):
-        k[r.SWITCHES + to * LANES + i] = 0
+        k[r.SWITCHES + to * STRIDE + i] = 0
     k[r.COUNTED + i] = k[r.PERIOD + i]
     k[r.POINT + i] = row
     k[r.STATUS + i] = OK
@@ -594,9 +594,9 @@ def run(
             n -= 1
             if i != n:
                 for row in range(ROWS_W):
-                    w[row * LANES + i] = w[row * LANES + n]
+                    w[row * STRIDE + i] = w[row * STRIDE + n]
                 for row in range(ROWS_K):
-                    k[row * LANES + i] = k[row * LANES + n]
+                    k[row * STRIDE + i] = k[row * STRIDE + n]
 
 
 @jit(_nrt=False)

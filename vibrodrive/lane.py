@@ -12,11 +12,18 @@ from vibrodrive._jit import inline
 from vibrodrive.branchless import COMPILED
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (64 × 96 × 8 B = 48 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 96 × 8 B = 54 kB,
 of which a search touches a third)."""
+
+STRIDE = LANES + 8
+"""From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
+soon after; like this that is each 64th, not each eighth."""
 
 ROWS_W = 96
 ROWS_K = 26
+
+LINE = 64
+"""Bytes of a line of the cache."""
 
 (
     # what the trajectory is given; AF = A ε η² is the acceleration amplitude of the
@@ -51,7 +58,7 @@ ROWS_K = 26
     THERE_SX, THERE_SV,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     ANCHOR_PHI, _, _, _, _, _, _, _, ANCHOR_WORK,
-) = (LANES * row for row in range(ROWS_W))  # fmt: skip
+) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (
     STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
@@ -61,7 +68,7 @@ ROWS_K = 26
     ANCHOR_PERIOD, ANCHOR_SECTIONS, SINCE, WINDOW,
     # switches so far into each of the five states, in the order of `State`, and how many there were at the anchor
     SWITCHES, _, _, _, _, ANCHOR_SWITCHES, _, _, _, _,
-) = (LANES * row for row in range(ROWS_K))  # fmt: skip
+) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 
 @inline
@@ -75,4 +82,12 @@ def full(n):
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
     """Memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] tables and lists."""
-    return np.zeros((threads, 2, ROWS_W * LANES)), np.zeros((threads, 2, ROWS_K * LANES), np.int64)
+    shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
+    w, k = (_at_cache_line(np.zeros(np.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
+    return w, k
+
+
+def _at_cache_line(memory: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """An array in `memory` that begins where a line of the cache does: a register is then read from one, not two."""
+    first = -memory.ctypes.data % LINE // 8
+    return memory[first : first + np.prod(shape)].reshape(shape)

@@ -7,7 +7,7 @@ import math
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose
-from vibrodrive.lane import LANES
+from vibrodrive.lane import STRIDE
 from vibrodrive.motion import section_at, state_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.switching import INFINITY
@@ -102,7 +102,7 @@ def record(w, k, i, before, after, x, v, transient, rows_int, rows_float, stored
     """
     recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
-        k[r.SWITCHES + after * LANES + i] += 1
+        k[r.SWITCHES + after * STRIDE + i] += 1
     if rows_int.shape[0] > 0:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
         stored[0] += 1 if recorded else 0
@@ -116,7 +116,7 @@ def finish(w, k, i, section, status, margin, counts, work):
         section[row, m, 0] = math.nan
         section[row, m, 1] = math.nan
     for state in range(5):
-        counts[row, state] = k[r.SWITCHES + state * LANES + i]
+        counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
     status[row] = k[r.STATUS + i]
     margin[row] = w[r.MARGIN + i]
     work[row] = w[r.WORK + i]

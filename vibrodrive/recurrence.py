@@ -22,7 +22,7 @@ from __future__ import annotations
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
 from vibrodrive.calm import LEAST_FALL
-from vibrodrive.lane import LANES
+from vibrodrive.lane import STRIDE
 from vibrodrive.motion import time_between
 from vibrodrive.record import in_record
 
@@ -56,7 +56,7 @@ def stands_at_anchor(w, i, guessed):
     """Whether everything that decides what follows is as it was at the anchor."""
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
-        same = same and w[DECISIVE[n] + i] == w[r.ANCHOR_PHI + n * LANES + i]
+        same = same and w[DECISIVE[n] + i] == w[r.ANCHOR_PHI + n * STRIDE + i]
     return same
 
 
@@ -64,9 +64,9 @@ def stands_at_anchor(w, i, guessed):
 def drop_anchor(w, k, i):
     """Look back to here from now on."""
     for n in range(len(DECISIVE)):
-        w[r.ANCHOR_PHI + n * LANES + i] = w[DECISIVE[n] + i]
+        w[r.ANCHOR_PHI + n * STRIDE + i] = w[DECISIVE[n] + i]
     for state in range(5):
-        k[r.ANCHOR_SWITCHES + state * LANES + i] = k[r.SWITCHES + state * LANES + i]
+        k[r.ANCHOR_SWITCHES + state * STRIDE + i] = k[r.SWITCHES + state * STRIDE + i]
     w[r.ANCHOR_WORK + i] = w[r.WORK + i]
     k[r.ANCHOR_PERIOD + i] = k[r.PERIOD + i]
     k[r.ANCHOR_SECTIONS + i] = k[r.SECTIONS + i]
@@ -103,8 +103,8 @@ def look_back(w, k, i, guessed, transient, periods, budget, section):
             section[row, m, 1] = section[row, m - cycle, 1]
         k[r.SECTIONS + i] += cycles * cycle
         for state in range(5):
-            switches = r.SWITCHES + state * LANES + i
-            k[switches] += cycles * (k[switches] - k[r.ANCHOR_SWITCHES + state * LANES + i])
+            switches = r.SWITCHES + state * STRIDE + i
+            k[switches] += cycles * (k[switches] - k[r.ANCHOR_SWITCHES + state * STRIDE + i])
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle
     w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
