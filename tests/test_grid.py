@@ -175,7 +175,7 @@ def test_a_leap_costs_the_same_for_every_step():
 def test_a_grid_coarser_than_half_a_period(scene):
     """ξ' is positive for a while between two grid points at which it is not."""
     literal, skip = (
-        vd.simulate(method="muller", transient=0, **{"periods": 3, "tol": 1.0, **scene}, scan=scan)
+        vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan)
         for scan in ("literal", "skip")
     )
     assert (literal.switches == skip.switches).all()

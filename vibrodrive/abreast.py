@@ -23,11 +23,11 @@ from vibrodrive.switching import (
     S2,
     S3,
     S4,
-    S5,
     aimed,
     can_leave,
     decide_at_obstacle,
     decide_in_air,
+    ended_by,
 )
 from vibrodrive.trig import TWO_PI
 
@@ -51,6 +51,8 @@ def move(w, k, i, over, to, period, phi, low, left, x, x_off, a0, slope, p, q, x
     w[r.LOW + i] = choose(over, low, w[r.LOW + i])
     w[r.LEFT + i] = choose(over, left, w[r.LEFT + i])
     w[r.X0 + i] = choose(over, x, w[r.X0 + i])
+    w[r.V0 + i] = choose(over, 0.0, w[r.V0 + i])
+    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
     w[r.X_OFF + i] = choose(over, x_off, w[r.X_OFF + i])
     w[r.A0 + i] = choose(over, a0, w[r.A0 + i])
     w[r.L + i] = choose(over, slope, w[r.L + i])
@@ -62,6 +64,14 @@ def move(w, k, i, over, to, period, phi, low, left, x, x_off, a0, slope, p, q, x
     w[r.PAID + i] = choose(over, w[r.WORK + i], w[r.PAID + i])
     k[r.COUNTED + i] = choose(over, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(over, cost, k[r.COUNT + i])
+
+
+@inline
+def decide(w, i, which, force):
+    """The state that begins where the zero of switching function `which` ends one."""
+    turn = choose(which == S1, decide_at_obstacle(force), decide_in_air(force))
+    leave = choose((which == S4) & (w[r.SIG + i] >= 0.0), DOWN, UP)
+    return choose(which >= S4, leave, turn)
 
 
 @inline
@@ -199,9 +209,9 @@ def mark_points(w, k, n, transient, periods):
     """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
     wide()
     for i in range(full(n)):
-        count = k[r.SECTIONS + i]
-        due = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-        k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (count < periods), count, periods)
+        slot = k[r.SECTIONS + i]
+        due = section_due(w, k, i, slot, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+        k[r.SLOT + i] = choose((w[r.MET + i] != NOTHING) & (due <= w[r.H + i]) & (slot < periods), slot, periods)
 
 
 @part
@@ -211,10 +221,10 @@ def write_ahead(w, k, n, transient, section):
     Whether the switch at its end is taken is not known yet: if it is not, the right point is written over this one.
     """
     for i in range(n):
-        count = k[r.SLOT + i]
-        if count < section.shape[1]:
-            hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-            write_point(w, k, i, count, hs, section)
+        slot = k[r.SLOT + i]
+        if slot < section.shape[1]:
+            hs = section_due(w, k, i, slot, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+            write_point(w, k, i, slot, hs, section)
 
 
 @inline
@@ -258,9 +268,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     there = period + int(turned)
     end = k[r.PERIOD0 + i] + transient + periods
     left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
-    turn = choose(gap, decide_at_obstacle(force), decide_in_air(force))
-    leave = choose((which == S4) & (w[r.SIG + i] >= 0.0), DOWN, UP)
-    to = choose(waited, leave, turn)
+    to = decide(w, i, which, force)
     distance = abs(choose(gap, force, abs(force)) - 1.0)
     over &= waited | (distance >= suspect)
     nearest = choose(waited, margin, smaller(distance, choose(falling, smaller(x, margin), margin)))
@@ -281,8 +289,6 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     xc1 = p1 + pf1 * inverse
     move(w, k, i, over, to, there, phi1, low1, left, x1, x_off, a0, slope, p1, q1, xc1, period, cost)
     count(k, i, recorded, gap, to)
-    w[r.V0 + i] = choose(over, 0.0, v0)
-    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
     w[r.THETA + i] = choose(over, theta1, w[r.THETA + i])
     w[r.PF + i] = choose(over, pf1, w[r.PF + i])
     w[r.QF + i] = choose(over, qf1, w[r.QF + i])
@@ -291,8 +297,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
 
     # aim at what ends it, as `begin_search`
     moved = over | aside
-    goal = choose(to == UP, S3, choose(to == DOWN, S2, choose(to == STICK, S4, S5)))
-    goal = choose(aside, S1, goal)
+    goal = choose(aside, S1, ended_by(to))
     far = longest(w, i)
     limit = choose(aside, h, smaller(left, far))
     c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise = aimed(w, i, goal, limit)

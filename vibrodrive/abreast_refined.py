@@ -17,7 +17,7 @@ import numpy as np
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.abreast import count, keep_guesses, move, smaller
+from vibrodrive.abreast import count, decide, keep_guesses, move, smaller
 from vibrodrive.branchless import choose, fma, wide
 from vibrodrive.calm import AT_ONCE, BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
 from vibrodrive.lane import full
@@ -36,8 +36,7 @@ from vibrodrive.switching import (
     S5,
     aimed,
     can_leave,
-    decide_at_obstacle,
-    decide_in_air,
+    ended_by,
     slide_shape,
 )
 from vibrodrive.trig import TWO_PI, arc
@@ -101,7 +100,8 @@ def cross_refined(w, k, i, transient, periods, budget):
     # differs from that by less than `slack`
     e0, e1, e2, e3, e4, e5, e6 = slide_shape(w, i, True, 0.0)
     x_low = value_at(0.0, 1.0, e0, e1, e2, e3, e4, e5, e6, low)
-    slack = gap_rounding(w, i, h) + (a + 1.0 + b) * dtau * dtau
+    off = gap_rounding(w, i, h)
+    slack = off + (a + 1.0 + b) * dtau * dtau
     aside = sure & falling & (x_low < -slack)
     guess_below = gap_guess(x0, x_low, low)
 
@@ -121,9 +121,7 @@ def cross_refined(w, k, i, transient, periods, budget):
     # decide
     there = period + int(turned)
     end = k[r.PERIOD0 + i] + transient + periods
-    to = choose(gap, decide_at_obstacle(force), decide_in_air(force))
-    leave = choose((which == S4) & (w[r.SIG + i] >= 0.0), DOWN, UP)
-    to = choose(waited, leave, to)
+    to = decide(w, i, which, force)
     distance = abs(choose(gap, force, abs(force)) - 1.0)
     over &= waited | (distance >= SUSPECT * terms(w, i))
     margin = w[r.MARGIN + i]
@@ -138,7 +136,7 @@ def cross_refined(w, k, i, transient, periods, budget):
     a0 = choose(a0 * s < 0.0, 0.0, a0)
     slope = a0 - q
     x1 = choose(gap, 0.0, choose(waited, x0, x))
-    x_off = choose(gap, 0.0, choose(waited, w[r.X_OFF + i], gap_rounding(w, i, h)))
+    x_off = choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off))
 
     # where it ends
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
@@ -161,11 +159,8 @@ def cross_refined(w, k, i, transient, periods, budget):
     move(w, k, i, over, to, there, phi1, 0.0, left, x1, x_off, a0, slope, p, q, p, period, cost)
     count(k, i, recorded, gap, to)
     k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
-    w[r.V0 + i] = choose(over, 0.0, w[r.V0 + i])
-    w[r.V_OFF + i] = choose(over, 0.0, w[r.V_OFF + i])
     w[r.MARGIN + i] = choose(over, nearest, margin)
-    goal = choose(to == UP, S3, choose(to == DOWN, S2, choose(to == STICK, S4, S5)))
-    k[r.SEARCH + i] = choose(over, goal, choose(aside, S1, which))
+    k[r.SEARCH + i] = choose(over, ended_by(to), choose(aside, S1, which))
     w[r.KIND + i] = choose(over, choose(waits, AT_ONCE, BRACKETED), w[r.KIND + i])
     w[r.SIG + i] = choose(over, choose(down, 1.0, -1.0), w[r.SIG + i])
     w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))

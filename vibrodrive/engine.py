@@ -84,6 +84,7 @@ from vibrodrive.switching import (
     can_leave,
     decide_at_obstacle,
     decide_in_air,
+    ended_by,
 )
 from vibrodrive.trig import PI, PI_LOW, TWO_PI, arcsine, turns
 
@@ -123,8 +124,7 @@ def begin_search(w, k, i, state, method):
     """Aim at the switching function that ends `state` (switching.py) and put the cursor at its start."""
     stretch(w, i, method)
     span = w[r.LIMIT + i] if method == CERTIFIED else w[r.LIMIT + i] * w[r.DTAU + i]
-    which = S3 if state == UP else (S2 if state == DOWN else (S4 if state == STICK else S5))
-    aim(w, k, i, which, span)
+    aim(w, k, i, ended_by(state), span)
     if method != CERTIFIED:
         w[r.H + i] = 1.0
         if state == DOWN:
@@ -149,7 +149,7 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method):
             w[r.KIND + i] = AT_ONCE
             w[r.H + i], _, _, down = wait_end(w, i, state, w[r.PHI + i])
             w[r.SIG + i] = 1.0 if down else -1.0
-            k[r.SEARCH + i] = S4 if state == STICK else S5
+            k[r.SEARCH + i] = ended_by(state)
             return
         if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
             fall = aim_in_bracket(w, k, i, s)
@@ -549,26 +549,27 @@ def run(
                 break
             continue
         leaps = method == LEAPT and not fast
+        scans = grid and not leaps
         if literal:
             scan_every(w, k, 0, g)
-        elif grid and not leaps:
+        elif scans:
             search_on_grid(w, n, fast)
         elif fast:
             search_stepwise(w, n, STEPS)
         else:
             search_calm(w, k, n, grid)
-        if alone or (grid and not leaps):
+        if alone or scans:
             m = list_met(w, todo, n)
         else:
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)
                 m = cross_all_disturbed(w, k, n, transient, periods, budget)
+            elif leaps:
+                m = cross_all_refined(w, k, n, transient, periods, budget)
             else:
-                if leaps:
-                    m = cross_all_refined(w, k, n, transient, periods, budget)
-                else:
-                    m = cross_all(w, k, n, transient, periods, budget)
+                m = cross_all(w, k, n, transient, periods, budget)
+            if not fast:
                 follow_up(w, k, n, not leaps, transient, periods, budget, section)
             if m > 0:
                 list_left_over(k, todo, n)

@@ -159,22 +159,23 @@ def scan(w, k, i, table):
             # ξ falls all through a block in which ξ' stays negative: its last value tells of all
             x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < 0.0
-        coarse = dtau > COARSE
-        if count > 0 or fallen or coarse:
-            start = 0 if coarse else n
-            if count > 0 and not coarse:
+        start = n
+        if dtau > COARSE:
+            start = 0
+        elif count > 0 or fallen:
+            if count > 0:
                 start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
-            if which == S2 and not coarse:
+            if which == S2:
                 start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
-            for j in range(start, n):
-                cursor = first + float(j)
-                met = exact(w, i, cursor * dtau, which, fast)
-                if met != 0.0:
-                    w[MET + i] = met
-                    w[H + i] = cursor
-                    w[ABOVE + i] = cursor - 1.0
-                    w[WORK + i] += float(j)
-                    return
+        for j in range(start, n):
+            cursor = first + float(j)
+            met = exact(w, i, cursor * dtau, which, fast)
+            if met != 0.0:
+                w[MET + i] = met
+                w[H + i] = cursor
+                w[ABOVE + i] = cursor - 1.0
+                w[WORK + i] += float(j)
+                return
         w[WORK + i] += float(n)
         first += float(n)
     w[MET + i] = LIMIT_MET

@@ -103,6 +103,12 @@ def decide_at_obstacle(h):
 
 
 @inline
+def ended_by(state):
+    """The switching function whose first zero ends a state; sliding down, the one looked for first."""
+    return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
+
+
+@inline
 def can_leave(w, i, state):
     """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
     reach = w[A + i] + w[AF + i]
