@@ -12,7 +12,7 @@ from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, wide
 from vibrodrive.calm import BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
 from vibrodrive.lane import STRIDE, full
-from vibrodrive.locate import FALLEN, NOTHING, ZERO, free_of_zeros
+from vibrodrive.locate import FALLEN, LEAST_GAP, NOTHING, ZERO, free_of_zeros
 from vibrodrive.margins import ROUNDING, SUSPECT, calm_end_distance, far_rounding, gap_rounding, terms
 from vibrodrive.motion import FAR, arrive_calm, arrive_disturbed, longest, section_at, time_between
 from vibrodrive.parameters import State
@@ -109,7 +109,7 @@ def cross(w, k, i, transient, periods, budget):
     known = met & (w[r.KIND + i] == BRACKETED) & (h >= FAR) & (phi1 >= 0.0) & (phi1 < TWO_PI) & begun_at_rest
 
     # S2 ends below the obstacle: there was an impact before, look for it
-    off = far_rounding(w, i, h, w[r.X_OFF + i], 0.0)
+    off = far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
     aside = known & falling & (x < -off)
     below = smaller(-x, margin)
     guess_below = gap_guess(w[r.X0 + i], x, h)
@@ -251,7 +251,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
 
     # S2 ends below the obstacle: there was an impact before, look for it
     off = gap_rounding(w, i, h)
-    aside = clear & falling & (x < -off) & ((met == ZERO) | (met == FALLEN))
+    aside = clear & falling & (x < -off) & ((met == ZERO) | (met == FALLEN)) & (x0 >= LEAST_GAP)
     margin_aside = choose(met == ZERO, smaller(-x, margin), margin)
 
     # a switch: the section point on the way, and what the period may cost
@@ -279,7 +279,7 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     s = choose(to == UP, 1.0, choose(to == DOWN, -1.0, 0.0))
     a0 = force - s
     a0 = choose(waited | (a0 * s < 0.0), 0.0, a0)
-    slope = a0 - q1 - qf1
+    slope = -(w[r.B + i] + s)
     inverse = w[r.INVERSE + i]
     x1 = choose(gap, 0.0, x)
 

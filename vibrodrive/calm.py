@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive._jit import inline, part
-from vibrodrive.branchless import choose, wide
+from vibrodrive.branchless import choose, fma, wide
 from vibrodrive.lane import (
     A0,
     BEGAN_DOWN,
@@ -59,7 +59,7 @@ from vibrodrive.locate import NOTHING, TINY, ZERO, way_to_zero
 from vibrodrive.motion import derivatives, shape
 from vibrodrive.parameters import State
 from vibrodrive.switching import S1, S2, S3, slide_shape
-from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc
+from vibrodrive.trig import HALF_PI, PI, TWO_PI, arc, dot
 
 STICK = int(State.STICK)
 
@@ -175,9 +175,13 @@ def improve(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
     a4 = (1.0 / 24.0) * g4 * scaled
     ahead = h - way_to_zero(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
-    t = m * inverse * u
-    t *= t
-    close = (inside & (t * t * abs(u) <= TINY * ahead)) | (hi - lo <= 4.0 * TINY * hi + 1e-300)
+    # the terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵, none of them left out
+    square = u * u
+    e = abs(m * inverse) * square
+    t2 = fma(m * inverse, m * inverse * square, 0.5 * e)
+    close = (inside & (dot(t2, t2, (1.0 / 120.0) * square, e) * abs(u) <= TINY * ahead)) | (
+        hi - lo <= 4.0 * TINY * hi + 1e-300
+    )
     return choose(inside, ahead, 0.5 * (lo + hi)), lo, hi, close
 
 

@@ -34,12 +34,15 @@ from vibrodrive.literal import scan as scan_every
 from vibrodrive.locate import (
     BOTH,
     FALLEN,
+    LEAST_GAP,
     LIMIT_MET,
     NOTHING,
     ZERO,
+    fall_from_nothing,
     search_on_grid,
     search_stepwise,
     skip_start,
+    stay_inside,
 )
 from vibrodrive.margins import (
     ROUNDING,
@@ -157,8 +160,11 @@ def enter(w, k, i, state, x, v, h_force, at_boundary, method):
                 w[r.MARGIN + i] = fall
             return
     begin_search(w, k, i, state, method)
-    if method == CERTIFIED and s != 0.0 and v == 0.0:
-        skip_start(w, i, s)
+    if method == CERTIFIED and v == 0.0:
+        if s == 0.0:
+            stay_inside(w, k, i, h_force)
+        else:
+            skip_start(w, i, s)
 
 
 @part
@@ -196,7 +202,7 @@ def certified_event(w, k, i, x):
                 meet(w, k, i, 0.0 - x, gap_rounding(w, i, h))
             above = w[r.ABOVE + i]
             aim(w, k, i, S1, h)
-            w[r.H + i] = above
+            w[r.H + i] = above if w[r.X0 + i] >= LEAST_GAP else fall_from_nothing(w, i, h)
             w[r.LIMIT + i] = h  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
             return CONTINUE, h
         if met == ZERO:
@@ -341,6 +347,8 @@ def settle(w, k, i, method, scan, transient, periods, budget, section, rows_int,
             state, x, v = IMPACT, 0.0, 0.0
         elif event == TURN:
             to = decide_in_air(force)
+            if certified and to == state:
+                to = STICK  # where ξ' has just fallen to 0 its slope is not positive: H is beyond 1 by rounding only
             v = 0.0 if certified else v
             if certified and x <= 0.0:
                 x = SMALLEST  # it has gone up, by less than a double can tell

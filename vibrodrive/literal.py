@@ -40,7 +40,7 @@ from vibrodrive.locate import BOTH, FALLEN, LIMIT_MET, ZERO
 from vibrodrive.motion import state_at
 from vibrodrive.muller import value
 from vibrodrive.switching import S2, S4
-from vibrodrive.trig import arc, dot
+from vibrodrive.trig import arc, arc_of_product, dot
 
 BLOCK = 896
 """Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
@@ -54,16 +54,16 @@ def fill_tables(table, dtau, eta):
         s, v, _, _, _ = arc(x)
         table[j] = s
         table[BLOCK + j] = v
-        s, v, _, _, _ = arc(eta * x)
+        s, v, _, _, _ = arc_of_product(eta, x)
         table[2 * BLOCK + j] = s
         table[3 * BLOCK + j] = v
         table[4 * BLOCK + j] = x
 
 
 @inline
-def turned(a, b, h):
-    """(value at h, a', b') with a sin(h + x) + b vers(h + x) = value + a' sin x + b' vers x."""
-    s, v, _, _, _ = arc(h)
+def turned(a, b, rate, h):
+    """(value at h, a', b') with a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
+    s, v, _, _, _ = arc_of_product(rate, h)
     c = 1.0 - v
     return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
 
@@ -149,8 +149,8 @@ def scan(w, k, i, table):
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
         h = (first - 1.0) * dtau
-        slow, al, be = turned(w[AL + i], w[BE + i], h)
-        quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta * h)
+        slow, al, be = turned(w[AL + i], w[BE + i], 1.0, h)
+        quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta, h)
         c1 = w[C1 + i]
         c0 = offset + sig * (w[C0 + i] + c1 * h + slow + quick)
         count = suspects(table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast)

@@ -64,6 +64,7 @@ from vibrodrive.lane import (
     PHI_DOWN,
     PHI_UP,
     RF,
+    SEARCH,
     SIG,
     SPAN,
     SPAN0,
@@ -81,9 +82,9 @@ from vibrodrive.lane import (
     Q,
     full,
 )
-from vibrodrive.motion import derivatives, ripple, shape
-from vibrodrive.switching import INFINITY, UNKNOWN
-from vibrodrive.trig import PI, TWO_PI, arc, dot
+from vibrodrive.motion import derivatives, ripple, shape, state_at
+from vibrodrive.switching import INFINITY, S4, UNKNOWN
+from vibrodrive.trig import PI, TWO_PI, arc, arc_of_product, dot
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 """What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
@@ -99,6 +100,9 @@ zero, the way back is trusted in turn: over r = d/5, |g''| r + M3 r²/2 + M4 r³
 
 LEAP = 2.0
 """As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
+
+LEAST_GAP = 1e-30
+"""From a smaller gap, with a disturbance, an impact is not searched for by steps."""
 
 PATIENCE = 1e5
 """Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
@@ -147,6 +151,32 @@ def skip_start(w, i, s):
         h = free_of_zeros(w[SIG + i] * w[D1 + i], 2.0 * w[SIG + i] * w[D2 + i], w[M3 + i])
     h = h if h < w[LIMIT + i] else w[LIMIT + i]
     w[H + i] = h if h > 0.0 else 0.0
+
+
+@inline
+def stay_inside(w, k, i, force):
+    """A wait that begins with |H| above 1 by rounding, and falling: it is not to end where it begins."""
+    rise, bend = w[D1 + i], 2.0 * w[D2 + i]
+    if force > 1.0 and rise < 0.0:
+        w[H + i] = free_of_zeros(-rise, -bend, w[M3 + i])
+    elif k[SEARCH + i] == S4 and force < -1.0 and rise > 0.0:
+        w[OTHER + i] = free_of_zeros(rise, bend, w[M3 + i])
+
+
+@part
+def fall_from_nothing(w, i, h):
+    """Where a gap below LEAST_GAP falls to 0, if it is closed at h: its order of magnitude is bisected.
+
+    Beside it the rounding of the higher derivatives is large, and a search by steps would stand still.
+    """
+    low, high = 1e-300, h
+    for _ in range(64):
+        middle = math.sqrt(low) * math.sqrt(high)
+        x, _ = state_at(w, i, middle, True)
+        low = choose(x > 0.0, middle, low)
+        high = choose(x > 0.0, high, middle)
+    w[WORK + i] += 64.0
+    return high
 
 
 @inline
@@ -206,7 +236,7 @@ def search(w, i, fast, grid):
     s, v, ds, dv, near = arc(h)
     if fast:
         eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
-        sf, vf, dsf, dvf, near_fast = arc(eta * h)
+        sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
         near = near & near_fast
     g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
     dg, slow_ddg, dddg, ddddg = derivatives(h, w[D1 + i], c2, al, be, s, v)

@@ -41,21 +41,28 @@ def gap_rounding(w, i, h):
 
     What the start was off by, and the rounding of what has been added up since: little, where little time passed.
     """
-    eta = w[r.ETA + i]
+    eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     off = fma(w[r.V_OFF + i], h, w[r.X_OFF + i])
     rate = w[r.A + i] + w[r.AF + i] * eta
-    sums = fma(fma(fma(rate, h, abs(w[r.XD2 + i])), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
+    sums = fma(fma(fma(rate, h, start_terms(w, i)), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
     near = fma(ROUNDING, sums, off)
-    far = far_rounding(w, i, h, off, abs(w[r.XALF + i]) + abs(w[r.XBEF + i]))
+    far = far_rounding(w, i, h, off, w[r.AF + i] * inverse, inverse)
     return choose((1.0 + eta) * h < 0.7, near, far)
 
 
 @inline
-def far_rounding(w, i, h, off, fast):
-    """`gap_rounding` where h is not small."""
+def start_terms(w, i):
+    """What ξ'' at the start of a segment is made of; it is known to be 0 where a stick or rest has just ended."""
+    return choose(w[r.A0 + i] == 0.0, 0.0, terms(w, i))
+
+
+@inline
+def far_rounding(w, i, h, off, fast, inverse):
+    """`gap_rounding` where h is not small; `fast` = A ε η, the amplitude of the disturbance in ξ'."""
     pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
-    sums = fma(fma(pull, h, abs(w[r.XC1 + i])), h, abs(w[r.X0 + i]) + w[r.A + i])
-    return fma(ROUNDING, sums + fast, off)
+    speed = abs(w[r.V0 + i]) + w[r.A + i] + fast
+    sums = fma(fma(pull, h, speed), h, abs(w[r.X0 + i]) + w[r.A + i])
+    return fma(ROUNDING, fma(fast, inverse, sums), off)
 
 
 @inline
@@ -64,7 +71,7 @@ def velocity_rounding(w, i, h):
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         rate = w[r.A + i] + w[r.AF + i] * eta
-        sums = abs(w[r.V0 + i]) + (abs(w[r.A0 + i]) + rate * h) * h
+        sums = abs(w[r.V0 + i]) + (start_terms(w, i) + rate * h) * h
     else:
         fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
         sums = abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast

@@ -68,7 +68,7 @@ from vibrodrive.lane import (
     P,
     Q,
 )
-from vibrodrive.trig import PI, TWO_PI, TWO_PI_LOW, arc, dot, sincos, turns, two_product
+from vibrodrive.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot, sincos, turns, two_product
 
 FAR = 0.8
 """From here on a motion is not small beside its terms any more."""
@@ -106,7 +106,7 @@ def derivatives(h, d1, c2, al, be, s, v):
 
 @inline
 def ripple(near, alf, bef, s, v, ds, dv):
-    """The fast part of a shape; s, v, ds, dv from `arc(η h)`."""
+    """The fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
     return dot(alf, ds if near else s, bef, dv if near else v)
 
 
@@ -118,7 +118,7 @@ def state_at(w, i, h, fast):
     s, v, ds, dv, near = arc(h)
     d2 = 0.5 * (p + eta * w[PF + i])
     if fast:
-        sf, vf, dsf, dvf, near_fast = arc(eta * h)
+        sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
         near = near & near_fast
     x = shape(near, h, w[X0 + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
     dx = shape(near, h, w[V0 + i], w[A0 + i], d2, w[L + i], 0.0, q, p, s, v, ds, dv)
@@ -142,7 +142,7 @@ def section_at(w, i, h):
 def force_at(w, i, h):
     """Adhesive force H at h after the last switch, eq. (2)."""
     s, v, _, _, _ = arc(h)
-    sf, vf, _, _, _ = arc(w[ETA + i] * h)
+    sf, vf, _, _, _ = arc_of_product(w[ETA + i], h)
     return (w[Q + i] + w[QF + i] - w[B + i]) + (dot(w[P + i], s, -w[Q + i], v) + dot(w[PF + i], sf, -w[QF + i], vf))
 
 
@@ -257,15 +257,22 @@ def depart(w, k, i):
 
 
 @inline
+def slope_of(b, s, a0, q, af):
+    """L of a slide from rest: -(B + s). At ε = 0 it takes up what rounding made of a0 + B + s - Q; with a disturbance
+    that is the rounding of A ε η², which may be large and would count as often as h²/2."""
+    return choose(af > 0.0, -(b + s), a0 - q)
+
+
+@inline
 def slide(w, i, s, x, v, a0):
     """Begin a slide (s = +1 up, -1 down) or a wait (s = 0) with ξ = x, ξ' = v and ξ'' = a0.
 
-    a0 is given, not computed: a slide out of stick or rest begins with exactly 0, and L takes up the rounding.
+    a0 is given, not computed: a slide out of stick or rest begins with exactly 0.
     """
     w[X0 + i] = x
     w[V0 + i] = v
     w[A0 + i] = a0
-    w[L + i] = -(w[B + i] + s) if v != 0.0 else a0 - w[Q + i] - w[QF + i]
+    w[L + i] = slope_of(w[B + i], s, a0, w[Q + i], w[AF + i]) if v == 0.0 else -(w[B + i] + s)
     w[XD2 + i] = 0.5 * a0
     w[XC2 + i] = 0.5 * w[L + i]
     inverse = w[INVERSE + i]

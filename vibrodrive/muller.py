@@ -8,7 +8,7 @@ from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose
 from vibrodrive.lane import AL, ALF, BASE, BE, BEF, BEFORE, C0, C1, C2, D1, D2, ETA, SIG, TOL, VALUE, WORK
 from vibrodrive.motion import ripple, shape
-from vibrodrive.trig import arc
+from vibrodrive.trig import arc, arc_of_product
 
 ITERATIONS = 100
 """Bisection alone halves any bracket to nothing in this many steps, so the loop always ends by itself."""
@@ -20,7 +20,7 @@ def value(w, i, h):
     s, v, ds, dv, near = arc(h)
     fast = 0.0
     if w[ETA + i] > 0.0:
-        sf, vf, dsf, dvf, near_fast = arc(w[ETA + i] * h)
+        sf, vf, dsf, dvf, near_fast = arc_of_product(w[ETA + i], h)
         near = near & near_fast
         fast = ripple(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
     c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]

@@ -88,6 +88,9 @@ NOISE_SHARE = 1e-13
 """Values of a switching function below this share of its terms are not trusted to have a sign when grid
 points are skipped. Four hundred times the rounding of one term: a larger share only costs a few more visits."""
 
+LATE_SHARE = 4e-3
+"""What the rounding of a grid point's time does to the fast part, a η ulp(h), in units of NOISE_SHARE."""
+
 
 @inline
 def decide_in_air(h):
@@ -154,7 +157,7 @@ def aimed(w, i, which, limit):
     m3 = w[A + i] + fast * eta
     span = choose(a > 0.0, (w[A + i] + fast) / (m3 + 1e-300), 1.0)
     drift = (abs(c1) + abs(c2) * limit) * limit
-    noise = NOISE_SHARE * (base + abs(c0) + 2.0 * (abs(al) + abs(be) + a) + drift)
+    noise = NOISE_SHARE * (base + abs(c0) + 2.0 * (abs(al) + abs(be) + a) + drift + LATE_SHARE * a * eta * limit)
     return c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise
 
 

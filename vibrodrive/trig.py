@@ -98,6 +98,14 @@ def two_product(a, b):
 
 
 @inline
+def arc_of_product(a, x):
+    """`arc` of a x, whose rounding is given back: an angle of 10⁵ is known to 10⁻¹¹ only, its sine must not be."""
+    product, rest = two_product(a, x)
+    s, v, ds, dv, near = arc(product)
+    return fma(rest, 1.0 - v, s), fma(rest, s, v), ds, dv, near
+
+
+@inline
 def dot(a, x, b, y):
     """a x + b y with one rounding less."""
     return fma(a, x, b * y)
