@@ -25,7 +25,8 @@ WIDE = 0.035
 def limits_figure(found: Limits) -> Figure:
     """Bands from the first loss k₂ to the last value kept, over A; below, the undisturbed motion's diagram.
 
-    A band has no height where the loss is clean, and is missing where the undisturbed motion has no period.
+    A band has no height where nothing is kept above the first loss; it is missing where the undisturbed motion has no
+    period.
     """
     fig, axes = new(2, 1, height=6.4, sharex=True, height_ratios=[1.25, 1.0])
     top, bottom = axes[:, 0]

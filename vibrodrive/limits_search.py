@@ -41,7 +41,7 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(_geometric, 16, 1e-12, 1.0, 4),  # a clean loss needs no finer grid than 1.15
+    "eps": Grid(_geometric, 16, 1e-12, 1.0, 4),  # a narrow edge needs no finer grid than 1.15
     "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses do
 }
 

@@ -55,7 +55,7 @@ class Status(IntEnum):
 
 
 _ADVICE = {
-    Status.OK: "every switch was located and decided",
+    Status.OK: "every switch was located and decided, from the state that it starts from",
     Status.TOO_CLOSE: "a decision was closer than rounding can tell: the motion before it stands, "
     "after it the other branch is as good; move a parameter slightly to see both",
     Status.BUDGET: "the switch budget of one period is spent (chatter): what follows is not computed; "

@@ -39,9 +39,12 @@ class Trajectory:
     section : float64 (periods, 2)
         ξ, ξ' at τ = section_phase + 2πk.
     status : Status
-        OK, or why not; `status.advice` is a sentence.
+        OK, or why not; `status.advice` is a sentence. OK holds for each switch from the state that it starts from, as
+        computed: what that state inherits from the switches before is not part of it. Where errors grow from switch
+        to switch, a motion that is OK may follow another one than its start does.
     margin : float
-        how close the closest decision came to going the other way; inf where nothing was decided.
+        how close the closest decision came to going the other way, from the state it was taken in; inf where nothing
+        was decided.
     evaluations : int
         how often a switching function was evaluated.
     arguments : dict
