@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.engine import SMALLEST, run
+from vibrodrive.engine import run
+from vibrodrive.event import SMALLEST
 from vibrodrive.lane import new_lanes
 from vibrodrive.parameters import COLUMNS, Method, State
 from vibrodrive.plan import Plan

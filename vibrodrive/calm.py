@@ -28,7 +28,6 @@ import math
 from vibrodrive._jit import inline, part
 from vibrodrive.branchless import choose, fma, wide
 from vibrodrive.lane import (
-    A0,
     BEGAN_DOWN,
     BEGAN_UP,
     HI,
@@ -149,12 +148,21 @@ def rate_of(begin, end):
 
 
 @inline
-def remember(w, i, s, h, end):
-    """A slide has lasted h; ξ'' at its end is `end`."""
-    if s > 0.0:
-        w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i] = w[PHI + i], h, rate_of(w[A0 + i], end)
-    else:
-        w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i] = w[PHI + i], h, rate_of(w[A0 + i], end)
+def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
+    """A slide begun at `phi` has lasted h, and a later one lasts longer by `rate`: where the next one of its direction
+    will end is guessed from that. A rest forgets all guesses."""
+    w[BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[BEGAN_UP + i]))
+    w[BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[BEGAN_DOWN + i]))
+    w[LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[LASTED_UP + i]))
+    w[LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[LASTED_DOWN + i]))
+    w[RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[RATE_UP + i]))
+    w[RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[RATE_DOWN + i]))
+
+
+@inline
+def forget(w, i):
+    """No guess is left from earlier slides."""
+    keep_guesses(w, i, False, False, True, 0.0, 0.0, 0.0)
 
 
 @inline

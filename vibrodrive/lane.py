@@ -12,14 +12,14 @@ from vibrodrive._jit import inline
 from vibrodrive.branchless import COMPILED
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 96 × 8 B = 54 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 86 × 8 B = 50 kB,
 of which a search touches a third)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 96
+ROWS_W = 86
 ROWS_K = 26
 
 LINE = 64
@@ -52,10 +52,8 @@ LINE = 64
     KIND, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,
     # time left to the end of the record, smallest margin so far
     LEFT, MARGIN,
-    # where a lane stands that is to be settled: the motion at its cursor, and the time and excitation there
-    THERE_X, THERE_V, THERE_TURNS, THERE_PHI, THERE_LOW, THERE_THETA, THERE_P, THERE_Q, THERE_PF, THERE_QF,
-    # the section point on the way there
-    THERE_SX, THERE_SV,
+    # the section point on the way to the switch
+    POINT_X, POINT_V,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     ANCHOR_PHI, _, _, _, _, _, _, _, ANCHOR_WORK,
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip

@@ -141,16 +141,19 @@ def free_of_zeros(rise, bend, m3):
 
 
 @inline
-def skip_start(w, i, s):
-    """A slide that starts with ξ' = 0: put the cursor where the search can begin."""
-    if w[ETA + i] == 0.0:
-        h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
-        if h >= TWO_PI:
-            h -= TWO_PI
-    else:
-        h = free_of_zeros(w[SIG + i] * w[D1 + i], 2.0 * w[SIG + i] * w[D2 + i], w[M3 + i])
-    h = h if h < w[LIMIT + i] else w[LIMIT + i]
-    w[H + i] = h if h > 0.0 else 0.0
+def first_cursor(search, limit):
+    """Where the search for the end of a slide can begin that starts with ξ' = 0."""
+    free = free_of_zeros(search.sig * search.d1, 2.0 * search.sig * search.d2, search.m3)
+    return choose(free > 0.0, choose(free < limit, free, limit), 0.0)
+
+
+@inline
+def peak_cursor(w, i, s, limit):
+    """The same at ε = 0: the peak of |ξ'|, where H is back at s."""
+    h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
+    if h >= TWO_PI:
+        h -= TWO_PI
+    return choose(h > 0.0, choose(h < limit, h, limit), 0.0)
 
 
 @inline

@@ -22,6 +22,8 @@ Time is (whole periods n, phase φ, phase θ), so it is as accurate after a mill
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibrodrive._jit import inline, part
@@ -43,16 +45,6 @@ from vibrodrive.lane import (
     PHI0,
     QF,
     SIN_S,
-    THERE_LOW,
-    THERE_P,
-    THERE_PF,
-    THERE_PHI,
-    THERE_Q,
-    THERE_QF,
-    THERE_THETA,
-    THERE_TURNS,
-    THERE_V,
-    THERE_X,
     THETA,
     V0,
     X0,
@@ -185,17 +177,31 @@ def place(w, k, i):
     return w[Q + i] + w[QF + i] - w[B + i]
 
 
+class Arrival(NamedTuple):
+    """Where a segment leads: ξ, ξ', the whole periods begun on the way, φ and what φ has no bits for, A cos φ, A sin φ;
+    θ = ητ mod 2π, AF cos θ, AF sin θ."""
+
+    x: float
+    v: float
+    turned: float
+    phi: float
+    low: float
+    p: float
+    q: float
+    theta: float
+    pf: float
+    qf: float
+
+
 @inline
 def arrive_calm(w, i, h):
-    """Where h >= FAR leads at ε = 0: (ξ, ξ', whole periods, φ, A cos φ, A sin φ).
-
-    One sine and cosine serve the excitation and the motion, which is this far from its start not small any more.
-    """
+    """Where h >= FAR leads at ε = 0: one sine and cosine serve the excitation and the motion, which is this far from
+    its start not small any more."""
     n, phi = soon(w[PHI + i], w[LOW + i], h)
     p, q = excitation(w[A + i], phi, 0.0)
     x = w[X0 + i] + fma(fma(w[XC2 + i], h, w[XC1 + i]), h, w[Q + i] - q)
     v = w[V0 + i] + fma(w[L + i], h, w[P + i] - p)
-    return x, v, n, phi, p, q
+    return Arrival(x, v, n, phi, 0.0, p, q, 0.0, 0.0, 0.0)
 
 
 @inline
@@ -214,71 +220,28 @@ def soon(phi, low, h):
 
 @inline
 def arrive_disturbed(w, k, i, h):
-    """Where h leads: (ξ, ξ', whole periods, φ, low, A cos φ, A sin φ, θ, AF cos θ, AF sin θ)."""
+    """Where h leads with a disturbance."""
     x, v = state_at(w, i, h, True)
     turned, phi, low = later(w[PHI + i], w[LOW + i], h)
     p, q = excitation(w[A + i], phi, low)
     theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
     pf, qf = excitation(w[AF + i], theta, 0.0)
-    return x, v, turned, phi, low, p, q, theta, pf, qf
+    return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
 @part
-def arrive(w, k, i, disturbed):
-    """Keep for settling lane i the motion at its cursor and the excitation there."""
+def arrive(w, k, i):
+    """Where the cursor of lane i leads, whatever its trajectory."""
     h = w[H + i]
-    low, theta, pf, qf = 0.0, 0.0, 0.0, 0.0
-    if disturbed:
-        x, v, turned, phi, low, p, q, theta, pf, qf = arrive_disturbed(w, k, i, h)
-    else:
-        x, v, turned, phi, p, q = arrive_calm(w, i, h)
-        if h < FAR or phi < 0.0 or phi >= TWO_PI:
-            x, v = state_at(w, i, h, False)
-            turned, phi, _ = later(w[PHI + i], w[LOW + i], h)
-            p, q = excitation(w[A + i], phi, 0.0)
-    w[THERE_X + i], w[THERE_V + i] = x, v
-    w[THERE_TURNS + i], w[THERE_PHI + i], w[THERE_LOW + i] = turned, phi, low
-    w[THERE_P + i], w[THERE_Q + i] = p, q
-    w[THERE_THETA + i], w[THERE_PF + i], w[THERE_QF + i] = theta, pf, qf
-
-
-@inline
-def depart(w, k, i):
-    """Move lane i on to where it has arrived. Returns H there."""
-    k[PERIOD + i] += int(w[THERE_TURNS + i])
-    w[PHI + i] = w[THERE_PHI + i]
-    w[LOW + i] = w[THERE_LOW + i]
-    w[P + i] = w[THERE_P + i]
-    w[Q + i] = w[THERE_Q + i]
-    w[THETA + i] = w[THERE_THETA + i]
-    w[PF + i] = w[THERE_PF + i]
-    w[QF + i] = w[THERE_QF + i]
-    return w[Q + i] + w[QF + i] - w[B + i]
-
-
-@inline
-def slope_of(b, s, a0, q, af):
-    """L of a slide from rest: -(B + s). At ε = 0 it takes up what rounding made of a0 + B + s - Q; with a disturbance
-    that is the rounding of A ε η², which may be large and would count as often as h²/2."""
-    return choose(af > 0.0, -(b + s), a0 - q)
-
-
-@inline
-def slide(w, i, s, x, v, a0):
-    """Begin a slide (s = +1 up, -1 down) or a wait (s = 0) with ξ = x, ξ' = v and ξ'' = a0.
-
-    a0 is given, not computed: a slide out of stick or rest begins with exactly 0.
-    """
-    w[X0 + i] = x
-    w[V0 + i] = v
-    w[A0 + i] = a0
-    w[L + i] = slope_of(w[B + i], s, a0, w[Q + i], w[AF + i]) if v == 0.0 else -(w[B + i] + s)
-    w[XD2 + i] = 0.5 * a0
-    w[XC2 + i] = 0.5 * w[L + i]
-    inverse = w[INVERSE + i]
-    w[XC1 + i] = v + (w[P + i] + w[PF + i] * inverse)
-    w[XALF + i] = -w[PF + i] * (inverse * inverse)
-    w[XBEF + i] = w[QF + i] * (inverse * inverse)
+    if w[AF + i] > 0.0:
+        return arrive_disturbed(w, k, i, h)
+    there = arrive_calm(w, i, h)
+    if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
+        x, v = state_at(w, i, h, False)
+        turned, phi, _ = later(w[PHI + i], w[LOW + i], h)
+        p, q = excitation(w[A + i], phi, 0.0)
+        there = Arrival(x, v, turned, phi, 0.0, p, q, 0.0, 0.0, 0.0)
+    return there
 
 
 @inline

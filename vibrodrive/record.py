@@ -11,8 +11,12 @@ from vibrodrive.lane import STRIDE
 from vibrodrive.motion import section_at, state_at, time_between
 from vibrodrive.parameters import State
 from vibrodrive.switching import INFINITY
+from vibrodrive.trig import TWO_PI
 
-UP, DOWN = int(State.UP), int(State.DOWN)
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+SECTION_MARGIN = 1e-9
+"""Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
 
 DONE, SETTLE, POINT, LOOK_BACK = 0, 1, 2, 4
 """What is left to do in a lane after all were advanced abreast: nothing; everything; a section point to be written,
@@ -31,6 +35,23 @@ def section_due(w, k, i, count, period, phi, low, transient):
     """h from (period, φ) to section point number `count`, eqs. (3)-(5) at τ = φ_s + 2πk."""
     first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
     return time_between(period, phi, low, first + count, w[r.SECTION + i])
+
+
+@inline
+def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
+    """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
+    due = section_due(w, k, i, slot, period, phi, low, transient)
+    return due, (due <= h) & (slot < periods), due + TWO_PI > h + SECTION_MARGIN
+
+
+@inline
+def count_switch(k, i, recorded, impact, to):
+    """Count a switch into `to`, and the impact before it if there was one."""
+    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)
+    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
 
 
 @inline
@@ -69,8 +90,8 @@ def write_points(w, k, i, section):
     """
     row, slot = k[r.POINT + i], k[r.SLOT + i]
     if slot < section.shape[1]:
-        section[row, slot, 0] = w[r.THERE_SX + i]
-        section[row, slot, 1] = w[r.THERE_SV + i]
+        section[row, slot, 0] = w[r.POINT_X + i]
+        section[row, slot, 1] = w[r.POINT_V + i]
     if k[r.LEFT_OVER + i] & POINT:
         slot = k[r.SECTIONS + i] - 1
         section[row, slot, 0] = w[r.X0 + i]

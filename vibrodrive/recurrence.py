@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.calm import LEAST_FALL
+from vibrodrive.calm import LEAST_FALL, forget
 from vibrodrive.lane import STRIDE
 from vibrodrive.motion import time_between
 from vibrodrive.record import in_record
@@ -33,13 +33,6 @@ FIRST_WINDOW = 16
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
 """All that decides what follows a departure, in the order of its rows at the anchor."""
-
-
-@inline
-def forget(w, i):
-    """No guess is left from earlier slides."""
-    for row in GUESSES:
-        w[row + i] = 0.0
 
 
 @inline

@@ -1,4 +1,4 @@
-"""Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `engine.settle` do, without branches.
+"""Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `event.py` do, without branches.
 
 Where a state ends is found as on the certified path (calm.py), for slides that begin at rest and for waits. That tells
 which grid points the scan would stop between, and a few values tell that it would stop nowhere else: the switching
@@ -17,16 +17,26 @@ import numpy as np
 
 from vibrodrive import lane as r
 from vibrodrive._jit import inline, part
-from vibrodrive.abreast import count, decide, keep_guesses, move, smaller
 from vibrodrive.branchless import choose, fma, wide
-from vibrodrive.calm import AT_ONCE, BRACKETED, LEAST_FALL, bracket, gap_guess, rate_of, wait_end
+from vibrodrive.calm import AT_ONCE, BRACKETED, LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
 from vibrodrive.lane import full
 from vibrodrive.locate import NOTHING
 from vibrodrive.margins import SUSPECT, gap_rounding, terms
 from vibrodrive.motion import LONGEST_SCAN, STRETCH, excitation, later, section_at, shape, state_at, time_between
 from vibrodrive.muller import on_chord, on_parabola
-from vibrodrive.parameters import State
-from vibrodrive.record import DONE, LOOK_BACK, SETTLE, in_record, section_due
+from vibrodrive.record import DONE, LOOK_BACK, SETTLE, count_switch, in_record, point_on_the_way
+from vibrodrive.switch import (
+    begin,
+    commit_cost,
+    commit_segment,
+    commit_time,
+    decide,
+    direction,
+    number_in_period,
+    smaller,
+    waits,
+)
+from vibrodrive.switch_undisturbed import STEEP_COST
 from vibrodrive.switching import (
     INFINITY,
     S1,
@@ -34,14 +44,12 @@ from vibrodrive.switching import (
     S3,
     S4,
     S5,
-    aimed,
     can_leave,
     ended_by,
+    search_shape,
     slide_shape,
 )
 from vibrodrive.trig import TWO_PI, arc
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
 VALUES = 4.0
 """Evaluations of a switching function that confirm and refine its zero here."""
@@ -66,8 +74,10 @@ def cross_refined(w, k, i, transient, periods, budget):
     # the grid points to either side, and what the scan has seen on the way there
     cell = np.floor(w[r.H + i] / dtau)
     low, high = cell * dtau, (cell + 1.0) * dtau
-    c0, d1, d2, c1, c2, al, be, _, _, base, sig, _, _, _, _, noise = aimed(w, i, which, high)
-    sig = choose(which == S4, w[r.SIG + i], sig)
+    shaped = search_shape(w, i, which, high)
+    c0, d1, d2, c1, c2, al, be = shaped.c0, shaped.d1, shaped.d2, shaped.c1, shaped.c2, shaped.al, shaped.be
+    base, noise = shaped.base, shaped.noise
+    sig = choose(which == S4, w[r.SIG + i], shaped.sig)
     g0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, low)
     g1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, high)
     first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
@@ -107,42 +117,37 @@ def cross_refined(w, k, i, transient, periods, budget):
 
     # a switch: the section point on the way, and what the period may cost
     slot = k[r.SECTIONS + i]
-    due = section_due(w, k, i, slot, period, phi, w[r.LOW + i], transient)
-    point = (due <= h) & (slot < periods)
+    due, point, one = point_on_the_way(w, k, i, slot, period, phi, w[r.LOW + i], h, transient, periods)
     sx, sv = section_at(w, i, due)
-    w[r.THERE_SX + i] = choose(waited, x0, sx)
-    w[r.THERE_SV + i] = choose(waited, 0.0, sv)
+    w[r.POINT_X + i] = choose(waited, x0, sx)
+    w[r.POINT_V + i] = choose(waited, 0.0, sv)
     k[r.SLOT + i] = slot
-    before = k[r.COUNT + i]
-    cost = 1 + choose(k[r.COUNTED + i] == period, before, 0)
-    over = sure & refined & (h <= w[r.LEFT + i]) & (due + TWO_PI > h + 1e-9) & (cost < budget)
-    over &= (w[r.WORK + i] - w[r.PAID + i] < 100.0) & ((x > slack) | (not falling))
+    cost = number_in_period(k, i)
+    over = sure & refined & (h <= w[r.LEFT + i]) & one & (cost < budget)
+    over &= (w[r.WORK + i] - w[r.PAID + i] < STEEP_COST) & ((x > slack) | (not falling))
 
     # decide
     there = period + int(turned)
     end = k[r.PERIOD0 + i] + transient + periods
-    to = decide(w, i, which, force)
+    to = decide(which, w[r.SIG + i], force)
     distance = abs(choose(gap, force, abs(force)) - 1.0)
     over &= waited | (distance >= SUSPECT * terms(w, i))
     margin = w[r.MARGIN + i]
     nearest = choose(waited, margin, smaller(distance, margin))
 
-    # what begins there, as `slide`, from rest
-    waits = (to == STICK) | (to == REST)
-    s = choose(waits, 0.0, choose(to == UP, 1.0, -1.0))
-    over &= choose(waits, can_leave(w, i, to), 1.0 + s * b >= LEAST_FALL)
+    # what begins there, from rest
+    waiting = waits(to)
+    s = direction(to)
+    over &= choose(waiting, can_leave(w, i, to), 1.0 + s * b >= LEAST_FALL)
     recorded = over & in_record(w, k, i, there, phi1, transient)
-    a0 = force - s
-    a0 = choose(a0 * s < 0.0, 0.0, a0)
-    slope = a0 - q
     x1 = choose(gap, 0.0, choose(waited, x0, x))
-    x_off = choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off))
+    segment = begin(s, x1, 0.0, force, False, b, 0.0, p, q, 0.0, 0.0)
 
     # where it ends
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
     slid_up, slid_down = over & rising, (over | aside) & falling
     keep_guesses(w, i, slid_up, slid_down, False, phi, h, rate)
-    b_lo, b_hi, _, guess = bracket(w, i, s, phi1, p, slope)
+    b_lo, b_hi, _, guess = bracket(w, i, s, phi1, p, segment.slope)
     wait, _, _, down = wait_end(w, i, to, phi1)
 
     # away from the obstacle, or at rest there: is this where the motion has been before?
@@ -156,16 +161,18 @@ def cross_refined(w, k, i, transient, periods, budget):
 
     w[r.WORK + i] += choose(met, VALUES, 0.0)
     left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
-    move(w, k, i, over, to, there, phi1, 0.0, left, x1, x_off, a0, slope, p, q, p, period, cost)
-    count(k, i, recorded, gap, to)
+    commit_time(w, k, i, over, to, there, phi1, 0.0, left, p, q)
+    commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
+    commit_cost(w, k, i, over, period, cost)
+    count_switch(k, i, recorded, gap, to)
     k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
     w[r.MARGIN + i] = choose(over, nearest, margin)
     k[r.SEARCH + i] = choose(over, ended_by(to), choose(aside, S1, which))
-    w[r.KIND + i] = choose(over, choose(waits, AT_ONCE, BRACKETED), w[r.KIND + i])
+    w[r.KIND + i] = choose(over, choose(waiting, AT_ONCE, BRACKETED), w[r.KIND + i])
     w[r.SIG + i] = choose(over, choose(down, 1.0, -1.0), w[r.SIG + i])
     w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))
     w[r.HI + i] = choose(over, b_hi, choose(aside, low, w[r.HI + i]))
-    w[r.H + i] = choose(over, choose(waits, wait, guess), choose(aside, guess_below, w[r.H + i]))
+    w[r.H + i] = choose(over, choose(waiting, wait, guess), choose(aside, guess_below, w[r.H + i]))
 
 
 @part

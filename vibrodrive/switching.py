@@ -13,6 +13,8 @@ As shapes (motion.py) they are  BASE + SIG · (c0 + c1 h + c2 h² + α sin h + �
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from vibrodrive._jit import inline
 from vibrodrive.branchless import choose
 from vibrodrive.lane import (
@@ -82,7 +84,7 @@ TRANSITIONS = (
     (State.IMPACT, "", "H > 1", State.UP),
     (State.IMPACT, "", "H <= 1", State.REST),
 )
-"""Fig. 2 as a table; `decide_in_air` and `decide_at_obstacle` are its third column."""
+"""Fig. 2 as a table; `switch.decide` is its third column."""
 
 NOISE_SHARE = 1e-13
 """Values of a switching function below this share of its terms are not trusted to have a sign when grid
@@ -90,19 +92,6 @@ points are skipped. Four hundred times the rounding of one term: a larger share 
 
 LATE_SHARE = 4e-3
 """What the rounding of a grid point's time does to the fast part, a η ulp(h), in units of NOISE_SHARE."""
-
-
-@inline
-def decide_in_air(h):
-    """Next state where ξ' = 0 and ξ > 0. After a correct switch one of the two slides is impossible;
-    the fixed path may well meet it, and then the mass goes on from rest (§5)."""
-    return choose(h > 1.0, UP, choose(h < -1.0, DOWN, STICK))
-
-
-@inline
-def decide_at_obstacle(h):
-    """Next state after an impact: the obstacle carries whatever pushes towards it."""
-    return choose(h > 1.0, UP, REST)
 
 
 @inline
@@ -129,13 +118,32 @@ def slide_shape(w, i, gap, rate):
     )  # fmt: skip
 
 
-@inline
-def aimed(w, i, which, limit):
-    """Switching function `which` as a shape, and the bounds of its derivatives:
+class Search(NamedTuple):
+    """A switching function as a shape, sig · (…) + base, and what its search needs: the amplitude of its fast part,
+    bounds of its second (without that part) and third derivatives, the first span to try (locate.py), and below what
+    value no grid point is skipped."""
 
-    (c0, d1, d2, c1, c2, α, β, α_f, β_f, base, sig, a, M2, M3, span, noise); a bounds the fast part, span is the first
-    to try (locate.py), noise what grid points may be skipped by, `limit` how far the search may go.
-    """
+    c0: float
+    d1: float
+    d2: float
+    c1: float
+    c2: float
+    al: float
+    be: float
+    alf: float
+    bef: float
+    base: float
+    sig: float
+    fast: float
+    m2: float
+    m3: float
+    span: float
+    noise: float
+
+
+@inline
+def search_shape(w, i, which, limit):
+    """Switching function `which` of the segment under way in lane i, to be searched up to `limit`."""
     gap, force = which == S1, which >= S4
     eta, inverse = w[ETA + i], w[INVERSE + i]
     p, q, pf, qf, xalf, xbef, af = w[P + i], w[Q + i], w[PF + i], w[QF + i], w[XALF + i], w[XBEF + i], w[AF + i]
@@ -158,30 +166,49 @@ def aimed(w, i, which, limit):
     span = choose(a > 0.0, (w[A + i] + fast) / (m3 + 1e-300), 1.0)
     drift = (abs(c1) + abs(c2) * limit) * limit
     noise = NOISE_SHARE * (base + abs(c0) + 2.0 * (abs(al) + abs(be) + a) + drift + LATE_SHARE * a * eta * limit)
-    return c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise
+    return Search(c0, d1, d2, c1, c2, al, be, alf, bef, base, sig, a, m2, m3, span, noise)
 
 
 @inline
-def aim(w, k, i, which, limit):
-    """Search for the first zero of S1 ... S5 from the present switch on.
+def set_search(w, k, i, where, which, search, cursor):
+    """Lane i goes on with the search for the first zero of S1 ... S5 from `cursor` on.
 
-    S1 = ξ, S2 = -ξ', S3 = ξ', S5 = 1 - H; both sides of S4 = 1 - |H|: the one whose cursor is behind is searched next.
+    Both sides of S4 = 1 - |H| are searched: the one whose cursor is behind is next.
 
     While the mass slides down ξ is watched beside S2: it decreases strictly while ξ' < 0, so S1 has a zero before the
     first zero of S2 exactly when ξ there is not positive, and it is then unique. The watch ends the search early once
     ξ is further below 0 than any margin met so far: the impact is certain then, and its margin no longer the
     smallest.
     """
-    (
-        w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i], w[AL + i], w[BE + i], w[ALF + i], w[BEF + i],
-        w[BASE + i], w[SIG + i], w[RF + i], w[M2S + i], w[M3 + i], w[SPAN0 + i], w[NOISE + i],
-    ) = aimed(w, i, which, limit)  # fmt: skip
-    w[SPAN + i] = w[SPAN0 + i]
-    w[H + i] = 0.0
-    w[OTHER + i] = 0.0 if which == S4 else INFINITY
-    w[ABOVE + i] = 0.0
-    w[WATCH + i] = w[X0 + i] if which == S2 else INFINITY
-    w[DIP + i] = w[MARGIN + i] if which == S2 else INFINITY
-    w[NEAR_UNDER + i] = 0.0
+    falling = which == S2
+    w[C0 + i] = choose(where, search.c0, w[C0 + i])
+    w[D1 + i] = choose(where, search.d1, w[D1 + i])
+    w[D2 + i] = choose(where, search.d2, w[D2 + i])
+    w[C1 + i] = choose(where, search.c1, w[C1 + i])
+    w[C2 + i] = choose(where, search.c2, w[C2 + i])
+    w[AL + i] = choose(where, search.al, w[AL + i])
+    w[BE + i] = choose(where, search.be, w[BE + i])
+    w[ALF + i] = choose(where, search.alf, w[ALF + i])
+    w[BEF + i] = choose(where, search.bef, w[BEF + i])
+    w[BASE + i] = choose(where, search.base, w[BASE + i])
+    w[SIG + i] = choose(where, search.sig, w[SIG + i])
+    w[RF + i] = choose(where, search.fast, w[RF + i])
+    w[M2S + i] = choose(where, search.m2, w[M2S + i])
+    w[M3 + i] = choose(where, search.m3, w[M3 + i])
+    w[SPAN0 + i] = choose(where, search.span, w[SPAN0 + i])
+    w[SPAN + i] = choose(where, search.span, w[SPAN + i])
+    w[NOISE + i] = choose(where, search.noise, w[NOISE + i])
+    w[H + i] = choose(where, cursor, w[H + i])
+    w[OTHER + i] = choose(where, choose(which == S4, 0.0, INFINITY), w[OTHER + i])
+    w[ABOVE + i] = choose(where, 0.0, w[ABOVE + i])
+    w[WATCH + i] = choose(where, choose(falling, w[X0 + i], INFINITY), w[WATCH + i])
+    w[DIP + i] = choose(where, choose(falling, w[MARGIN + i], INFINITY), w[DIP + i])
+    w[NEAR_UNDER + i] = choose(where, 0.0, w[NEAR_UNDER + i])
+    k[SEARCH + i] = choose(where, which, k[SEARCH + i])
+
+
+@inline
+def aim(w, k, i, which, limit):
+    """Begin the search for the first zero of `which` at the present switch, in one lane."""
+    set_search(w, k, i, True, which, search_shape(w, i, which, limit), 0.0)
     w[VALUE + i] = w[BEFORE + i] = UNKNOWN
-    k[SEARCH + i] = which
