@@ -13,7 +13,7 @@ import pytest
 
 import vibrodrive as vd
 
-DIGEST = "b7702b52db6ee2fde6a8d26fa3c24c8294d304598c39ab6f9f1b6fbfe125330e"
+DIGEST = "f83caeadc096bce194d7c0fe4b0ca175ea95278b07135e583e25bcb93f750ecb"
 
 DIAGRAM = dict(A=np.linspace(1.05, 9.0, 90), eps=[0.0, 2e-4], transient=20, periods=12)
 STARTS = dict(A=np.linspace(1.2, 6.0, 12), B=[0.0, 0.6, 1.3], xi0=[0.0, 3.0], dxi0=[-2.0, 1.5], tau0=1.0)

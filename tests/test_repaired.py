@@ -148,3 +148,53 @@ def test_no_gap_is_too_small():
         assert np.allclose(motion.switches["phase"], seen.switches["phase"], atol=1e-6)
         together = vd.sweep(**scene, xi0=[gap, gap], transient=0, periods=2)
         assert np.array_equal(together.section[0], motion.section)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        dict(
+            A=1.9743229809449232, B=0.7393951302691629, eps=1.0719987329958424e-10, eta=35679.434791572596,
+            tau0=8.65311288577029, xi0=1.539647733532997e-15,
+        ),
+        dict(
+            A=0.7577751116504161, B=0.493196678519624, eps=2.0094832500696334e-05, eta=224.36653361331864,
+            tau0=2.2774491356643267, xi0=1.704184292509266e-10,
+        ),
+        dict(
+            A=1.0585559730874063, B=0.4500714400946647, eps=1.4336375419089547e-06, eta=655.4970069069367,
+            tau0=2.5364352515575055, xi0=1.1549349921983423e-11,
+        ),
+    ],
+)  # fmt: skip
+def test_graze_after_a_stick_under_ripple(scene):
+    """The mass falls through its whole gap, by 1e-14 of it: where the stick ends counts to η times its rounding."""
+    motion = vd.simulate(**scene, transient=0, periods=1)
+    states = [(row["before"], row["after"]) for row in motion.switches[:2]]
+    assert states == [(STICK, DOWN), (DOWN, IMPACT)] or motion.status == vd.Status.TOO_CLOSE
+    assert motion.margin < 1e-20
+
+
+SCANNED = [
+    # the end of a wait is refined to `tol` only, and H is far from 1 there
+    dict(A=2.124315791770267, B=0.0, eps=4.076095191217171e-4, eta=832.077790178324, tau0=-5.190723011087952,
+         method="muller", dtau=2.0, tol=6.356022532440077e-4, periods=3),
+    dict(A=1022.9295381042608, B=1.0, eps=2.7209023525564547e-11, eta=55000.097644342175, tau0=104.11063206873814,
+         method="muller", dtau=0.0027761733736793017, tol=6.342018237727862e-05, periods=3),
+    dict(A=20.4903024393604, eps=2.279753337772712e-09, eta=35146.453447660984, xi0=4.5448988983974114e-200,
+         method="muller", dtau=0.08546414755107967, tol=0.00013800221549820703, periods=1),
+    # ξ falls below 0 and rises again between grid points at all of which ξ' < 0
+    dict(A=0.6963907173756203, B=0.01132728906346433, eps=0.00021921874625096044, eta=8352.996175319993,
+         xi0=4.5414103517155956e-89, method="fixed", dtau=0.4077451002682671, periods=3),
+    dict(A=9.165567220558879, B=0.7684219343644937, eps=0.011911967832519764, eta=100.99504938362077,
+         tau0=-4.648915649965991, xi0=6.107424952833542e-44, method="muller", dtau=1.0, tol=8.732632141734592e-09,
+         periods=1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("scene", SCANNED)
+def test_skipping_equals_visiting_under_strong_ripple(scene):
+    skip, literal = (vd.simulate(**scene, transient=0, budget=5000, scan=scan) for scan in ("skip", "literal"))
+    assert np.array_equal(skip.switches, literal.switches)
+    assert np.array_equal(skip.section, literal.section)
+    assert (literal.section[:, 0] >= 0).all()

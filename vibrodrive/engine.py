@@ -58,6 +58,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.QF + i] = 0.0
     w[r.X_OFF + i] = 0.0
     w[r.V_OFF + i] = 0.0
+    w[r.LATE + i] = 0.0
     w[r.THETA + i] = 0.0
     _, phi, _ = turns(points[row, 9], 0.0)
     w[r.SECTION + i] = phi
@@ -297,7 +298,8 @@ def sample_segments(lanes_w, lanes_k, points, rows_int, rows_float, method, tran
             force = place(w, k, 0)
             left = method == CERTIFIED and (before == STICK or before == REST)
             segment = begin(
-                direction(now), x, v, force, left, w[r.B], w[r.INVERSE], w[r.P], w[r.Q], w[r.PF], w[r.QF]
+                direction(now), x, v, force, left, method != CERTIFIED,
+                w[r.B], w[r.INVERSE], w[r.P], w[r.Q], w[r.PF], w[r.QF],
             )  # fmt: skip
             commit_segment(w, 0, True, segment, 0.0, 0.0)
             w[r.XALF], w[r.XBEF] = segment.xalf, segment.xbef

@@ -45,7 +45,17 @@ from vibrodrive.margins import (
     terms,
     velocity_rounding,
 )
-from vibrodrive.motion import LONGEST_SCAN, Arrival, arrive, grid_time, longest, pass_time, place, state_at, time_until
+from vibrodrive.motion import (
+    LONGEST_SCAN,
+    Arrival,
+    arrive,
+    grid_time,
+    longest,
+    pass_time,
+    place,
+    state_at,
+    time_until,
+)
 from vibrodrive.muller import refine, value
 from vibrodrive.parameters import Method, Scan, State, Status
 from vibrodrive.record import emit_rest, emit_sections, record
@@ -114,7 +124,8 @@ def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
     k[r.STATE + i] = state
     s = direction(state)
     segment = begin(
-        s, x, v, force, at_boundary, w[r.B + i], w[r.INVERSE + i], w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i]
+        s, x, v, force, at_boundary, method != CERTIFIED,
+        w[r.B + i], w[r.INVERSE + i], w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i],
     )  # fmt: skip
     commit_segment(w, i, True, segment, x_off, v_off)
     w[r.XALF + i], w[r.XBEF + i] = segment.xalf, segment.xbef
@@ -231,12 +242,13 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
     may_repeat = w[r.AF + i] == 0.0 and method != FIXED and scan != LITERAL and rows_int.shape[0] == 0
     state = k[r.STATE + i]
     there = NOWHERE
-    phase, later, side = 0.0, False, w[r.SIG + i]
+    phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
     if calm and waits(state):
         h, phase, later, down = wait_end(w, i, state, w[r.PHI + i])
         event, side = ended_by(state), 1.0 if down else -1.0
     elif certified:
-        there = arrive(w, k, i)
+        wait_ends = waits(state) and w[r.MET + i] == ZERO
+        there, late = arrive(w, k, i, wait_ends, -1.0 if side > 0.0 else 1.0)
         meet_tangency(w, k, i, w[r.H + i])
         if w[r.KIND + i] == BRACKETED and k[r.SEARCH + i] != S1:
             s = direction(state)
@@ -297,6 +309,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
             else:
                 pass_time(w, k, i, h)
             force = place(w, k, i)
+        w[r.LATE + i] = late
         w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
 
         if event == STRETCHED:

@@ -12,14 +12,14 @@ from vibrodrive._jit import inline
 from vibrodrive.branchless import COMPILED
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 86 × 8 B = 50 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 87 × 8 B = 50 kB,
 of which a search touches a third)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 86
+ROWS_W = 87
 ROWS_K = 26
 
 LINE = 64
@@ -32,8 +32,8 @@ LINE = 64
     # the ends of a wait at ε = 0: phase and A cos φ where H rises to 1, and where it falls to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
     # the segment under way: where it began (φ = PHI + LOW, LOW below the last bit of PHI; X_OFF, V_OFF
-    # bound what rounding has done to ξ and ξ' there) ...
-    PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF,
+    # bound what rounding has done to ξ and ξ' there, LATE to the instant at which a wait ended) ...
+    PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF, LATE,
     # ... and its closed form, eqs. (4), (5), (9) relative to that instant (see motion.py)
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down

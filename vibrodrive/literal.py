@@ -15,6 +15,7 @@ from vibrodrive._jit import inline, part
 from vibrodrive.branchless import fma
 from vibrodrive.lane import (
     ABOVE,
+    AF,
     AL,
     ALF,
     BASE,
@@ -97,9 +98,6 @@ def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
     return count
 
 
-COARSE = 1.0
-"""On a coarser grid ξ' may be positive for a while between two points where it is not: each value is looked at."""
-
 CLOSE = 16
 """So many values are looked at one by one where something is met."""
 
@@ -118,10 +116,23 @@ def clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast
 
 
 @inline
-def clear_gaps(w, i, first, n, dtau, fast):
-    """The same for ξ, which falls: how many values are above 0 by more than any rounding."""
+def least_clear_gap(w, i, first, n, dtau):
+    """A value of ξ at a grid point from which on ξ was positive at the n before: by more than any rounding, and by more
+    than ξ can have risen in between.
+
+    Where ξ' is negative at two neighbouring points it may have been positive between them, by no more than Δτ²/8 times
+    the most that its second derivative can be.
+    """
     h = (first + float(n)) * dtau
-    margin = 1e-12 * (w[X0 + i] + w[A + i] + (abs(w[XC1 + i]) + abs(w[XC2 + i]) * h) * h)
+    rounding = 1e-12 * (w[X0 + i] + w[A + i] + (abs(w[XC1 + i]) + abs(w[XC2 + i]) * h) * h)
+    third = w[A + i] + w[AF + i] * w[ETA + i]
+    return rounding + float(n) * dtau * (third * dtau * dtau * 0.125)
+
+
+@inline
+def clear_gaps(w, i, first, n, dtau, fast):
+    """The same for ξ: how many values are surely above 0."""
+    margin = least_clear_gap(w, i, first, n, dtau)
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
@@ -156,13 +167,11 @@ def scan(w, k, i, table):
         count = suspects(table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast)
         fallen = False
         if which == S2:
-            # ξ falls all through a block in which ξ' stays negative: its last value tells of all
+            # ξ falls all through a block in which ξ' is negative: its last value tells of all
             x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
-            fallen = x < 0.0
+            fallen = x < least_clear_gap(w, i, first, n, dtau)
         start = n
-        if dtau > COARSE:
-            start = 0
-        elif count > 0 or fallen:
+        if count > 0 or fallen:
             if count > 0:
                 start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
             if which == S2:

@@ -44,8 +44,8 @@ def gap_rounding(w, i, h):
     """
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     off = fma(w[r.V_OFF + i], h, w[r.X_OFF + i])
-    rate = w[r.A + i] + w[r.AF + i] * eta
-    sums = fma(fma(fma(rate, h, start_terms(w, i)), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
+    second, third = start_terms(w, i)
+    sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
     near = fma(ROUNDING, sums, off)
     far = far_rounding(w, i, h, off, w[r.AF + i] * inverse, inverse)
     return choose((1.0 + eta) * h < 0.7, near, far)
@@ -53,8 +53,15 @@ def gap_rounding(w, i, h):
 
 @inline
 def start_terms(w, i):
-    """What ξ'' at the start of a segment is made of; it is known to be 0 where a stick or rest has just ended."""
-    return choose(w[r.A0 + i] == 0.0, 0.0, terms(w, i))
+    """What ξ'' at the start of a segment and its derivative are made of.
+
+    Where a stick or rest has just ended ξ'' is known to be 0. Under a disturbance rounding puts that instant off by
+    LATE, and H' there by H'' times as much.
+    """
+    eta = w[r.ETA + i]
+    rate = w[r.A + i] + w[r.AF + i] * eta
+    second = choose(w[r.A0 + i] == 0.0, 0.0, terms(w, i))
+    return second, fma(w[r.LATE + i], fma(w[r.AF + i] * eta, eta, w[r.A + i]), rate)
 
 
 @inline
@@ -71,8 +78,8 @@ def velocity_rounding(w, i, h):
     """How far rounding can have put ξ' off at h after the last switch."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
-        rate = w[r.A + i] + w[r.AF + i] * eta
-        sums = abs(w[r.V0 + i]) + (start_terms(w, i) + rate * h) * h
+        second, third = start_terms(w, i)
+        sums = abs(w[r.V0 + i]) + (second + third * h) * h
     else:
         fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
         sums = abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast

@@ -229,19 +229,46 @@ def arrive_disturbed(w, k, i, h):
     return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
+NEAR_BOUNDARY = 1e-8
+"""By how many radians, of the fast phase if that is the faster, the end of a wait is put right at most."""
+
+
+@inline
+def on_boundary(w, i, where, there, level):
+    """(`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ + low.
+
+    The cursor is good to its own rounding, which the fast clock multiplies by η, and a slide that begins with exactly
+    ξ'' = 0 would begin with the H' of another time. One step of Newton's method, to first order in what it moves. LATE
+    is what the rounding of H leaves of it, over ROUNDING (margins.py). Elsewhere nothing is moved, and LATE is 0.
+    """
+    eta, af, b = w[ETA + i], w[AF + i], w[B + i]
+    rate = there.p + eta * there.pf
+    inverse = 1.0 / choose(rate == 0.0, 1e-300, rate)
+    shift = (level - (there.q + there.qf - b)) * inverse
+    fast = eta * shift
+    near = where & (abs(fast) < NEAR_BOUNDARY) & (abs(shift) < NEAR_BOUNDARY)
+    shift, fast = choose(near, shift, 0.0), choose(near, fast, 0.0)
+    moved = Arrival(
+        there.x, there.v, there.turned, there.phi, there.low + shift,
+        fma(-there.q, shift, there.p), fma(there.p, shift, there.q), there.theta + fast,
+        fma(-there.qf, fast, there.pf), fma(there.pf, fast, there.qf),
+    )  # fmt: skip
+    return moved, choose(where, (1.0 + w[A + i] + af + b) * abs(inverse), 0.0)
+
+
 @part
-def arrive(w, k, i):
-    """Where the cursor of lane i leads, whatever its trajectory."""
+def arrive(w, k, i, wait_ends, level):
+    """Where the cursor of lane i leads, whatever its trajectory, and LATE: as `on_boundary` if a wait ends there."""
     h = w[H + i]
     if w[AF + i] > 0.0:
-        return arrive_disturbed(w, k, i, h)
+        return on_boundary(w, i, wait_ends, arrive_disturbed(w, k, i, h), level)
     there = arrive_calm(w, i, h)
     if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
         x, v = state_at(w, i, h, False)
         turned, phi, _ = later(w[PHI + i], w[LOW + i], h)
         p, q = excitation(w[A + i], phi, 0.0)
         there = Arrival(x, v, turned, phi, 0.0, p, q, 0.0, 0.0, 0.0)
-    return there
+    return there, 0.0
 
 
 @inline

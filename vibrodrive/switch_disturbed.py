@@ -11,7 +11,7 @@ from vibrodrive.branchless import choose, wide
 from vibrodrive.lane import full
 from vibrodrive.locate import FALLEN, LEAST_GAP, NOTHING, ZERO, first_cursor
 from vibrodrive.margins import SUSPECT, gap_rounding, terms
-from vibrodrive.motion import arrive_disturbed, longest, time_between
+from vibrodrive.motion import arrive_disturbed, longest, on_boundary, time_between
 from vibrodrive.record import (
     DONE,
     SETTLE,
@@ -68,7 +68,8 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     gap, falling, waited = which == S1, which == S2, which >= S4
     period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
     margin, usual = w[r.MARGIN + i], terms(w, i)
-    there = arrive_disturbed(w, k, i, h)
+    level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)
+    there, late = on_boundary(w, i, waited, arrive_disturbed(w, k, i, h), level)
     x0, v0 = w[r.X0 + i], w[r.V0 + i]
     x = choose(waited, x0, there.x)
     force = there.q + there.qf - w[r.B + i]
@@ -109,13 +110,15 @@ def cross_disturbed(w, k, i, transient, periods, budget):
     # what begins there, from rest
     s, inverse = direction(to), w[r.INVERSE + i]
     segment = begin(
-        s, choose(gap, 0.0, x), 0.0, force, waited, w[r.B + i], inverse, there.p, there.q, there.pf, there.qf
+        s, choose(gap, 0.0, x), 0.0, force, waited, False,
+        w[r.B + i], inverse, there.p, there.q, there.pf, there.qf,
     )  # fmt: skip
     k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, SETTLE)
     k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
     commit_time(w, k, i, over, to, period1, there.phi, there.low, left, there.p, there.q)
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
     commit_ripple(w, i, over, segment, there.theta, there.pf, there.qf)
+    w[r.LATE + i] = choose(over, late, w[r.LATE + i])
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)
     w[r.MARGIN + i] = choose(over, nearest, choose(aside, margin_aside, w[r.MARGIN + i]))

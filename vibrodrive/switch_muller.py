@@ -141,7 +141,7 @@ def cross_refined(w, k, i, transient, periods, budget):
     over &= choose(waiting, can_leave(w, i, to), 1.0 + s * b >= LEAST_FALL)
     recorded = over & in_record(w, k, i, there, phi1, transient)
     x1 = choose(gap, 0.0, choose(waited, x0, x))
-    segment = begin(s, x1, 0.0, force, False, b, 0.0, p, q, 0.0, 0.0)
+    segment = begin(s, x1, 0.0, force, False, True, b, 0.0, p, q, 0.0, 0.0)
 
     # where it ends
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))

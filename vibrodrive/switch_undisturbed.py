@@ -97,7 +97,7 @@ def cross(w, k, i, transient, periods, budget):
     force2 = choose(waiting, choose(down, -1.0, 1.0), force)
     p2 = choose(waiting, choose(down, down_p, up_p), there.p)
     q2 = choose(waiting, w[r.B + i] + force2, there.q)
-    segment = begin(s, choose(gap, 0.0, x), 0.0, force2, waiting, w[r.B + i], 0.0, p2, q2, 0.0, 0.0)
+    segment = begin(s, choose(gap, 0.0, x), 0.0, force2, waiting, False, w[r.B + i], 0.0, p2, q2, 0.0, 0.0)
     rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
     rested = over & (to == REST)
     keep_guesses(w, i, over & rising, (over | aside) & falling, rested, phi, h, rate)
