@@ -62,7 +62,7 @@ def quick(monkeypatch):
             yield block
 
     monkeypatch.setattr(import_module("vibrodrive.sweep"), "run_blocks", blocks)
-    monkeypatch.setattr(import_module("vibrodrive._jit"), "must_compile", lambda: False)
+    monkeypatch.setattr(import_module("vibrodrive.sweep"), "load_kernels", lambda threads: None)
     return computed
 
 
@@ -410,7 +410,10 @@ def test_a_terminal_that_has_gone_away_is_no_reason_to_stop():
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(3.21, "3.2 s"), (250, "4 min 10 s"), (7500, "2 h 5 min"), (3.2 * 86400, "3 d 4 h")],
+    [
+        (0.00412, "4.1 ms"), (0.314, "0.31 s"), (3.21, "3.2 s"), (59.97, "1 min 0 s"), (250, "4 min 10 s"),
+        (7500, "2 h 5 min"), (3.2 * 86400, "3 d 4 h"),
+    ],
 )
 def test_durations_as_a_person_says_them(seconds, words):
     assert duration(seconds) == words

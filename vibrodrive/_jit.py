@@ -5,52 +5,112 @@
 * ``_nrt=False`` (all but entry points that allocate): no reference counting. With it every array argument of
   every inlined formula is counted up and down, atomically: four fifths of the time of a sweep.
 * ``fastmath`` stays off: it would fold NaN checks away and change bits from machine to machine.
-* The cache directory carries a hash of the kernel sources. Numba notices a change in the file of the
-  function it loads, not in the files of the functions that one calls: without the hash an edited
-  equation could go on giving the old numbers.
+* The cache directory carries a hash of the kernel sources, and of what they are compiled with and for. Numba notices
+  a change in the file of the function it loads, not in the files of the functions that one calls: without the hash
+  an edited equation could go on giving the old numbers. And two unlike machines with one home would write into the
+  same index, whose files are numbered: one could be served what the other has compiled.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import re
+import sys
 import tempfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
+import llvmlite
 import numba
 import numpy as np
-from numba.core import cgutils, types
+from numba.core import cgutils, event, types
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
-_HERE = Path(__file__).parent
+_PACKAGE = __name__.partition(".")[0]
+_ROOT = Path(__file__).parents[__name__.count(".") - 1]
+"""Folder of the whole package, wherever in it this file lies."""
+
+_IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
+"""An import that is not indented, its continuation lines included. Indented ones are made when a function runs, or
+for types alone: no kernel gets anything from them. To parse these lines alone takes a tenth of the time."""
 
 
-_IMPORT = re.compile(rb"^from vibrodrive(?:\.(\w+))? import (\w+)", re.MULTILINE)
+def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
+    """A hash of every module with a kernel in it and of all that those import, whatever they take from there.
 
-
-def _fingerprint() -> str:
-    """A hash of every module with a kernel in it and of all that those import, whatever they take from there."""
-    sources = {path.stem: path.read_bytes() for path in _HERE.glob("*.py")}
-    todo = [name for name, source in sources.items() if b"from vibrodrive._jit import" in source]
+    A module has a kernel in it if it imports this one, whose name is `here`, in the package that lies in `root`.
+    """
+    package = here.partition(".")[0]
+    paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
+    sources = {name: path.read_bytes() for name, path in paths.items()}
+    within = {name for name, path in paths.items() if path.name == "__init__.py"}
+    homes = {here} | {name for name in within if name != package and here.startswith(f"{name}.")}
+    words = [home.rpartition(".")[2].encode() for home in homes]
+    near = [name for name, source in sources.items() if any(word in source for word in words)]
+    imported = {name: set(_imported(name, sources, within)) for name in near}
+    todo = [name for name in near if not homes.isdisjoint(imported[name])]
     known = set(todo)
     while todo:
-        for module, name in _IMPORT.findall(sources[todo.pop()]):
-            imported = (module or name).decode()
-            if imported in sources and imported not in known:
-                known.add(imported)
-                todo.append(imported)
-    digest = hashlib.sha256(numba.__version__.encode())
+        name = todo.pop()
+        new = (imported[name] if name in imported else set(_imported(name, sources, within))) - known
+        known |= new
+        todo += new
+    digest = hashlib.sha256()
     for name in sorted(known):
         digest.update(name.encode() + b"\0" + sources[name])
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()
+
+
+def _module(package: str, path: Path) -> str:
+    """Name of the module that lies at `path` in the package."""
+    parts = path.with_suffix("").parts
+    return ".".join([package, *(parts[:-1] if parts[-1] == "__init__" else parts)])
+
+
+def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
+    """The modules of the package that a module imports when it is itself imported.
+
+    sources: of every module of the package; within: those of them that are packages.
+    """
+    package = name.partition(".")[0].encode()
+    lines = _IMPORT.findall(b"\n" + sources[name])
+    lines = [line for line in lines if package in line or line.split()[1].startswith(b".")]
+    try:
+        statements = ast.parse(b"\n".join(lines)).body
+    except SyntaxError:  # a line of a text begins like an import, or a comment in one has a bracket
+        statements = ast.parse(sources[name]).body
+    for statement in statements:
+        if isinstance(statement, ast.Import):
+            yield from (alias.name for alias in statement.names if alias.name in sources)
+        elif isinstance(statement, ast.ImportFrom):
+            base = statement.module or ""
+            if statement.level:
+                parts = name.split(".")
+                up = statement.level - (name in within)  # a package's one dot is the package itself
+                base = ".".join([*parts[: len(parts) - up], *filter(None, [base])])
+            for alias in statement.names:
+                found = f"{base}.{alias.name}"
+                if found in sources or base in sources:
+                    yield found if found in sources else base
+
+
+def _target() -> str:
+    """What machine code depends on beside its sources: who compiles it, and for which processor."""
+    versions = [numba.__version__, llvmlite.__version__, np.__version__]
+    python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
+    return " ".join([*python, *versions, *map(str, cpu_target.target_context.codegen().magic_tuple())])
 
 
 def _cache_directory() -> Path:
     """A writable directory outside the installation, which may be read-only."""
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    name = f"vibrodrive-{_fingerprint()}"
+    key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
+    name = f"vibrodrive-{key}"
     for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{os.getuid()}"):
         try:
             (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -64,9 +124,37 @@ def _cache_directory() -> Path:
 CACHE = _cache_directory()
 
 
-def must_compile() -> bool:
-    """Whether the kernels of this version are not on disk yet: the first motion will take longer to begin."""
-    return not (getattr(numba.config, "DISABLE_JIT", 0) or any(CACHE.rglob("*run*.nbc")))
+class Compilation(event.Listener):
+    """The time this process has spent compiling: whether it compiles cannot be foretold from the files of the
+    cache (Numba's keys are its own), but Numba tells when it begins and when it ends."""
+
+    def __init__(self) -> None:
+        self._depth = 0  # a kernel compiles what it calls
+        self._began = self._spent = 0.0
+
+    def on_start(self, event: Any) -> None:
+        if self._depth == 0:
+            self._began = monotonic()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._spent += monotonic() - self._began
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being compiled."""
+        return self._depth > 0
+
+    @property
+    def seconds(self) -> float:
+        """Spent so far, what is under way included."""
+        return self._spent + (monotonic() - self._began if self.running else 0.0)
+
+
+compilation = Compilation()
+event.register("numba:compile", compilation)
 
 
 def jit(function=None, **options):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -85,18 +86,38 @@ def check_output(path: Path) -> Path:
 
 @contextmanager
 def working(name: str) -> Iterator[Show]:
-    """Show that work goes on, and say in one line what a runner refuses."""
-    from vibrodrive._jit import must_compile
-    from vibrodrive.progress import COMPILING, Show
+    """Show that work goes on, count while kernels are compiled, and say in one line what a runner refuses."""
+    from vibrodrive._jit import compilation
+    from vibrodrive.progress import Show, duration
 
     show = Show(sys.stderr, name)
-    show.update(lambda: COMPILING if must_compile() else "begun")
+    show.update(lambda: "begun")
+    ended = threading.Event()
+
+    def watch() -> None:
+        counting = False
+        while not ended.wait(WATCH_SECONDS):
+            if compilation.running:
+                show.compiling(compilation.seconds)
+            elif counting:
+                show.clear()
+            counting = compilation.running
+
+    watcher = threading.Thread(target=watch, name="watch", daemon=True)
+    watcher.start()
     try:
         yield show
     except (TypeError, ValueError) as error:
         raise click.ClickException(str(error)) from error
     finally:
+        ended.set()
+        watcher.join()
         show.clear()
+    if compilation.seconds >= 1:
+        show.say(f"kernels compiled in {duration(compilation.seconds)}")
+
+
+WATCH_SECONDS = 0.2
 
 
 def save(figure: Figure, target: Path, dpi: int | None = None) -> None:

@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, save, say
-from vibrodrive.progress import COMPILING
+from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, save, say, working
 
 
 @click.command()
@@ -80,12 +79,11 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     check_figure(target)
     settings.plan()
     from vibrodrive import figures, simulate
-    from vibrodrive._jit import must_compile
 
-    if must_compile():
-        say(COMPILING)
-    motion = simulate(**arguments)
-    save(figures.trajectory_figure(motion, **drawn), target)
+    with working(config.stem):
+        motion = simulate(**arguments)
+        figure = figures.trajectory_figure(motion, **drawn)
+    save(figure, target)
     say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
     if motion.status != Status.OK:
         say(f"{Status(motion.status).name}: {Status(motion.status).advice}")

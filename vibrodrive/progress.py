@@ -12,8 +12,8 @@ from typing import TextIO
 PLAIN_SECONDS = 10.0
 """Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
 
-COMPILING = "compiling the kernels, once for this version: some fifteen seconds"
-"""Said before the first motion, where there are none on disk yet."""
+COMPILING = "compiling the kernels, once for this version, Python and processor"
+"""Said when it begins; how long it takes nobody knows."""
 
 
 @dataclass
@@ -25,6 +25,7 @@ class Tally:
     fresh: int = 0  # computed in this run
     periods: int = 0  # excitation periods of one point, transient included
     stage: str = ""  # what goes on before the first point
+    waiting: str = ""  # what goes on elsewhere before the first point is back
     began: float = field(default_factory=time.monotonic)  # of the computation
 
     def start(self, points: int, done: int, periods: int) -> None:
@@ -47,14 +48,18 @@ class Tally:
             return self.stage
         share = f"{100 * self.done / max(self.points, 1):5.1f} %"
         if not self.fresh:
-            return share
+            return f"{share}  {self.waiting}: {time.monotonic() - self.began:.0f} s" if self.waiting else share
         left = duration((self.points - self.done) / self.rate)
         return f"{share}  {self.rate * self.periods:.2e} periods/s  {self.rate:.3g} points/s  {left} left"
 
 
 def duration(seconds: float) -> str:
-    """Seconds as a person says them: 3.2 s, 4 min 10 s, 2 h 5 min, 3 d 4 h."""
-    if seconds < 60:
+    """Seconds as a person says them: 4.1 ms, 0.32 s, 3.2 s, 4 min 10 s, 2 h 5 min, 3 d 4 h."""
+    if seconds < 0.0995:
+        return f"{1000 * seconds:.2g} ms"
+    if seconds < 0.995:
+        return f"{seconds:.2f} s"
+    if seconds < 59.95:
         return f"{seconds:.1f} s"
     minutes, s = divmod(round(seconds), 60)
     if minutes < 60:
@@ -72,6 +77,14 @@ class Show:
         self._terminal = stream.isatty()
         self._last = time.monotonic()
         self._drawn = False
+        self._told = False
+
+    def compiling(self, seconds: float) -> None:
+        """Say that kernels are being compiled, once, and count the seconds it takes."""
+        if not self._told:
+            self._told = True
+            self.say(COMPILING)
+        self.update(lambda: f"compiling: {seconds:.0f} s")
 
     def update(self, line: Callable[[], str]) -> None:
         """Draw what `line` returns, if it is time to."""

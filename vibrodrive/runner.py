@@ -11,15 +11,21 @@ import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from vibrodrive.plan import Plan
-from vibrodrive.progress import COMPILING, Show, Tally, duration
+from vibrodrive.progress import Show, Tally, duration
 from vibrodrive.size import file_bytes, human
 from vibrodrive.store import NoResult, Unwritable, Writer, open_writer
 from vibrodrive.store_layout import Origin, Progress
+
+if TYPE_CHECKING:
+    from vibrodrive._jit import Compilation
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -71,7 +77,9 @@ def run(job: Job, show: Show) -> str:
             thread.join(0.1)
             for notice in work.news():
                 show.say(notice)
-            if thread.is_alive():
+            if work.compilation is not None and work.compilation.running:
+                show.compiling(work.compilation.seconds)
+            elif thread.is_alive():
                 show.update(work.tally.line)
         for notice in work.news():
             show.say(notice)
@@ -89,6 +97,7 @@ class _Work:
         self.tally = Tally()
         self.error: BaseException | None = None
         self.summary = ""
+        self.compilation: Compilation | None = None  # known when Numba is loaded
         self._writer: Writer | None = None
         self._stopping = False
         self._news: list[str] = []
@@ -166,12 +175,8 @@ class _Work:
         if not which:
             self.summary = f"{self.job.path} is complete: nothing to do"
             return
-        if executor is None:
-            self._compile(writer.plan, which[:1])
-        from vibrodrive.fletcher import fletcher32
+        prepared = self._prepare(writer, local=executor is None)
         from vibrodrive.sweep import run_blocks
-
-        writer.fletcher32 = fletcher32 if _compiling() else None
 
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]
@@ -183,21 +188,28 @@ class _Work:
         took = monotonic() - tally.began
         self.summary = (
             f"{self.job.path}: {tally.fresh} points in {duration(took)} "
-            f"({tally.fresh * tally.periods / took:.2e} periods/s)"
+            f"({tally.fresh * tally.periods / took:.2e} periods/s), {prepared}"
         )
 
-    def _compile(self, plan: Plan, which: list[int]) -> None:
-        """Compile the kernels if this version has not yet done so on this machine, and say it."""
-        from vibrodrive._jit import must_compile
-        from vibrodrive.sweep import run_blocks
+    def _prepare(self, writer: Writer, local: bool) -> str:
+        """Load the kernels, compiled if they have to be, before time counts; returns how long that took."""
+        self.tally.stage = "loading the kernels"
+        began = monotonic()
+        from vibrodrive._jit import compilation
+        from vibrodrive.fletcher import fletcher32
+        from vibrodrive.sweep import load_kernels
 
-        if not must_compile():
-            return
-        self._news.append(COMPILING)
-        self.tally.stage = "compiling"
-        one_period = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
-        for _ in run_blocks(one_period, which, threads=self.job.threads):
-            pass
+        self.compilation, before = compilation, compilation.seconds
+        if _compiling():
+            writer.fletcher32 = fletcher32
+            fletcher32(np.zeros(1))
+        if not local:
+            self.tally.waiting = "waiting for workers, which compile the kernels where they have none"
+            return "what workers take to load or compile the kernels included"
+        load_kernels(self.job.threads)
+        compiled = compilation.seconds - before
+        loaded = f"after {duration(monotonic() - began - compiled)} to load the kernels"
+        return f"{loaded} and {duration(compiled)} to compile them" if compiled else loaded
 
 
 @contextlib.contextmanager

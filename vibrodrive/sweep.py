@@ -110,6 +110,12 @@ def _fill(
         run_threads(address(run, (w[0], k[0], *arguments)), w, k, *arguments)
 
 
+def load_kernels(threads: int | None = None) -> None:
+    """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of no points."""
+    plan = make_plan({"A": 1.0, "transient": 0, "periods": 1})
+    compute_wave(plan, [(0, 0, 0)], check_threads(threads))
+
+
 def check_threads(threads: int | None) -> int:
     """The number of threads to use: all by default. Raises TypeError or ValueError."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
