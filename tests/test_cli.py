@@ -350,10 +350,19 @@ def test_dry_run_writes_nothing_and_estimates_the_time(run):
     began = perf_counter()
     run("sweep", "small.toml", "-o", "t.h5", *options)
     took = perf_counter() - began
+    assert words["time"].endswith("for the file")
     assert float(words["file"].split()[0]) == pytest.approx(Path("t.h5").stat().st_size / 1e6, rel=0.02)
-    number, unit = words["time"].split()
+    number, unit = words["time"].partition(",")[0].split()
     assert unit == "s"
     assert 0.5 < float(number) / took < 2
+
+
+@pytest.mark.jit
+def test_dry_run_of_a_short_sweep_has_a_time_and_threads_take_no_memory(run):
+    said = [run("sweep", "small.toml", "--dry-run", *threads)[1] for threads in ((), ("--threads", "1"))]
+    memory, time = ([line for out in said for line in out.splitlines() if key in line] for key in ("memory", "time"))
+    assert memory[0] == memory[1]
+    assert not any(line.split()[1].strip("0.") == "" for line in time)
 
 
 @pytest.mark.jit

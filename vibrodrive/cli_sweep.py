@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, THREADS, leave, read, same_command, say
+from vibrodrive.cli_common import FILE, METHOD, SET, THREADS, leave, read, same_command, say, working
 from vibrodrive.cli_plot import draw
 
 if TYPE_CHECKING:
@@ -44,11 +44,11 @@ def sweep(
     settings = read(config, overrides, method)
     plan = settings.plan()
     path = output or Path(config.stem + ".h5")
-    refuse_large_block(plan, threads or os.cpu_count() or 1)
+    refuse_large_block(plan, remote=dask is not None)
     if threads and not dask:
         _check_threads(threads)
     if dry_run:
-        _dry_run(plan, path, threads)
+        _dry_run(plan, path, threads, remote=dask is not None)
         return
     from vibrodrive.runner import Job, Stopped, run
     from vibrodrive.store_layout import Origin
@@ -73,19 +73,24 @@ def _check_threads(threads: int) -> None:
         raise click.ClickException(f"--{error}") from None
 
 
-def _dry_run(plan: Plan, path: Path, threads: int | None) -> None:
-    from vibrodrive import estimate
+def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
+    from vibrodrive.estimate import estimate
     from vibrodrive.progress import duration
-    from vibrodrive.size import block_bytes, file_bytes, human, refuse_large_file
+    from vibrodrive.size import file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
     click.echo(f"points   {plan.n_points}")
     click.echo(f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)")
     click.echo(f"file     {human(file_bytes(plan))}")
-    workers = threads or os.cpu_count() or 1
-    click.echo(f"memory   {human(BASE_MEMORY + 2 * workers * block_bytes(plan))}")
+    click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
-    click.echo(f"time     {duration(estimate.seconds(plan, threads))}")
+    # in a thread of its own, for a signal reaches the main thread only between two of its steps
+    with working(path.name), ThreadPoolExecutor(1) as pool:
+        found = pool.submit(estimate, plan, threads).result()
+    click.echo(
+        f"time     {duration(found.computing)}, besides {duration(found.loading)} to load the kernels "
+        f"and {duration(found.layout)} for the file"
+    )
 
 
 BASE_MEMORY = 200_000_000

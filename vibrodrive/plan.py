@@ -30,6 +30,13 @@ sequential, small enough that a kill loses little and memory stays flat."""
 BLOCK_POINTS = 1024
 """Points of one block, at most."""
 
+WAVE_BYTES = 8 << 20
+WAVE_POINTS = 8192
+"""Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
+
+IN_FLIGHT = 16
+"""Tasks an executor holds at a time unless it tells its number of workers; bounds the memory of finished ones."""
+
 DEFAULT_BUDGET = 100_000
 """Switches one excitation period may hold before a trajectory is given up as chattering."""
 
@@ -68,8 +75,12 @@ class Plan:
 
     def points(self, start: int, stop: int) -> np.ndarray:
         """Rows start..stop of the flattened product: float64 (stop - start, len(COLUMNS))."""
-        out = np.empty((stop - start, len(COLUMNS)))
-        index = np.unravel_index(np.arange(start, stop), self.shape) if self.axes else ()
+        return self.rows(np.arange(start, stop))
+
+    def rows(self, which: np.ndarray) -> np.ndarray:
+        """Rows of the flattened product by their numbers: int64 (n,) -> float64 (n, len(COLUMNS))."""
+        out = np.empty((len(which), len(COLUMNS)))
+        index = np.unravel_index(which, self.shape) if self.axes else ()
         position = {name: k for k, name in enumerate(self.axes)}
         for c, name in enumerate(COLUMNS):
             out[:, c] = self.axes[name][index[position[name]]] if name in position else self.scalars[name]
@@ -88,6 +99,11 @@ class Plan:
             if chunk[k] < self.shape[k] or rows == 0:
                 break
         return tuple(chunk)
+
+    @property
+    def wave_points(self) -> int:
+        """Points of the blocks that are computed together, at most; a larger block is computed alone."""
+        return max(1, min(WAVE_POINTS, WAVE_BYTES // (16 * self.settings.periods)))
 
     def blocks(self) -> list[tuple[int, int]]:
         """(start, stop) of every block, in C-order of the points."""

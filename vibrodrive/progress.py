@@ -25,7 +25,7 @@ class Tally:
     fresh: int = 0  # computed in this run
     periods: int = 0  # excitation periods of one point, transient included
     stage: str = ""  # what goes on before the first point
-    waiting: str = ""  # what goes on elsewhere before the first point is back
+    elsewhere: str = ""  # what workers may be doing before the first point is back
     began: float = field(default_factory=time.monotonic)  # of the computation
 
     def start(self, points: int, done: int, periods: int) -> None:
@@ -48,7 +48,7 @@ class Tally:
             return self.stage
         share = f"{100 * self.done / max(self.points, 1):5.1f} %"
         if not self.fresh:
-            return f"{share}  {self.waiting}: {time.monotonic() - self.began:.0f} s" if self.waiting else share
+            return f"{share}  {self.elsewhere}: {time.monotonic() - self.began:.0f} s" if self.elsewhere else share
         left = duration((self.points - self.done) / self.rate)
         return f"{share}  {self.rate * self.periods:.2e} periods/s  {self.rate:.3g} points/s  {left} left"
 

@@ -204,7 +204,7 @@ class _Work:
             writer.fletcher32 = fletcher32
             fletcher32(np.zeros(1))
         if not local:
-            self.tally.waiting = "waiting for workers, which compile the kernels where they have none"
+            self.tally.elsewhere = "waiting for workers, which compile the kernels where they have none"
             return "what workers take to load or compile the kernels included"
         load_kernels(self.job.threads)
         compiled = compilation.seconds - before

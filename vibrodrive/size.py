@@ -6,7 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
-from vibrodrive.plan import Plan
+from vibrodrive.plan import IN_FLIGHT, Plan
 
 PERIODS_MAX = 2**29 - 1
 """One point's ξ (or ξ') is at most one HDF5 chunk, and a chunk is smaller than 4 GiB."""
@@ -66,6 +66,16 @@ def block_bytes(plan: Plan) -> int:
     return points * (16 * plan.settings.periods + POINT_BYTES)
 
 
+def working_bytes(plan: Plan, remote: bool = False) -> int:
+    """Bytes of the blocks in memory at a time: those computed together, as many being written, and the writer's copy
+    of one coordinate of one; with an executor (`remote`) the tasks it holds. Threads share them."""
+    block = block_bytes(plan)
+    if remote:
+        return IN_FLIGHT * block + block // 2
+    points = min(plan.n_points, plan.wave_points)
+    return 2 * max(block, points * (16 * plan.settings.periods + POINT_BYTES)) + block // 2
+
+
 def refuse_large_axis(key: str, num: int) -> None:
     """Raise TooLarge if the values of one axis alone (and the copies on the way) do not fit the memory."""
     need, have = 8 * num, available_memory()
@@ -76,17 +86,17 @@ def refuse_large_axis(key: str, num: int) -> None:
         )
 
 
-def refuse_large_block(plan: Plan, threads: int) -> None:
+def refuse_large_block(plan: Plan, remote: bool = False) -> None:
     """Raise TooLarge if a point does not fit a chunk, or the blocks in flight the memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(
             f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, what one chunk of the file holds"
         )
-    need, have = 2 * threads * block_bytes(plan), available_memory()
+    need, have = working_bytes(plan, remote), available_memory()
     if need > have:
         raise TooLarge(
             f"periods = {plan.settings.periods}: must be small enough for the memory: "
-            f"{2 * threads} blocks in flight take {human(need)}, {human(have)} are available"
+            f"the blocks in flight take {human(need)}, {human(have)} are available"
         )
 
 

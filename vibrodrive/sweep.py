@@ -18,15 +18,8 @@ from vibrodrive._jit import address, call, jit
 from vibrodrive.engine import run
 from vibrodrive.lane import new_lanes
 from vibrodrive.parameters import COLUMNS, check_count
-from vibrodrive.plan import Plan, make_plan
+from vibrodrive.plan import IN_FLIGHT, Plan, make_plan
 from vibrodrive.results import Results
-
-WAVE_BYTES = 8 << 20
-WAVE_POINTS = 8192
-"""Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
-
-IN_FLIGHT = 16
-"""Tasks an executor holds at a time unless it tells its number of workers; bounds the memory of finished ones."""
 
 RETRIES = 3
 """How often a block whose worker died is handed out again."""
@@ -113,7 +106,7 @@ def _fill(
 def load_kernels(threads: int | None = None) -> None:
     """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of no points."""
     plan = make_plan({"A": 1.0, "transient": 0, "periods": 1})
-    compute_wave(plan, [(0, 0, 0)], check_threads(threads))
+    compute(plan, 0, 0, check_threads(threads))
 
 
 def check_threads(threads: int | None) -> int:
@@ -158,8 +151,13 @@ def _spans(plan: Plan) -> list[Span]:
     return [(i, *span) for i, span in enumerate(plan.blocks())]
 
 
+def waves_of(plan: Plan) -> list[list[Span]]:
+    """All blocks of a plan, in the groups in which they are computed together."""
+    return list(_waves(plan, _spans(plan)))
+
+
 def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
-    most = max(1, min(WAVE_POINTS, WAVE_BYTES // (16 * plan.settings.periods)))
+    most = plan.wave_points
     wave: list[Span] = []
     held = 0
     for block in todo:
