@@ -96,6 +96,69 @@ def test_points_not_computed_are_white_and_counted(two_regimes):
     assert "20 of 200 points not computed" in ax.get_title(loc="right")
 
 
+def seldom(n, where, k=16):
+    """A motion of period 2 over n values of A; those in `where` have one section point elsewhere, at 2.87."""
+    A = np.linspace(3.0, 3.2, n)
+    dxi = np.broadcast_to(1.0 + np.arange(k) % 2, (n, k)).copy()
+    dxi[where, k // 2] = 2.87  # no tick of the ordinate lies there
+    return results(np.stack([dxi, dxi], axis=-1), A=A)
+
+
+def pixels(figure, path, dpi):
+    """Ink (0 to 1) of every pixel of a figure once it is saved."""
+    return 1.0 - mpl.image.imread(figures.save(figure, path, dpi))[..., 0]
+
+
+@pytest.mark.parametrize("n", [600, 20_000])
+def test_every_value_shows_however_many_there_are(n):
+    where = np.arange(n // 1200, n, n // 600)[:600]
+    (ax,) = figures.bifurcation(seldom(n, where)).axes
+    ink, value = image(ax)
+    spot = (value > 2.8) & (value < 2.95)
+    marks = ink[spot].max(axis=0) > 0
+    runs = np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1)
+    assert len(where) == 600
+    assert runs == (600 if n > 600 else 1), "600 values side by side fill the panel"
+    for line in (1.0, 2.0):
+        drawn = ink[(value > line - 0.05) & (value < line + 0.05)].max(axis=0)
+        assert (drawn == 1.0).all(), "what repeats is drawn in full ink, without gaps"
+
+
+@pytest.mark.parametrize("dpi", [50, 250])
+def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, dpi):
+    where = [100, 777, 5003, 9998, 13_334, 17_771, 19_899]
+    without, single = (
+        pixels(figures.bifurcation(seldom(20_000, some), limits=(0.5, 3.5)), tmp_path / "figure.png", dpi)
+        for some in ([], where)
+    )
+    seen = np.flatnonzero((single - without).max(axis=0) > 0.25)
+    assert np.count_nonzero(np.diff(seen, prepend=-10) > 3) == len(where)
+
+
+def test_values_closer_than_a_column_all_show():
+    """Spaced at will: a few hundred values within one thousandth of the axis."""
+    crowd = results(np.ones((302, 16, 2)), A=np.concatenate([[3.0], np.linspace(3.1, 3.1002, 300), [3.2]]))
+    crowd.section[1:301, :, :] += np.linspace(0, 1, 300)[:, None, None]
+    (ax,) = figures.bifurcation(crowd).axes
+    ink, value = image(ax)
+    middle = ink[:, ink.shape[1] // 2 - 8 : ink.shape[1] // 2 + 8].max(axis=1)
+    spread = (value > 1.0) & (value < 2.0)
+    assert (middle[spread] > 0).mean() > 0.95
+
+
+def test_no_panel_cuts_off_what_another_has_room_for(two_regimes):
+    wide = two_regimes.section.copy()
+    wide[5, 0] = 7.0
+    both = results(np.stack([wide, two_regimes.section]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
+    for ax in figures.bifurcation(both).axes:
+        assert ax.get_ylim()[1] > 7.0
+
+
+def test_an_axis_of_one_value_twice_is_drawn():
+    (ax,) = figures.bifurcation(results(np.ones((2, 8, 2)), A=[3.0, 3.0])).axes
+    assert image(ax)[0].max() == 1.0
+
+
 def test_a_geometric_axis_is_drawn_in_decades():
     eps = np.geomspace(1e-5, 1e-3, 50)
     (ax,) = figures.bifurcation(results(np.ones((50, 8, 2)), eps=eps)).axes

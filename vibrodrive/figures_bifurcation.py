@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 from vibrodrive.parameters import Method, Status, bad
 from vibrodrive.style import GREYS, equation, letter, name_axes, new, note, styled
@@ -20,6 +22,12 @@ PANELS = 6
 
 ROWS = 420
 """Rows of the image of a panel: at print size a little coarser than a pixel."""
+
+COLUMNS = (1500, 8000)
+"""Columns of the image, at least and at most; one for each value between. More values share columns."""
+
+AT_ONCE = 4096
+"""Values whose ink is in memory at a time."""
 
 FAINTEST = 0.3
 """Ink of a spot visited once: it must survive a bad printer."""
@@ -65,6 +73,7 @@ def bifurcation(
     values = results.axes[x]
     rest = [n for n in names if n != x]
     rows = some(list(np.ndindex(section.shape[:-2])))
+    limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
         density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits)
@@ -84,37 +93,86 @@ def bifurcation(
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> None:
     """Rasterised marks of `values` (n, k) over `x` (n,), darker where they repeat. NaN is left white.
 
+    Every value of x shows: where several share a column, the fullest of them counts at each height.
+
     A periodic motion puts its k values on a few spots: full ink. An irregular one spreads them: grey,
     so that its density shows instead of a black block. A logarithmic axis is recognised by its spacing.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
     values = values[order]
-    if limits is None:
-        seen = values[np.isfinite(values)]
-        low, high = (seen.min(), seen.max()) if seen.size else (-1.0, 1.0)
-        margin = 0.04 * (high - low) or 0.5
-        low, high = low - margin, high + margin
-    else:
-        low, high = limits
+    low, high = limits or _range(values)
+    start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
+    pixel = np.linspace(start, stop, int(np.clip(len(u), *COLUMNS)))
+    step = pixel[1] - pixel[0]
+    column = np.rint((u - start) / step).astype(int)
+    image = np.zeros((len(pixel), ROWS))
+    for first in range(0, len(u), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        ink, own = _ink(values[some], low, high), column[some]
+        begins = np.flatnonzero(np.diff(own, prepend=-1))
+        there = own[begins]  # of values that share a column the fullest counts, spot by spot
+        image[there] = np.maximum(image[there], np.maximum.reduceat(ink, begins))
+    nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
+    shown = column[nearest]
+    shown[column] = column
+    image = np.where((np.abs(pixel - u[nearest]) > 3 * step)[:, None], 0.0, image[shown]).T
+    drawn = FullestImage(
+        ax,
+        cmap=GREYS,
+        norm=Normalize(0, 1),
+        origin="lower",
+        extent=(start, stop, low, high),
+        interpolation="nearest",  # anything smoother shares the ink of a mark with its neighbours
+    )
+    drawn.set_data(image)
+    drawn.set_clip_path(ax.patch)
+    ax.add_image(drawn)
+    ax.set_xlim(start, stop)
+    ax.set_ylim(low, high)
+
+
+def _range(*values: np.ndarray) -> tuple[float, float]:
+    """From the least to the largest of all finite values, and a little more."""
+    seen = [v[np.isfinite(v)] for v in values]
+    low = min((v.min() for v in seen if v.size), default=-1.0)
+    high = max((v.max() for v in seen if v.size), default=1.0)
+    margin = 0.04 * (high - low) or 0.5
+    return low - margin, high + margin
+
+
+def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Ink of each spot, 0 to 1: float64 (n, ROWS) for `values` (n, k)."""
     row = np.floor((values - low) / (high - low) * ROWS)
     inside = (row >= 0) & (row < ROWS)
-    column = np.broadcast_to(np.arange(len(u))[:, None], row.shape)
-    counts = np.zeros((len(u), ROWS))
-    np.add.at(counts, (column[inside], row[inside].astype(int)), 1.0)
+    number = np.broadcast_to(np.arange(len(values))[:, None], row.shape)
+    counts = np.zeros((len(values), ROWS))
+    np.add.at(counts, (number[inside], row[inside].astype(int)), 1.0)
     full = math.log(max(values.shape[1] / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
     ink = np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
     ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be a hair
-    start, stop = (u[0], u[-1]) if len(u) > 1 else (u[0] - 0.5, u[0] + 0.5)
-    pixel = np.linspace(start, stop, int(np.clip(len(u), 1500, 8000)))
-    nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
-    image = ink[nearest].T
-    image[:, np.abs(pixel - u[nearest]) > 3 * (pixel[1] - pixel[0])] = 0.0  # far-apart values stay marks
-    ax.imshow(
-        image, extent=(start, stop, low, high), origin="lower", aspect="auto", cmap=GREYS, vmin=0, vmax=1
-    )
-    ax.set_xlim(start, stop)
+    return ink
+
+
+class FullestImage(AxesImage):
+    """An image whose pixels, where they are fewer than its columns or rows, each show the fullest of what falls
+    on them: the nearest one would drop a mark that stands alone, and an average would make it invisible."""
+
+    def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:
+        whole, box = self.get_array(), self.get_window_extent(renderer)
+        pixels = (int(box.height * magnification), int(box.width * magnification))
+        try:
+            self.set_data(_pooled(_pooled(np.asarray(whole), 0, pixels[0]), 1, pixels[1]))
+            return super().make_image(renderer, magnification, unsampled)
+        finally:
+            self.set_data(whole)
+
+
+def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
+    """At most so many rows (axis 0) or columns (axis 1), each the maximum of those it stands for."""
+    n, count = image.shape[axis], max(1, count)
+    return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
 
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
