@@ -29,7 +29,7 @@ GROWTH = 4
 LONG_PERIOD = 1e-3
 """Seconds for one period of one point beyond which fewer points have to do; most take a thousandth of it."""
 
-REPEATS, REPEAT_SECONDS = 5, 0.02
+REPEATS, REPEAT_SECONDS = 5, 0.05
 """A group is computed so often, or so long, and the shortest time counts."""
 
 FIRST_SECONDS = 3e-3
