@@ -1,6 +1,7 @@
 """The paper's claims are computed: the files are there, and another configuration gives another verdict."""
 
 import json
+import math
 import shutil
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from vibrodrive import paper_claims_calm, paper_claims_grid, paper_claims_physical  # noqa: F401
 from vibrodrive.paper import Desk, configurations, run_paper
 from vibrodrive.paper_claims import CLAIMS, Verdict, plain
+from vibrodrive.paper_drawing import ALPHA, drawing
 from vibrodrive.paper_figures import FIGURES, Slip, find_slip
 from vibrodrive.paper_scheme import scheme
 from vibrodrive.parameters import State
@@ -18,10 +20,25 @@ from vibrodrive.trajectory import simulate
 
 
 def test_every_figure_and_enough_claims():
-    assert {f"fig{n:02d}" for n in range(2, 13)} <= set(FIGURES)
+    assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     assert len(CLAIMS) >= 12
     assert len({c.id for c in CLAIMS}) == len(CLAIMS)
     assert {c.figure for c in CLAIMS} <= set(FIGURES)
+
+
+def test_the_drawing_shows_each_quantity_and_which_way_it_counts():
+    ax = drawing().axes[0]
+    labels = " ".join(t.get_text() for t in ax.texts)
+    for shown in ("gap $x$", r"\xi", "F_H", r"\mu", r"\alpha", "mg", r"a_0 \sin", "obstacle", "$m$"):
+        assert shown in labels, shown
+    # an annotation's xy is the head of its arrow, xyann the tail
+    ways = [
+        math.degrees(math.atan2(a.xy[1] - a.xyann[1], a.xy[0] - a.xyann[0]))
+        for a in ax.texts
+        if getattr(a, "arrow_patch", None) is not None
+    ]
+    # ξ, ξ' and y upwards along the incline, the adhesive force down along it, the weight straight down
+    assert sorted(ways) == pytest.approx([ALPHA - 180, -90, ALPHA, ALPHA, ALPHA])
 
 
 def test_the_scheme_shows_every_transition_and_only_those():
@@ -50,7 +67,7 @@ def test_numbers_become_json():
 
 
 def test_an_unknown_figure_is_named_and_nothing_is_written(tmp_path):
-    with pytest.raises(ValueError, match=r"figure = 'fig99': must be one of fig02, "):
+    with pytest.raises(ValueError, match=r"figure = 'fig99': must be one of fig01, "):
         run_paper(tmp_path / "out", ["fig99"])
     assert not list(tmp_path.iterdir())
 

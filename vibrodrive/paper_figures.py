@@ -13,6 +13,7 @@ from vibrodrive import figures
 from vibrodrive.commensurability import closing, convergents, returning
 from vibrodrive.figures_curves import curve
 from vibrodrive.paper import Desk, Unfit, points
+from vibrodrive.paper_drawing import drawing
 from vibrodrive.paper_scheme import scheme
 from vibrodrive.parameters import State
 from vibrodrive.structure import deviation, gaps, major
@@ -32,6 +33,10 @@ from vibrodrive.trajectory import Trajectory, simulate
 
 LAGS = 64
 """Periods after which a motion on a grid is looked at again."""
+
+
+def fig01(desk: Desk) -> Figure:
+    return drawing()
 
 
 def fig02(desk: Desk) -> Figure:
@@ -248,6 +253,7 @@ class Drawing(NamedTuple):
 
 
 FIGURES = {
+    "fig01": Drawing("mass, vibrating incline and obstacle", fig01),
     "fig02": Drawing("scheme of states", fig02),
     "fig03": Drawing("bifurcation diagram, undisturbed", _diagram("fig03")),
     "fig04": Drawing("non-unique solutions", fig04),
