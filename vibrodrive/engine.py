@@ -43,7 +43,10 @@ looking costs more than a step."""
 
 @part
 def set_parameters(w, k, i, points, row, method):
-    """The parameters of a point, its start in time, and the ends of its waits at ε = 0."""
+    """The parameters of a point, its start in time, and the ends of its waits at ε = 0.
+
+    AF = A ε η² is the amplitude of the disturbance in H and ξ'', from eq. (9).
+    """
     a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
     fast = is_disturbed(points, row)
     w[r.A + i] = a

@@ -194,7 +194,7 @@ def certified_event(w, k, i, x):
 
 @part
 def grid_event(w, k, i, method):
-    """(event, h) of a search on the grid: at the grid point itself (fixed) or refined (Muller)."""
+    """(event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
     cursor = w[r.H + i]
     dtau = w[r.DTAU + i]
     h = cursor * dtau
@@ -234,7 +234,10 @@ def grid_event(w, k, i, method):
 
 @inline
 def process_event(w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored):
-    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended."""
+    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
+
+    An impact leaves ξ = ξ' = 0, eq. (7).
+    """
     certified = method == CERTIFIED
     calm = certified and w[r.AF + i] == 0.0
     # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are

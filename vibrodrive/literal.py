@@ -193,7 +193,7 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """What is met at h, by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
+    """What is met at h, eq. (10) by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
     g = value(w, i, h)
     if which == S4 and g >= 0.0:
         w[SIG + i] = -w[SIG + i]

@@ -230,7 +230,7 @@ def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
     Without a grid the cursor H is a time after the last switch, and a lane that has met something stays as it is; on a
-    grid the cursor is a whole number of steps.
+    grid the cursor is a whole number of steps, and a zero is met where eq. (10) holds for the step that ends there.
     """
     cursor = w[H + i]
     dtau = w[DTAU + i]

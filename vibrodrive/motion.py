@@ -168,7 +168,7 @@ def later(phi, low, h):
 
 @inline
 def place(w, k, i):
-    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H."""
+    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H, eq. (2)."""
     phi, low = w[PHI + i], w[LOW + i]
     w[P + i], w[Q + i] = excitation(w[A + i], phi, low)
     if w[AF + i] > 0.0:

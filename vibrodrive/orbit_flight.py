@@ -64,7 +64,10 @@ def fall(A, B):
 
 @inline
 def slide(h, a, p, q):
-    """(ξ'', ξ', ξ - ξ_i) a time h after a slide began at rest; a = ξ''_i, p = A cos τ_i, q = A sin τ_i."""
+    """(ξ'', ξ', ξ - ξ_i) a time h after a slide began at rest: `motion.state_at` (eqs. (4), (5)), and ξ''.
+
+    a = ξ''_i, p = A cos τ_i, q = A sin τ_i.
+    """
     s, v, ds, dv, near = arc(h)
     rate = a - q
     velocity = shape(near, h, 0.0, a, 0.5 * p, rate, 0.0, q, p, s, v, ds, dv)

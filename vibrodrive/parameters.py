@@ -162,8 +162,8 @@ def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
 class Physical:
     """The scene in SI units: amplitude a0 (m), frequency omega0 (rad/s), mass (kg), μ, α (degrees), g (m/s²).
 
-    A and B follow from §2 of the paper; the mass scales forces only. Raises ValueError or TypeError
-    for a value out of range.
+    A and B, and what makes ξ, ξ', τ and H dimensionless, are those of §2 of the paper; the mass scales forces only.
+    Raises ValueError or TypeError for a value out of range.
     """
 
     a0: float

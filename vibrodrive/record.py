@@ -32,7 +32,7 @@ def in_record(w, k, i, period, phi, transient):
 
 @inline
 def section_due(w, k, i, count, period, phi, low, transient):
-    """h from (period, φ) to section point number `count`, eqs. (3)-(5) at τ = φ_s + 2πk."""
+    """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
     first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
     return time_between(period, phi, low, first + count, w[r.SECTION + i])
 
@@ -56,7 +56,7 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def write_point(w, k, i, count, hs, section):
-    """Write section point number `count`, hs after the last switch."""
+    """Write section point number `count`, hs after the last switch: eqs. (3)-(5) there."""
     x, v = w[r.X0 + i], 0.0
     if k[r.STATE + i] == UP or k[r.STATE + i] == DOWN:
         if w[r.AF + i] > 0.0:

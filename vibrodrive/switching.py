@@ -143,7 +143,7 @@ class Search(NamedTuple):
 
 @inline
 def search_shape(w, i, which, limit):
-    """Switching function `which` of the segment under way in lane i, to be searched up to `limit`."""
+    """Switching function `which`, eq. (8), of the segment under way in lane i, to be searched up to `limit`."""
     gap, force = which == S1, which >= S4
     eta, inverse = w[ETA + i], w[INVERSE + i]
     p, q, pf, qf, xalf, xbef, af = w[P + i], w[Q + i], w[PF + i], w[QF + i], w[XALF + i], w[XBEF + i], w[AF + i]
