@@ -1,0 +1,72 @@
+"""docs/model.md: every file and function that it names is there, and says itself which equation it is."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "model.md"
+TEXT = PAGE.read_text()
+
+LINK = re.compile(r"\[`([\w.]+)`\]\(\.\./([\w/]+\.py)\)((?:[:,]\s`\w+`)*)")
+"""A file, by name and by path, and what of it is meant: [`file.py`](../path/file.py): `one`, `another`."""
+
+
+def named(text: str) -> list[tuple[str, str]]:
+    """(path, function) for every function that `text` says stands in a file."""
+    return [(path, name) for _, path, names in LINK.findall(text) for name in re.findall(r"\w+", names)]
+
+
+def definitions(path: str) -> dict[str, str]:
+    """The functions, classes and constants of a file, with their docstrings."""
+    found = {}
+    for node in ast.parse((ROOT / path).read_text()).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found[node.name] = ast.get_docstring(node) or ""
+        elif isinstance(node, ast.Assign):
+            found |= {target.id: "" for target in node.targets if isinstance(target, ast.Name)}
+    return found
+
+
+def equations(docstring: str) -> set[int]:
+    """The numbers in "eq. (2)", "eqs. (3)-(5)", "eqs. (4), (5)"."""
+    numbers: set[int] = set()
+    for group in re.findall(r"\beqs?\.\s((?:\(\d+\)(?:-|,\s)?)+)", docstring):
+        for first, last in re.findall(r"\((\d+)\)(?:-\((\d+)\))?", group):
+            numbers |= set(range(int(first), int(last or first) + 1))
+    return numbers
+
+
+ROWS = [(int(number), named(row)) for number, row in re.findall(r"^\| \((\d+)\) \|(.*)$", TEXT, re.MULTILINE)]
+
+
+def test_the_page_states_all_ten_equations_and_where_they_stand():
+    tags = {int(n) for group in re.findall(r"\\tag\{([\d, ]+)\}", TEXT) for n in group.split(", ")}
+    assert tags == set(range(1, 11))
+    assert [number for number, _ in ROWS] == list(range(1, 11))
+    assert all(places for _, places in ROWS)
+
+
+def test_a_link_says_the_name_of_its_file():
+    assert len(LINK.findall(TEXT)) == TEXT.count("](../vibrodrive/")
+    for name, path, _ in LINK.findall(TEXT):
+        assert Path(path).name == name
+
+
+@pytest.mark.parametrize(("path", "name"), sorted(set(named(TEXT))))
+def test_every_function_named_stands_in_that_file(path, name):
+    assert name in definitions(path)
+
+
+@pytest.mark.parametrize(("number", "path", "name"), [(n, *place) for n, places in ROWS for place in places])
+def test_the_function_says_which_equation_it_is(number, path, name):
+    assert number in equations(definitions(path)[name])
+
+
+def test_equations_are_read_from_docstrings():
+    assert equations("eqs. (3)-(5) and eq. (9); not (7)") == {3, 4, 5, 9}
+    assert equations("eqs. (4), (5)") == {4, 5}
