@@ -14,11 +14,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from vibrodrive import __version__
 from vibrodrive.atlas import KINDS, METHODS, verdicts
 from vibrodrive.config import Config, ConfigError
 from vibrodrive.limits import limits
 from vibrodrive.parameters import bad
+from vibrodrive.store_file import Summary, find_faults, new_file, provenance, reading
+from vibrodrive.store_header import Damaged, NoResult
+from vibrodrive.store_layout import Origin, about
 
 JUDGED = 10
 """Excitation periods of each motion whose switches are judged."""
@@ -54,10 +56,16 @@ def run_atlas(
 ) -> Path:
     """Compute the atlas of a configuration with the axes A and dtau, or A and eps, into a new file.
 
+    A result file of that name is replaced.
+
     Raises
     ------
     ConfigError
         if the axes are others.
+    NoResult
+        if there is something else of that name.
+    OSError
+        if the system refuses.
     """
     plan = config.plan()
     names = list(plan.axes)
@@ -72,8 +80,7 @@ def run_atlas(
     done = 0
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "scan")}
     path = Path(out)
-    draft = path.with_name(path.name + ".part")
-    with h5py.File(draft, "w") as file:
+    with new_file(path, seal=True) as file:
         _lay_out(file, plan.axes, shape, config)
         counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
         for m, at, verdict in verdicts(plan, JUDGED):
@@ -91,7 +98,6 @@ def run_atlas(
                 file["limit"][m, i] = found.k2
                 done += 1
                 say(done, total)
-    draft.replace(path)
     return path
 
 
@@ -109,33 +115,67 @@ def _lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...
             data.dims[dimension].attach_scale(file[name])
         data.attrs["units"] = "1"
         data.attrs["long_name"] = "switches judged" if kind == "judged" else f"switches {kind}"
-    data = file.create_dataset("limit", shape[:2], np.float64, fillvalue=np.nan)
+    data = file.create_dataset("limit", shape[:2], np.float64, fillvalue=np.nan, fletcher32=True, chunks=shape[:2])
     data.dims[0].attach_scale(file["method"])
     data.dims[1].attach_scale(file["A"])
     data.attrs["units"] = "1"
     data.attrs["long_name"] = "smallest disturbance at which order or gaps are lost"
     plan = config.plan()
     file.attrs.update(
-        Conventions="CF-1.10",
-        title=config.title,
-        config=config.text,
-        scalars=json.dumps({k: v for k, v in plan.scalars.items() if v == v}),
-        vibrodrive=__version__,
+        about("failures", Origin(config.text, config.overrides, config.title or "Failures of the usual methods"))
+        | {"scalars": json.dumps({k: v for k, v in plan.scalars.items() if v == v})}
     )
 
 
 def load_atlas(path: str | Path) -> Atlas:
-    """Read a file that `run_atlas` wrote. Raises ConfigError if it is none, OSError if it can't be read."""
-    with h5py.File(path, "r") as file:
-        if "judged" not in file or "limit" not in file:
-            raise ConfigError(bad("file", str(path), "an atlas made by `vibrodrive atlas`"))
-        other = next(name for name in SECOND if name in file)
-        return Atlas(
-            A=file["A"][...],
-            name=other,
-            other=file[other][...],
-            judged=file["judged"][...],
-            counts={kind: file[kind][...] for kind in KINDS},
-            limit=file["limit"][...],
-            scalars=json.loads(file.attrs["scalars"]),
-        )
+    """Read a file that `run_atlas` wrote.
+
+    Raises
+    ------
+    ConfigError
+        if it is none.
+    Damaged
+        if it makes no sense.
+    OSError
+        if the system refuses.
+    """
+    try:
+        with reading(Path(path), "failures") as file:
+            return _content(file)
+    except Damaged:
+        raise
+    except NoResult as error:
+        raise ConfigError(f"{error} (an atlas made by `vibrodrive atlas` is wanted)") from None
+
+
+def _content(file: h5py.File) -> Atlas:
+    other = next((name for name in SECOND if name in file), SECOND[0])
+    return Atlas(
+        A=file["A"][...],
+        name=other,
+        other=file[other][...],
+        judged=file["judged"][...],
+        counts={kind: file[kind][...] for kind in KINDS},
+        limit=file["limit"][...],
+        scalars=json.loads(file.attrs["scalars"]),
+    )
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What an atlas holds; `thorough` reads everything and looks for faults. Raises NoResult, Damaged, OSError."""
+    with reading(path, "failures") as file:
+        title = str(file.attrs["title"])
+        faults = find_faults(file) if thorough else []
+        if faults:
+            return Summary(title, 1.0, [], faults)
+        atlas = _content(file)
+        if (atlas.judged < sum(atlas.counts.values())).any() or min(c.min() for c in atlas.counts.values()) < 0:
+            faults.append("judged: fewer than failed")
+        lines = [
+            ("axis", f"A = {atlas.A[0]:g} to {atlas.A[-1]:g}, {len(atlas.A)} values"),
+            ("axis", f"{atlas.name} = {atlas.other[0]:g} to {atlas.other[-1]:g}, {len(atlas.other)} values"),
+        ]
+        for m, method in enumerate(METHODS):
+            failed = ", ".join(f"{atlas.counts[kind][m].sum()} {kind}" for kind in KINDS)
+            lines.append((method, f"{atlas.judged[m].sum()} switches judged: {failed}"))
+        return Summary(title, 1.0, lines + provenance(file), faults)

@@ -18,6 +18,8 @@ A parameter is given once. Options of the command line replace what the file say
 
 from __future__ import annotations
 
+import os
+import stat
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -94,13 +96,23 @@ class Config:
 def read(path: Path, overrides: Sequence[str] = ()) -> Config:
     """Read and check a configuration file. Raises ConfigError with one line that names the file."""
     try:
-        return parse(Path(path).read_bytes().decode(), overrides)
+        return parse(_text_of(Path(path)), overrides)
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: no text in UTF-8 (byte {error.start})") from None
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
+
+
+def _text_of(path: Path) -> str:
+    mode = path.stat().st_mode
+    # a pipe of the shell's, <(…), has no name that leads back to it; one that has waits for whoever may come
+    anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
+    if not (stat.S_ISREG(mode) or anonymous):
+        what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+        raise ConfigError(f"no configuration file, but {what}")
+    return path.read_bytes().decode()
 
 
 def parse(text: str, overrides: Sequence[str] = ()) -> Config:

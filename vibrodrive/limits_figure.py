@@ -32,17 +32,22 @@ def limits_figure(found: Limits) -> Figure:
     top, bottom = axes[:, 0]
     for c, curve in enumerate(CURVES):
         _band(top, found, c, *LOOKS[curve])
+    k2 = found.numbers["k2"]
+    if not (found.done & np.isfinite(k2) & (k2 > 0)).any():  # nothing to draw, so nothing that tells the decades
+        top.set_ylim(1e-6, 1.0)
     top.set_yscale("log")
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4)
     top.tick_params(which="minor", direction="in", right=True)
     _name_periods(top, found)
     letter(top, 0)
-    density(bottom, found.fine, found.diagram)
+    low, high = found.A.min(), found.A.max()
+    some = slice(None) if low < high else slice(1)
+    density(bottom, found.fine[some], found.diagram[some])
     letter(bottom, 1)
     missing = int((~found.done).sum())
     note(bottom, f"{missing} of {found.done.size} limits not computed" if missing else "undisturbed")
     name_axes(bottom, "A", "dxi")
-    bottom.set_xlim(found.A.min(), found.A.max())
+    bottom.set_xlim((low, high) if low < high else (low - 0.5, high + 0.5))
     return fig
 
 

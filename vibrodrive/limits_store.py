@@ -7,7 +7,8 @@ bifurcation diagram of the undisturbed motion over a finer axis: a figure needs 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive import __version__
 from vibrodrive.config import Config, ConfigError
 from vibrodrive.limits import Limit, limits
 from vibrodrive.parameters import bad
+from vibrodrive.store_file import Summary, find_faults, new_file, provenance, reading, unwritable
+from vibrodrive.store_header import BROKEN, Damaged, NoResult
+from vibrodrive.store_layout import Origin, about
+from vibrodrive.store_lock import Lock
 from vibrodrive.sweep import sweep
 
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
@@ -88,12 +92,16 @@ def run_limits(
     criterion : str
         see `limits.limit`.
     overwrite : bool
-        begin anew.
+        begin anew, in the place of a result file that is there.
 
     Raises
     ------
     ConfigError
         if the axes are others than A, or the file belongs to another configuration.
+    NoResult
+        if there is something else than a result file, and it is to be replaced.
+    Busy
+        if another process is writing the file.
     TypeError, ValueError, OSError
         as `limits.limits` and the system do.
     """
@@ -107,7 +115,7 @@ def run_limits(
     if overwrite or not path.exists():
         _create(path, config, A, criterion)
     say = progress or (lambda done, total: None)
-    with _open(path, "r+") as file:
+    with _writing(path) as file:
         _refuse_another(file, path, config, criterion)
         if not np.isfinite(file["section_dxi"][...]).any():
             calm = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
@@ -127,32 +135,82 @@ def run_limits(
 
 
 def load_limits(path: str | Path) -> Limits:
-    """Read a file of limits, finished or not. Raises ConfigError if it is none, or OSError."""
+    """Read a file of limits, finished or not. Raises ConfigError if it is none, Damaged, or OSError."""
     with _open(Path(path), "r") as file:
-        return Limits(
-            A=file["A"][...],
-            numbers={name: file[name][...] for name in NUMBERS},
-            n=file["n"][...],
-            done=file["status"][...] == DONE,
-            how=np.char.decode(file["how"][...], "utf-8"),
-            fine=file["A_fine"][...],
-            diagram=file["section_dxi"][...],
-            criterion=str(file.attrs["criterion"]),
-            title=str(file.attrs["title"]),
-        )
+        return _content(file)
 
 
-def _open(path: Path, mode: str) -> h5py.File:
-    with open(path, "rb"):  # the system's own words for a missing or forbidden file
-        pass
+def _content(file: h5py.File) -> Limits:
+    return Limits(
+        A=file["A"][...],
+        numbers={name: file[name][...] for name in NUMBERS},
+        n=file["n"][...],
+        done=file["status"][...] == DONE,
+        how=np.char.decode(file["how"][...], "utf-8"),
+        fine=file["A_fine"][...],
+        diagram=file["section_dxi"][...],
+        criterion=str(file.attrs["criterion"]),
+        title=str(file.attrs["title"]),
+    )
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What a file of limits holds; `thorough` reads everything and looks for faults. Raises as `load_limits`."""
+    with _open(path, "r") as file:
+        faults = find_faults(file) if thorough else []
+        if faults:
+            return Summary(str(file.attrs["title"]), np.nan, [], faults)
+        found = _content(file)
+        status = file["status"][...]
+        if not np.isin(status, (DONE, NOT_COMPUTED)).all():
+            faults.append("status: a value that means nothing")
+        if (np.isnan(found.numbers["k2"]) & found.done & (found.n > 0)).any():
+            faults.append("k2: missing where it is marked as computed")
+        lines = [
+            ("axis", f"A = {found.A[0]:g} to {found.A[-1]:g}, {len(found.A)} values"),
+            ("criterion", found.criterion),
+        ]
+        for c, (disturbance, method) in enumerate(CURVES):
+            limits_of = f"{found.done[c].sum()} of {len(found.A)} limits"
+            k2 = found.numbers["k2"][c][found.done[c] & np.isfinite(found.numbers["k2"][c])]
+            span = f", {k2.min():.3g} to {k2.max():.3g}" if len(k2) else ""
+            lines.append((disturbance, f"{method}: {limits_of}{span}"))
+        return Summary(found.title, float(found.done.mean()), lines + provenance(file), faults)
+
+
+@contextmanager
+def _open(path: Path, mode: str) -> Iterator[h5py.File]:
     try:
-        file = h5py.File(path, mode, locking=False)
-    except OSError:
-        raise ConfigError(f"{path}: no file of limits (not HDF5, or damaged)") from None
-    if file.attrs.get("limits_schema") != SCHEMA:
+        with reading(path, "limits", mode) as file:
+            if file.attrs.get("limits_schema") != SCHEMA:
+                raise NoResult(f"{path}: limits_schema = {file.attrs.get('limits_schema')}: must be {SCHEMA}")
+            yield file
+    except Damaged:
+        raise
+    except NoResult as error:
+        raise ConfigError(f"{path}: no file of limits: {str(error).removeprefix(f'{path}: ')}") from None
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[h5py.File]:
+    """The file open for writing, by this process alone."""
+    with _open(path, "r"):  # what cannot be read is refused before what cannot be written
+        pass
+    lock = Lock(path)
+    file = None
+    try:
+        file = h5py.File(path, "r+", locking=False)
+        yield file
         file.close()
-        raise ConfigError(f"{path}: no file of limits of this version")
-    return file
+    except (OSError, RuntimeError) as error:
+        if "errno" in str(error):  # HDF5's own words
+            raise unwritable(error, path) from None
+        raise
+    finally:
+        if file is not None:
+            with suppress(*BROKEN):
+                file.close()
+        lock.release()
 
 
 def _write(file: h5py.File, c: int, i: int, found: Limit) -> None:
@@ -172,18 +230,13 @@ def _write(file: h5py.File, c: int, i: int, found: Limit) -> None:
 
 
 def _create(path: Path, config: Config, A: np.ndarray, criterion: str) -> None:
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        with h5py.File(draft, "w", locking=False) as file:
-            _lay_out(file, config, A, criterion)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with new_file(path) as file:
+        _lay_out(file, config, A, criterion)
 
 
 def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> None:
     def scale(name: str, values: np.ndarray, meaning: str) -> None:
-        data = file.create_dataset(name, data=values)
+        data = file.create_dataset(name, data=values, chunks=values.shape, fletcher32=True)
         data.make_scale(name)
         data.attrs.update({"units": "1", "long_name": meaning})
 
@@ -208,17 +261,8 @@ def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> 
     variable("how", ("curve", "A"), f"S{HOW_BYTES}", b"", "how the structure was lost")
     variable("status", ("curve", "A"), "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
     variable("section_dxi", ("A_fine", "period"), "<f8", np.nan, "velocity ξ' of the undisturbed motion")
-    file.attrs.update(
-        {
-            "Conventions": "CF-1.10",
-            "title": config.title or "Limits of practically orbital stability",
-            "limits_schema": SCHEMA,
-            "config": config.text,
-            "overrides": json.dumps(config.overrides),
-            "criterion": criterion,
-            "version": __version__,
-        }
-    )
+    origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
+    file.attrs.update(about("limits", origin) | {"limits_schema": SCHEMA, "criterion": criterion})
 
 
 def _refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:

@@ -70,7 +70,7 @@ def bifurcation_diagram(
     ranges = list(views) or [(float(found.A[0]), float(found.A[-1]))]
     fig, axes = new(len(ranges), 1, height=0.5 + 3.6 * len(ranges))
     curves = [(branch, traces(branch, values)) for branch in found.branches()]
-    heights = [values(b.orbit) for b in found.bifurcations]
+    heights = [values(b.orbit) if len(b.orbit.phases) else np.empty(0) for b in found.bifurcations]
     for k, (ax, (low, high)) in enumerate(zip(axes[:, 0], ranges, strict=True)):
         seen = [y[_within(branch.A, low, high)] for branch, y in curves]
         if brute is not None:

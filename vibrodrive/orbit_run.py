@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from vibrodrive import config
 from vibrodrive.orbit_family import Family, family
 from vibrodrive.orbit_figures import bifurcation_diagram, multiplier_diagram
-from vibrodrive.orbit_store import save_family
+from vibrodrive.orbit_store import load_family, save_family
 from vibrodrive.parameters import Method, bad, check_count
 from vibrodrive.plan import Plan
 from vibrodrive.results import Results
+from vibrodrive.store_layout import Origin
 from vibrodrive.style import save
 from vibrodrive.sweep import sweep
 
@@ -31,6 +32,7 @@ def run_orbits(
     max_period: int = MAX_PERIOD,
     title: str = "",
     text: str = "",
+    overrides: tuple[str, ...] = (),
     figure: Path | None = None,
     threads: int | None = None,
 ) -> str:
@@ -42,12 +44,15 @@ def run_orbits(
         a sweep of the undisturbed motion over A alone; its transient, periods and section phase are those of
         the brute-force points under the diagram.
     out : Path
-        HDF5 file. The figures stand beside it: its name with the ending of `figure` (or .png), and the same
+        HDF5 file; a result file of that name is replaced.
+        The figures stand beside it: its name with the ending of `figure` (or .png), and the same
         with `_multipliers`.
     max_period : int
         longest period sought, in excitation periods.
     title, text : str
         title and configuration, verbatim, for the file.
+    overrides : tuple of str
+        the options KEY=VALUE that replaced parts of the configuration.
     figure : Path, optional
         the bifurcation diagram, if not beside `out`.
     threads : int, optional
@@ -57,6 +62,8 @@ def run_orbits(
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
+    NoResult
+        if `out` is there and is no result file of this program.
     OSError
         if a file cannot be written.
     """
@@ -64,12 +71,7 @@ def run_orbits(
     check_plan(plan)
     B, phase = plan.scalars["B"], plan.scalars["section_phase"]
     found = family(plan.axes["A"], B, longest)
-    attributes = {
-        "title": title or "Orbits of a friction-impact oscillator",
-        "config": text,
-        "config_sha256": hashlib.sha256(text.encode()).hexdigest(),
-    }
-    save_family(out, found, attributes)
+    save_family(out, found, Origin(text, overrides, title or "Orbits of a friction-impact oscillator"), phase)
     diagram = figure or out.with_suffix(".png")
     save(draw(found, brute_force(plan, threads), phase), diagram)
     save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))
@@ -104,14 +106,47 @@ def brute_force(plan: Plan, threads: int | None) -> Results:
     )
 
 
-def draw(found: Family, brute: Results | None, section_phase: float) -> Figure:
+def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figure:
+    """A figure of a file of orbits: "bifurcation" or "multipliers", as `run_orbits` draws them.
+
+    The brute-force points are computed anew from the configuration in the file, if that fits the file.
+
+    Raises
+    ------
+    NoResult, OSError
+        as `orbit_store.load_family`.
+    """
+    stored = load_family(path)
+    plan = _plan_of(stored.origin, stored.family.B)
+    if plan is not None:
+        stored = load_family(path, plan.axes["A"])
+    if what == "multipliers":
+        return multiplier_diagram(stored.family)
+    phase = stored.section_phase
+    if phase is None:  # an older file: its phase lies in its configuration alone
+        phase = plan.scalars["section_phase"] if plan is not None else 0.0
+    brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None
+    return draw(stored.family, brute, phase, quantity)
+
+
+def _plan_of(origin: Origin, B: float) -> Plan | None:
+    """The sweep that a file of orbits was made from, or None if its configuration does not tell."""
+    try:
+        plan = config.parse(origin.config, origin.overrides).plan()
+        check_plan(plan)
+    except (TypeError, ValueError):
+        return None
+    return plan if plan.scalars["B"] == B else None
+
+
+def draw(found: Family, brute: Results | None, section_phase: float, quantity: str = "dxi") -> Figure:
     """The bifurcation diagram, with a panel for the middle half of the bifurcations if there are many."""
     views = [(float(found.A[0]), float(found.A[-1]))]
     if len(found.bifurcations) >= CROWDED:
         low, high = np.quantile([b.A for b in found.bifurcations], (0.25, 0.9))
         margin = 0.1 * (high - low)
         views.append((max(views[0][0], low - margin), min(views[0][1], high + margin)))
-    return bifurcation_diagram(found, brute, section_phase=section_phase, views=views)
+    return bifurcation_diagram(found, brute, quantity, section_phase, views)
 
 
 def table(found: Family) -> str:

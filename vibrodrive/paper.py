@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 
 from vibrodrive import __version__, config
@@ -15,7 +16,10 @@ from vibrodrive.parameters import COLUMNS, Method, bad
 from vibrodrive.plan import Plan
 from vibrodrive.results import Results
 from vibrodrive.store import open_writer
-from vibrodrive.store_layout import Origin
+from vibrodrive.store_file import new_file
+from vibrodrive.store_header import refuse_foreign
+from vibrodrive.store_kind import special
+from vibrodrive.store_layout import Origin, about
 from vibrodrive.store_read import load
 from vibrodrive.structure import Orbit, orbit
 from vibrodrive.style import save
@@ -103,9 +107,9 @@ class Desk:
         plan = self.config(name).plan()
         motions = [simulate(**arguments) for arguments in points(plan)]
         path = self.out / f"{name}_switches.h5"
-        with h5py.File(path, "w") as file:
-            file.attrs["title"] = self.config(name).title
-            file.attrs["config"] = self.config(name).text
+        wanted = self.config(name)
+        with new_file(path, seal=True) as file:
+            file.attrs.update(about("switches", Origin(wanted.text, wanted.overrides, wanted.title)))
             for k, motion in enumerate(motions):
                 group = file.create_group(f"motion_{k}")
                 group.create_dataset("switches", data=motion.switches, fletcher32=True, chunks=True)
@@ -134,6 +138,31 @@ def points(plan: Plan) -> Iterator[dict[str, Any]]:
         }
 
 
+def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:
+    """Make the directory, and refuse what in it must not be replaced. Raises ValueError or OSError."""
+    try:
+        os.stat(folder)  # links in a circle have a name, and mkdir says no more than that it exists
+    except FileNotFoundError:
+        folder.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+    sources = sorted(configs.glob("*.toml"))
+    names = {p.stem for p in sources}
+    data = [folder / f"{name}{ending}" for name in names for ending in (".h5", "_switches.h5")]
+    others = [folder / f"{name}{ending}" for name in figures for ending in (".png", ".pdf")]
+    for path in [*data, *others, folder / "claims.json", folder / "claims.md"]:
+        if not path.exists():
+            continue
+        what = special(path)
+        if what is not None:
+            raise ValueError(bad("output", str(path), f"a file, and this is {what}"))
+        for config_file in sources:
+            if config_file.exists() and path.samefile(config_file):
+                raise ValueError(bad("output", str(path), f"another file than the configuration {config_file}"))
+        if path in data:
+            refuse_foreign(path)
+
+
 def run_paper(
     out: str | Path,
     figures: Sequence[str] | None = None,
@@ -146,7 +175,8 @@ def run_paper(
     Parameters
     ----------
     out : path
-        directory; made if it is not there. Files of an earlier run are replaced.
+        directory; made if it is not there. Files of an earlier run are replaced, if they are what they are called:
+        a .h5 that is no result file, or a name that leads to a configuration, is refused.
     figures : sequence of str, optional
         names (see paper_figures.FIGURES) of what is to be drawn; all unless told. Claims about other figures
         are left out.
@@ -159,7 +189,7 @@ def run_paper(
     Raises
     ------
     ValueError
-        for an unknown figure, or a configuration that is wrong.
+        for an unknown figure, a configuration that is wrong, or a file that must not be replaced.
     OSError
         if a file cannot be read or written.
     """
@@ -174,8 +204,9 @@ def run_paper(
             raise ValueError(bad("figure", name, "one of " + ", ".join(FIGURES)))
     say = progress or (lambda line: None)
     folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    desk = Desk(Path(configs) if configs is not None else configurations(), folder, say, threads)
+    source = Path(configs) if configs is not None else configurations()
+    _prepare(folder, source, list(FIGURES))
+    desk = Desk(source, folder, say, threads)
     for name in names:
         say(f"{name}: {FIGURES[name].title}")
         drawn = FIGURES[name].draw(desk)

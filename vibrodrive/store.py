@@ -8,10 +8,8 @@ that finish within GROUP_SECONDS of each other are committed together.
 from __future__ import annotations
 
 import contextlib
-import errno
 import math
 import os
-import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -25,7 +23,15 @@ from vibrodrive.plan import Plan
 from vibrodrive.size import refuse_large_file
 from vibrodrive.store_check import check_block, point_sums, read_marks, section_sums
 from vibrodrive.store_compare import compare
-from vibrodrive.store_header import Damaged, NoResult, damaged_coordinates, open_result, read_header
+from vibrodrive.store_file import Unwritable, unwritable
+from vibrodrive.store_header import (
+    Damaged,
+    NoResult,
+    damaged_coordinates,
+    open_result,
+    read_header,
+    refuse_foreign,
+)
 from vibrodrive.store_layout import (
     VARIABLES,
     Origin,
@@ -37,7 +43,7 @@ from vibrodrive.store_layout import (
     quiet,
     tiles,
 )
-from vibrodrive.store_lock import Busy, Lock, draft_of
+from vibrodrive.store_lock import Busy, Lock, draft_of, target_of
 
 if TYPE_CHECKING:
     from vibrodrive.sweep import Block
@@ -50,16 +56,6 @@ GROUP_SECONDS = 0.2
 
 class Different(ValueError):
     """The file was made from another configuration; the message is one line with the keys that differ."""
-
-
-class Unwritable(OSError):
-    """The system refused to write (disk full, file too large, …); str() is one line.
-
-    What is committed stays, and the sweep can be resumed.
-    """
-
-    def __str__(self) -> str:
-        return f"{self.filename}: {self.strerror}"
 
 
 class Writer:
@@ -207,7 +203,7 @@ class Writer:
         try:
             self._file.flush()
         except (OSError, RuntimeError) as error:
-            raise _plain(error, self.path) from None
+            raise unwritable(error, self.path) from None
 
     def _take_back(self, k: int) -> None:
         # status first: from here on the block counts as missing. A damaged chunk is replaced as it
@@ -223,7 +219,7 @@ class Writer:
     def _refused(self, error: BaseException) -> OSError | Damaged:
         """A write that went wrong: by the system's doing, or because the file's structure makes no sense."""
         if getattr(error, "errno", None) or "errno" in str(error):
-            return _plain(error, self.path)
+            return unwritable(error, self.path)
         return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
 
 
@@ -238,7 +234,8 @@ def open_writer(
     plan, origin
         what is to be computed, and from which configuration.
     overwrite : bool
-        replace the file, once the new one is laid out, even if it is complete or damaged.
+        replace the file, once the new one is laid out, even if it is complete or damaged. What is no result
+        file of this program is refused.
     progress : Callable[[int, int], None]
         called while a new file is laid out, with (chunks, of how many); what it raises ends that, and
         no file appears.
@@ -258,6 +255,7 @@ def open_writer(
     """
     if path.exists() and not overwrite:
         return _resume(path, plan)
+    refuse_foreign(path)
     return _create(path, plan, origin, overwrite, progress)
 
 
@@ -283,7 +281,10 @@ def _resume(path: Path, plan: Plan) -> Writer:
 
 
 def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
-    draft = draft_of(path)
+    try:
+        target, draft = target_of(path), draft_of(path)
+    except OSError as error:
+        raise unwritable(error, path) from None
     lock = Lock(draft, create=True, name=path)
     old = file = None
     try:
@@ -295,7 +296,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
         file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
         lay_out(file, plan, origin, progress)
         file.flush()
-        os.replace(draft, path.resolve())  # a link stays one
+        os.replace(draft, target)  # a link stays one
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:
@@ -303,16 +304,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                 file.close()
         draft.unlink(missing_ok=True)
         lock.release()
-        raise _plain(error, path) if isinstance(error, OSError) else error from None
+        raise unwritable(error, path) if isinstance(error, OSError) else error from None
     finally:
         if old is not None:
             old.release()
-
-
-def _plain(error: BaseException, path: Path) -> Unwritable:
-    """An OSError of HDF5, which comes as a page of text, as the system's own sentence."""
-    if isinstance(error, OSError) and error.errno:
-        return Unwritable(error.errno, error.strerror, str(path))
-    number = re.search(r"errno = (\d+)", str(error))
-    code = int(number[1]) if number else errno.EIO
-    return Unwritable(code, os.strerror(code), str(path))

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.plan import Plan, Settings
+from vibrodrive.store_kind import KINDS, bears_our_names, kind_of, special
 from vibrodrive.store_layout import SCHEMA_VERSION, VARIABLES, Origin, chunk_of, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
@@ -26,6 +27,10 @@ class Damaged(NoResult):
     """A result file that cannot be read (as a whole, or one of its blocks); the message is one line."""
 
 
+class OtherKind(NoResult):
+    """A good result file, but of another kind than is wanted; the message is one line that says which."""
+
+
 class Header(NamedTuple):
     """What a file says about itself, besides its arrays."""
 
@@ -36,12 +41,14 @@ class Header(NamedTuple):
 
 
 def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file. Raises NoResult, or OSError where the system refuses.
+    """Open a result file of any kind. Raises NoResult, or OSError where the system refuses.
 
     HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
     makes unnecessary. Writers exclude each other by `store_lock`.
     """
-    with open(path, "rb"):  # the system's own words for a missing or forbidden file
+    if (what := special(path)) is not None:  # or the system's own words for a missing one
+        raise NoResult(f"{path}: no result file, but {what}")
+    with open(path, "rb"):  # the same for a forbidden one
         pass
     if not h5py.is_hdf5(path):
         raise NoResult(f"{path}: no result file (not HDF5, or its beginning is damaged)")
@@ -49,7 +56,75 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
         return _open(path, mode)
     except OSError as error:
         what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
-        raise Damaged(f"{path}: {what}: restore it, or replace it with --overwrite") from None
+        raise Damaged(f"{path}: {what}: {remedy(path)}") from None
+
+
+def remedy(path: Path) -> str:
+    """What to do about a file that is damaged beyond reading."""
+    return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
+
+
+def read_kind(path: Path) -> str:
+    """The kind of a result file, one of store_kind.KINDS.
+
+    Raises
+    ------
+    NoResult
+        if it is no result file, or of a kind that this version does not know; Damaged if it cannot be read.
+    OSError
+        if the system refuses.
+    """
+    with open_result(path) as file:
+        try:
+            kind = kind_of(file)
+        except BROKEN as error:
+            raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(path)}") from None
+    if kind is None:
+        raise NoResult(f"{path}: no result file of vibrodrive")
+    if kind not in KINDS:
+        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(KINDS)} for this version of vibrodrive")
+    return kind
+
+
+def expect_kind(file: h5py.File, wanted: str) -> None:
+    """Raise OtherKind if an open file is of another kind, NoResult if it is no result file.
+
+    A file that makes no sense at all passes: what is wrong with it shows when it is read.
+    """
+    path = file.filename
+    try:
+        found = kind_of(file)
+    except BROKEN:
+        return
+    if found is None:
+        raise NoResult(f"{path}: no result file of vibrodrive")
+    if found not in KINDS:
+        raise OtherKind(f"{path}: holds {found!r}, which this version does not know, not {KINDS[wanted].holds}")
+    if found != wanted:
+        raise OtherKind(
+            f"{path}: holds {KINDS[found].holds}, made by `vibrodrive {KINDS[found].command}`, "
+            f"not {KINDS[wanted].holds}: `vibrodrive info` and `vibrodrive plot` read it"
+        )
+
+
+def refuse_foreign(path: Path) -> None:
+    """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
+
+    One that is damaged counts as long as it can be told that it was one.
+    """
+    if not path.exists():
+        return
+    try:
+        with open_result(path) as file:
+            ours = kind_of(file) is not None
+    except NoResult as error:
+        if isinstance(error, Damaged) and bears_our_names(path):
+            return
+        raise NoResult(f"{error}; --overwrite replaces result files only") from None
+    except BROKEN:
+        ours = bears_our_names(path)
+    if not ours:
+        raise NoResult(f"{path}: no result file of vibrodrive; --overwrite replaces result files only")
 
 
 def _open(path: Path, mode: str) -> h5py.File:
@@ -66,6 +141,7 @@ def _open(path: Path, mode: str) -> h5py.File:
 def read_header(file: h5py.File) -> Header:
     """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
     path, attrs = file.filename, file.attrs
+    expect_kind(file, "sweep")
     try:
         version = attrs.get("schema_version")
         if version is None:
@@ -101,7 +177,7 @@ def read_header(file: h5py.File) -> Header:
     except NoResult:
         raise
     except BROKEN as error:
-        raise Damaged(f"{path}: damaged beyond reading ({error}): replace it with --overwrite") from None
+        raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(Path(path))}") from None
 
 
 def damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:

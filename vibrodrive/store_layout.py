@@ -68,6 +68,20 @@ def digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def about(kind: str, origin: Origin) -> dict[str, Any]:
+    """Root attributes that files of every kind have."""
+    return {
+        "Conventions": "CF-1.10",
+        "kind": kind,
+        "title": origin.title,
+        "config": origin.config,
+        "config_sha256": digest(origin.config),
+        "overrides": json.dumps(origin.overrides),
+        "versions": json.dumps(_versions()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
     """The axes as dimensions of the file."""
     return plan.axes or {"point": np.zeros(1)}
@@ -176,19 +190,12 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
     outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings)})
-    return {
-        "Conventions": "CF-1.10",
-        "title": origin.title or "Sweep of a friction-impact oscillator",
+    return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         "schema_version": SCHEMA_VERSION,
-        "config": origin.config,
-        "config_sha256": digest(origin.config),
-        "overrides": json.dumps(origin.overrides),
         "method": Method(plan.settings.method).name.lower(),
         "scan": Scan(plan.settings.scan).name.lower(),
         "plan": outline,
         "plan_sha256": digest(outline),
-        "versions": json.dumps(_versions()),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import fcntl
 import os
@@ -19,8 +20,15 @@ class Busy(RuntimeError):
 
 def draft_of(path: Path) -> Path:
     """Where a file (what it is, if it is a link) is laid out before it gets its name."""
-    path = path.resolve()
+    path = target_of(path)
     return path.with_name(path.name + ".part")
+
+
+def target_of(path: Path) -> Path:
+    """The file that a path means: where its links lead. Raises OSError if they lead in a circle."""
+    with contextlib.suppress(FileNotFoundError):  # a new file, or a link to one
+        os.stat(path)
+    return Path(os.path.realpath(path))
 
 
 class Lock:
@@ -72,3 +80,22 @@ def _lock(fd: int) -> None:
         return
     whole_file = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
     fcntl.fcntl(fd, fcntl.F_OFD_SETLK, whole_file)
+
+
+def is_being_written(path: Path) -> bool | None:
+    """Whether some process holds the lock on a file; None where the system cannot tell."""
+    try:
+        fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    except OSError:
+        return None
+    try:
+        if sys.platform == "linux":
+            wanted = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
+            found = fcntl.fcntl(fd, fcntl.F_OFD_GETLK, wanted)
+            return struct.unpack("hhqqi4x", found)[0] != fcntl.F_UNLCK
+        fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return False
+    except OSError as error:
+        return None if error.errno in _UNSUPPORTED or sys.platform == "linux" else True
+    finally:
+        os.close(fd)

@@ -25,7 +25,8 @@ def load(path: str | Path) -> Results:
     Raises
     ------
     NoResult (a ValueError)
-        if it is no result file of this version; Damaged, a NoResult, if it cannot be read.
+        if it is no result file of this version; OtherKind, a NoResult, if it holds limits, orbits or failures and
+        no sweep; Damaged, a NoResult, if it cannot be read.
     OSError
         if the system refuses.
     """

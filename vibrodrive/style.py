@@ -5,8 +5,10 @@ No pyplot: a Figure is an object that is returned, drawn headless (Agg) and save
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -159,17 +161,29 @@ def periods_ticks(ax: Axes, low: float, high: float) -> None:
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure; the format follows the ending. The same figure gives the same bytes.
 
+    It is there whole or not at all: whoever looks at it meanwhile sees the old one or the new one.
     `dpi` is the resolution of what is made of pixels, 250 unless told.
 
     Raises
     ------
     ValueError
         if the ending is none of FORMATS.
+    OSError
+        naming the figure, if the system refuses.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise ValueError(bad("figure", str(path), "a file name ending in " + ", ".join(FORMATS)))
     undated = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     resolution = STYLE["savefig.dpi"] if dpi is None else dpi
-    fig.savefig(path, dpi=resolution, metadata=undated[path.suffix.lower()])
+    target = Path(os.path.realpath(path))  # a link stays one
+    draft = target.with_name(f".{target.stem}.part{path.suffix.lower()}")
+    try:
+        fig.savefig(draft, dpi=resolution, metadata=undated[path.suffix.lower()])
+        os.replace(draft, target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from None
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink(missing_ok=True)
     return path
