@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -153,7 +154,28 @@ def test_an_address_where_nobody_listens_is_one_line_and_no_file(tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     process = command(tmp_path, "--dask", "tcp://127.0.0.1:1")
     _, err = process.communicate(timeout=60)
-    assert process.returncode == 1
+    assert process.returncode == 2
     assert [line for line in err.splitlines() if "127.0.0.1:1" in line and line.startswith("vibrodrive: ")]
     assert "Traceback" not in err
     assert [p.name for p in tmp_path.iterdir()] == ["c.toml"]
+
+
+def test_a_cluster_without_workers_is_waited_for_and_it_says_so(tmp_path):
+    (tmp_path / "c.toml").write_text(CONFIG)
+    file = tmp_path / "scheduler.json"
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    scheduler = start("dask_scheduler", *options)
+    try:
+        limit = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < limit:
+            time.sleep(0.05)
+        process = command(tmp_path, "--dask", json.loads(file.read_text())["address"])
+        line = process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=10)
+    finally:
+        scheduler.kill()
+        scheduler.wait()
+    assert line.endswith(": the cluster has no workers: waiting for them\n")
+    assert process.returncode == 130, err
+    assert "Traceback" not in err

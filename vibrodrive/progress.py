@@ -26,6 +26,7 @@ class Tally:
     periods: int = 0  # excitation periods of one point, transient included
     stage: str = ""  # what goes on before the first point
     elsewhere: str = ""  # what workers may be doing before the first point is back
+    waiting: str = ""  # what a cluster lacks to go on
     began: float = field(default_factory=time.monotonic)  # of the computation
 
     def start(self, points: int, done: int, periods: int) -> None:
@@ -47,6 +48,8 @@ class Tally:
         if self.stage:
             return self.stage
         share = f"{100 * self.done / max(self.points, 1):5.1f} %"
+        if self.waiting:
+            return f"{share}  {self.waiting}"
         if not self.fresh:
             return f"{share}  {self.elsewhere}: {time.monotonic() - self.began:.0f} s" if self.elsewhere else share
         left = duration((self.points - self.done) / self.rate)

@@ -6,18 +6,23 @@ two of its steps: a block may take minutes, an answer to Ctrl-C may not take mor
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import logging
+import re
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrodrive.parameters import bad
 from vibrodrive.plan import Plan
 from vibrodrive.progress import Show, Tally, duration
 from vibrodrive.size import file_bytes, human
@@ -53,6 +58,10 @@ class Cancelled(Exception):
     """What ends the work itself after a signal."""
 
 
+class Refused(ValueError):
+    """The cluster that is to compute cannot be reached; the message is one line, and there is no file."""
+
+
 class Failed(RuntimeError):
     """The sweep ended at work; the message is one line, and the file can be resumed."""
 
@@ -62,7 +71,7 @@ def run(job: Job, show: Show) -> str:
 
     Raises
     ------
-    what `store.open_writer` raises
+    what `store.open_writer` raises, and Refused
         before anything is computed.
     Failed
         if the file could not be written or the computation broke off.
@@ -127,7 +136,7 @@ class _Work:
 
     def _run(self) -> None:
         job, path = self.job, self.job.path
-        with _executor(job.dask) as executor:  # a cluster that is not there leaves no file behind
+        with _executor(job.dask, self._watch_workers) as executor:  # a cluster that is not there leaves no file behind
             fresh = job.overwrite or not path.exists()
             writer = open_writer(
                 path,
@@ -152,6 +161,12 @@ class _Work:
             except Exception as error:
                 writer.close()
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
+
+    def _watch_workers(self, workers: int) -> None:
+        """Say that a cluster has no workers when it is so; called again and again."""
+        if workers == 0 and not self.tally.waiting:
+            self._news.append(f"--dask {self.job.dask}: the cluster has no workers: waiting for them")
+        self.tally.waiting = "" if workers else "waiting for workers"
 
     def _watch(self, doing: str) -> Progress:
         def watch(done: int, total: int) -> None:
@@ -212,21 +227,70 @@ class _Work:
         return f"{loaded} and {duration(compiled)} to compile them" if compiled else loaded
 
 
+def check_dask(address: str) -> None:
+    """Refuse what cannot be the address of a scheduler, or --dask where it is not installed. Raises Refused."""
+    where = _ADDRESS.fullmatch(address)
+    if where is None or not 0 < int(where["port"]) < 2**16:
+        raise Refused(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
+    if find_spec("distributed") is None:
+        raise Refused(_NO_DASK)
+
+
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
+
+_NO_DASK = "--dask needs the extra: pip install 'vibrodrive[dask]'"
+
+REACH_SECONDS = 10
+"""How long a scheduler may take to answer."""
+
+WORKERS_SECONDS = 1.0
+"""How often a cluster is asked for its workers."""
+
+
 @contextlib.contextmanager
-def _executor(address: str | None) -> Iterator[Executor | None]:
+def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Executor | None]:
+    """A connection to the cluster at an address, if there is one; `watch` is told how many workers it has."""
     if address is None:
         yield None
         return
+    check_dask(address)
     try:
         from distributed import Client
 
-        client = Client(address, timeout="10s", set_as_default=False)
+        for chatty in ("concurrent.futures", "distributed"):  # tracebacks for what is said in one line here
+            logging.getLogger(chatty).setLevel(logging.CRITICAL)
+        asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
+        client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
     except ImportError:
-        raise Failed("--dask needs the extra: pip install 'vibrodrive[dask]'") from None
-    except (OSError, ValueError) as error:
-        raise Failed(f"--dask {address}: {_one_line(error)}") from None
+        raise Refused(_NO_DASK) from None
+    except TimeoutError as error:
+        told = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
+        raise Refused(f"--dask {address}: {told}") from None
+    except Exception as error:  # whatever the transport says: TLS without certificates, …
+        raise Refused(f"--dask {address}: {_one_line(error)}") from None
+    ended = threading.Event()
+
+    def ask() -> None:
+        with contextlib.suppress(Exception):  # a lost connection shows where the blocks are awaited
+            while not ended.wait(WORKERS_SECONDS):
+                watch(len(client.nthreads()))
+
     with client:
-        yield client.get_executor()
+        watch(len(client.nthreads()))
+        threading.Thread(target=ask, name="workers", daemon=True).start()
+        try:
+            yield client.get_executor()
+        finally:
+            ended.set()
+
+
+async def _reach(address: str) -> None:
+    """Connect once, and raise what speaks against it: a Client that fails to leaves threads and tracebacks behind."""
+    from distributed.core import connect
+    from distributed.security import Security
+
+    comm = await connect(address, timeout=REACH_SECONDS, **Security().get_connection_args("client"))
+    comm.abort()
 
 
 @contextlib.contextmanager
