@@ -92,10 +92,13 @@ def from_results(
     """The figure a Results asks for: a bifurcation diagram over a long axis, else Poincaré sections.
 
     `kind` ("bifurcation" or "poincare") decides otherwise; `quantity`, `x` and `limits` as in
-    `bifurcation`. Raises ValueError for an unknown kind.
+    `bifurcation`. One motion, without any axis, has no diagram: its section is drawn. Raises ValueError for an
+    unknown kind.
     """
     if kind not in (None, "bifurcation", "poincare"):
         raise ValueError(bad("kind", kind, "one of bifurcation, poincare"))
+    if not results.axes:
+        return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)
     if kind == "bifurcation" or (kind is None and longest >= DIAGRAM):
         return bifurcation(results, quantity, x, limits)
@@ -113,4 +116,6 @@ def _sections(source: Any) -> tuple[list[np.ndarray], list[str]]:
         ", ".join(equation(n, source.axes[n][i]) for n, i in zip(names, index, strict=False))
         for index in shown
     ]
+    if not names:
+        titles = [", ".join(equation(n, source.scalars[n]) for n in ("A", "B", "eps"))]
     return [np.where(done[index], section[index], np.nan) for index in shown], titles

@@ -59,10 +59,12 @@ def bifurcation(
     Raises
     ------
     ValueError
-        for an unknown quantity or axis.
+        for an unknown quantity or axis, and where there is no axis.
     """
     column = quantity_index(quantity)
     names = list(results.axes)
+    if not names:
+        raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion has its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in names:
