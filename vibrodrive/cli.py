@@ -5,6 +5,7 @@ Exit codes: 0 done · 1 failed at work, or a file is not whole · 2 refused befo
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -73,22 +74,28 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
 def _expected(error: Exception) -> int | None:
     """Exit code of an error that has a line of its own; None for what should not happen."""
     if isinstance(error, OSError):
-        refused = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
-        return 2 if isinstance(error, refused) else 1
+        return 2 if error.errno in REFUSED else 1
     from vibrodrive.config import ConfigError
-    from vibrodrive.runner import Failed
+    from vibrodrive.runner import Failed, Refused
     from vibrodrive.size import TooLarge
     from vibrodrive.store import Busy, Different, NoResult
     from vibrodrive.store_header import Damaged
 
     if isinstance(error, (Failed, Damaged)):
         return 1
-    if isinstance(error, (ConfigError, TooLarge, Busy, Different, NoResult)):
+    if isinstance(error, (ConfigError, TooLarge, Busy, Different, NoResult, Refused)):
         return 2
     return None
 
 
+REFUSED = {
+    errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.EEXIST,
+    errno.ELOOP, errno.ENAMETOOLONG, errno.ENXIO,
+}  # fmt: skip
+"""What the system says to a name that cannot be used: it shows before any work."""
+
+
 def _text(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}"
+        return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
     return " ".join(str(error).split())

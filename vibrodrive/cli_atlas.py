@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, say, working
+from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, say, working
 
 
 @click.command()
@@ -14,16 +14,16 @@ from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, 
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace the result file.")
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
 def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map."""
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
-    picture = check_output(path)
-    if path.exists() and not overwrite:
-        raise click.ClickException(f"output = {str(path)!r}: must not exist yet, or be replaced with --overwrite")
+    picture = path.with_suffix(".png")
+    check_output(path, config, "failures", overwrite=overwrite, figures=[picture])
     from vibrodrive.atlas_figure import atlas_figure
     from vibrodrive.atlas_run import load_atlas, run_atlas
+    from vibrodrive.style import save
 
     with working(path.name) as show:
 

@@ -10,16 +10,15 @@ import os
 import shlex
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from vibrodrive.config import Config
     from vibrodrive.progress import Show
 
@@ -59,29 +58,99 @@ def leave(code: int, message: str) -> NoReturn:
         os._exit(code)
 
 
-def check_figure(target: Path) -> None:
-    """Refuse what cannot be drawn or written before anything is computed."""
+def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
+    """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
     from vibrodrive.parameters import bad
+    from vibrodrive.store_kind import SIGNATURE
     from vibrodrive.style import FORMATS
 
     if target.suffix.lower() not in FORMATS:
         raise click.ClickException(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
-    if not target.absolute().parent.is_dir():
-        raise click.ClickException(bad("figure", str(target), "in a directory that exists"))
+    _check_different({**sources, "figure": target})
+    _check_place("figure", target, renamed=True)
+    if target.exists() and os.access(target, os.R_OK):
+        with open(target, "rb") as file:
+            if file.read(len(SIGNATURE)) == SIGNATURE:
+                raise click.ClickException(bad("figure", str(target), "another file: this one holds data (HDF5)"))
 
 
-def check_output(path: Path) -> Path:
-    """Refuse a result file that cannot be made; returns the figure that will stand beside it."""
+def check_output(
+    path: Path, config: Path, kind: str, *, overwrite: bool, resumed: bool = False, figures: Sequence[Path] = ()
+) -> None:
+    """Refuse a result file that cannot be made, and files one of which would replace another.
+
+    Nothing has been computed yet. A file that is there is gone on with (`resumed`) if it is of this kind, and replaced
+    (`overwrite`) if it is a result file of whatever kind.
+    """
     from vibrodrive.parameters import bad
+    from vibrodrive.store_header import Damaged, NoResult, read_kind, refuse_foreign
+    from vibrodrive.store_kind import KINDS
+    from vibrodrive.store_lock import draft_of
     from vibrodrive.style import FORMATS
 
     if path.suffix.lower() in FORMATS:
-        raise click.ClickException(bad("output", str(path), "the result file: the figure stands beside it"))
-    if not path.absolute().parent.is_dir():
-        raise click.ClickException(bad("output", str(path), "in a directory that exists"))
-    if not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
-        raise click.ClickException(bad("output", str(path), "where files may be written"))
-    return path.with_suffix(".png")
+        raise click.ClickException(bad("output", str(path), "the result file (.h5): the figure stands beside it"))
+    _check_different({"configuration": config, "output": path})
+    _check_place("output", path, renamed=overwrite)
+    _check_different({"configuration": config, "draft of the output": draft_of(path)})
+    for figure in figures:
+        check_figure(figure, {"configuration": config, "output": path})
+    if not path.exists():
+        return
+    if overwrite:
+        refuse_foreign(path)
+        return
+    try:
+        found = read_kind(path)
+    except Damaged:
+        if resumed:
+            raise
+        found = kind
+    except NoResult as error:
+        why = ("no file of limits: " if kind == "limits" else "") + str(error).removeprefix(f"{path}: ")
+        advice = "choose another file, as --overwrite replaces result files only"
+        raise click.ClickException(f"output: {path}: {why}: {advice}") from None
+    if not resumed:
+        raise click.ClickException(bad("output", str(path), "a new file, as this one exists (or --overwrite)"))
+    if found != kind:
+        held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds} (or --overwrite)"
+        raise click.ClickException(bad("output", str(path), held))
+
+
+def _check_place(role: str, path: Path, *, renamed: bool) -> None:
+    """Refuse a place where no file can be written. `renamed`: a draft beside it takes its place."""
+    from vibrodrive.parameters import bad
+    from vibrodrive.store_kind import special
+
+    try:
+        what = special(path)
+        exists = True
+    except FileNotFoundError:
+        what, exists = None, False
+    except OSError as error:
+        raise click.ClickException(bad(role, str(path), f"a file that can be made ({error.strerror})")) from None
+    if what is not None:
+        raise click.ClickException(bad(role, str(path), f"a file, and this is {what}"))
+    parent = os.path.dirname(os.path.realpath(path))
+    if not os.path.isdir(parent):
+        there = "in a directory that exists (No such file or directory)"
+        raise click.ClickException(bad(role, str(path), there))
+    needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
+    if not all(os.access(place, os.W_OK) for place in needed):
+        raise click.ClickException(bad(role, str(path), "where files may be written (Permission denied)"))
+
+
+def _check_different(files: Mapping[str, Path]) -> None:
+    """Refuse two names for one file, whether by spelling or by links."""
+    from vibrodrive.parameters import bad
+
+    for (role, path), (other, second) in combinations(files.items(), 2):
+        try:
+            same = os.path.samefile(path, second)
+        except OSError:  # one is not there yet, or nowhere
+            same = os.path.realpath(path) == os.path.realpath(second)
+        if same:
+            raise click.ClickException(bad(other, str(second), f"another file than the {role}, {str(path)!r}"))
 
 
 @contextmanager
@@ -89,6 +158,7 @@ def working(name: str) -> Iterator[Show]:
     """Show that work goes on, count while kernels are compiled, and say in one line what a runner refuses."""
     from vibrodrive._jit import compilation
     from vibrodrive.progress import Show, duration
+    from vibrodrive.store_header import Damaged
 
     show = Show(sys.stderr, name)
     show.update(lambda: "begun")
@@ -108,6 +178,8 @@ def working(name: str) -> Iterator[Show]:
     try:
         yield show
     except (TypeError, ValueError) as error:
+        if isinstance(error, Damaged):
+            raise
         raise click.ClickException(str(error)) from error
     finally:
         ended.set()
@@ -118,15 +190,3 @@ def working(name: str) -> Iterator[Show]:
 
 
 WATCH_SECONDS = 0.2
-
-
-def save(figure: Figure, target: Path, dpi: int | None = None) -> None:
-    """Write a figure so that whoever looks at it meanwhile sees the old one or the new one."""
-    from vibrodrive import figures
-
-    draft = target.with_name(f".{target.stem}.part{target.suffix}")
-    try:
-        figures.save(figure, draft, dpi)
-        os.replace(draft, target)
-    finally:
-        draft.unlink(missing_ok=True)

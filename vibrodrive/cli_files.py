@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,13 +12,50 @@ import click
 from vibrodrive.cli_common import FILE, say
 
 if TYPE_CHECKING:
+    from vibrodrive.store_file import Summary
     from vibrodrive.store_read import Report
+
+SUMMARIES = {
+    "limits": "limits_store",
+    "failures": "atlas_run",
+    "orbits": "orbit_store",
+    "switches": "store_file",
+}
+"""Module of the function `summary` of each kind of file but sweeps."""
 
 
 @click.command()
 @click.argument("file", type=FILE)
 def info(file: Path) -> None:
-    """Say what a result file holds and how far it is."""
+    """Say what a result file of any kind holds and how far it is."""
+    from vibrodrive.store_header import read_kind
+
+    kind = read_kind(file)
+    if kind == "sweep":
+        _sweep_info(file)
+        return
+    found = _summary(kind, file, thorough=False)
+    _tell(file, kind, found)
+
+
+def _summary(kind: str, file: Path, thorough: bool) -> Summary:
+    summary = import_module(f"vibrodrive.{SUMMARIES[kind]}").summary
+    return summary(file, thorough)
+
+
+def _tell(file: Path, kind: str, found: Summary) -> None:
+    from vibrodrive.size import human
+    from vibrodrive.store_kind import KINDS
+
+    click.echo(f"{file}: {found.title}")
+    click.echo(f"holds     {KINDS[kind].holds} (vibrodrive {KINDS[kind].command})")
+    click.echo(f"computed  {100 * found.share:.1f} %")
+    for name, text in found.lines:
+        click.echo(f"{name:<9} {text}")
+    click.echo(f"size      {human(file.stat().st_size)}")
+
+
+def _sweep_info(file: Path) -> None:
     from vibrodrive.parameters import Method, Scan
     from vibrodrive.size import human
     from vibrodrive.store_read import look
@@ -26,6 +64,7 @@ def info(file: Path) -> None:
     header, plan = report.header, report.header.plan
     s = plan.settings
     click.echo(f"{file}: {header.origin.title}")
+    click.echo("holds     a sweep (vibrodrive sweep)")
     click.echo(f"computed  {100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)")
     for name, values in plan.axes.items():
         click.echo(f"axis      {name} = {values[0]:g} to {values[-1]:g}, {len(values)} values")
@@ -44,7 +83,23 @@ def info(file: Path) -> None:
 @click.command()
 @click.argument("file", type=FILE)
 def verify(file: Path) -> None:
-    """Read everything in a result file and check that it is whole. Exit 1 if it is not."""
+    """Read everything in a result file of any kind and check that it is whole. Exit 1 if it is not."""
+    from vibrodrive.store_header import read_kind
+
+    kind = read_kind(file)
+    if kind == "sweep":
+        _sweep_verify(file)
+        return
+    found = _summary(kind, file, thorough=True)
+    for fault in found.faults:
+        say(f"damaged: {fault}")
+    if found.faults:
+        raise click.exceptions.Exit(1)
+    click.echo(f"computed: {100 * found.share:.1f} %")
+    click.echo("complete and whole" if found.share == 1 else "what is computed is whole")
+
+
+def _sweep_verify(file: Path) -> None:
     from vibrodrive import config
     from vibrodrive.progress import Show
     from vibrodrive.store_compare import compare

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, say, working
+from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, say, working
 
 
 @click.command()
@@ -14,7 +14,7 @@ from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, save, 
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace the result file instead of going on with it.")
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on.")
 def limits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Find the limits of practically orbital stability over A, in ε and in Δτ, and draw them.
 
@@ -22,9 +22,11 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
-    picture = check_output(path)
+    picture = path.with_suffix(".png")
+    check_output(path, config, "limits", overwrite=overwrite, resumed=True, figures=[picture])
     from vibrodrive.limits_figure import limits_figure
     from vibrodrive.limits_store import load_limits, run_limits
+    from vibrodrive.style import save
 
     with working(path.name) as show:
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from vibrodrive.cli_common import FILE, SET, THREADS, check_output, read, say, working
-from vibrodrive.parameters import bad
 
 
 @click.command()
@@ -15,7 +14,7 @@ from vibrodrive.parameters import bad
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace a result file that is there.")
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
 def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Find all orbits over A, stable or not, and where they are born, change or die.
 
@@ -24,13 +23,16 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
-    picture = check_output(path)
-    if path.exists() and not overwrite:
-        raise click.ClickException(bad("output", str(path), "a new file, as this one exists (or --overwrite)"))
+    picture = path.with_suffix(".png")
+    multipliers = picture.with_stem(picture.stem + "_multipliers")
+    check_output(path, config, "orbits", overwrite=overwrite, figures=[picture, multipliers])
     plan = settings.plan()
     from vibrodrive.orbit_run import run_orbits
 
     with working(path.name):
-        table = run_orbits(plan, path, title=settings.title, text=settings.text, threads=threads, **settings.orbits)
+        table = run_orbits(
+            plan, path, title=settings.title, text=settings.text, overrides=settings.overrides, threads=threads,
+            **settings.orbits,
+        )  # fmt: skip
     click.echo(table)
-    say(f"{path} written, {picture} and {picture.with_stem(picture.stem + '_multipliers').name} drawn")
+    say(f"{path} written, {picture} and {multipliers.name} drawn")

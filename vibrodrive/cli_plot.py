@@ -2,51 +2,153 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, save, say, working
+from vibrodrive.cli_common import FILE, METHOD, SET, check_figure, read, say, working
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from vibrodrive.plan import Plan
+
+OPTIONS = {
+    "sweep": {"kind": ("bifurcation", "poincare"), "quantity": ("dxi", "xi")},
+    "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": ("dxi", "xi")},
+    "limits": {},
+    "failures": {},
+}
+"""Kinds of files that can be drawn, and what each can be asked for."""
 
 
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
-@click.option("--kind", type=click.Choice(["bifurcation", "poincare"]), help="Which diagram.")
+@click.option("--kind", type=click.Choice(["bifurcation", "poincare", "multipliers"]), help="Which diagram.")
 @click.option("--quantity", type=click.Choice(["dxi", "xi"]), help="Velocity or gap at the section.")
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
-@click.option("--follow", is_flag=True, help="Draw again and again until the sweep is complete.")
+@click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
 def plot(
     file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
 ) -> None:
-    """Draw the diagram of a result file, finished or not."""
+    """Draw what a result file holds, finished or not: a sweep, limits, failures (of an atlas) or orbits."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
-    check_figure(target)
+    check_figure(target, {"result file": file})
     share = draw(file, target, options, dpi)
     while follow and share < 1:
-        share = draw(file, target, options, dpi, unless=share)
+        _wait(file, share)
+        share = draw(file, target, options, dpi)
 
 
-def draw(
-    file: Path, target: Path, options: dict[str, Any], dpi: int | None = None, unless: float = -1.0
-) -> float:
-    """Draw a file and return the share that is computed; wait for more than `unless` of it."""
-    import time
+def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = None) -> float:
+    """Draw a file and return the share that is computed."""
+    from vibrodrive.store_header import read_kind
+    from vibrodrive.style import save
 
+    holds = read_kind(file)
+    _refuse_options(file, holds, options)
+    if holds == "sweep":
+        figure, share = _sweep(file, options)
+    elif holds == "limits":
+        from vibrodrive.limits_figure import limits_figure
+        from vibrodrive.limits_store import load_limits
+
+        found = load_limits(file)
+        figure, share = limits_figure(found), float(found.done.mean())
+    elif holds == "failures":
+        from vibrodrive.atlas_figure import atlas_figure
+        from vibrodrive.atlas_run import load_atlas
+
+        figure, share = atlas_figure(load_atlas(file)), 1.0
+    else:
+        from vibrodrive.orbit_run import redraw
+
+        with working(file.name):
+            figure = redraw(file, options.get("kind", "bifurcation"), options.get("quantity", "dxi"))
+        share = 1.0
+    save(figure, target, dpi)
+    if share < 1:
+        say(f"{file}: {100 * share:.1f} % computed")
+    say(f"{target} drawn")
+    return share
+
+
+def _sweep(file: Path, options: dict[str, Any]) -> tuple[Figure, float]:
     from vibrodrive import config, figures
     from vibrodrive.store_read import load, look
 
-    while (report := look(file)).share <= unless:
-        time.sleep(FOLLOW_SECONDS)
+    report = look(file)
     origin = report.header.origin
-    wanted = config.parse(origin.config, origin.overrides).figure | options
-    save(figures.from_results(load(file), **wanted), target, dpi)
-    if not report.complete:
-        say(f"{file}: {100 * report.share:.1f} % computed")
-    say(f"{target} drawn")
-    return report.share
+    wanted = config.parse(origin.config, origin.overrides).figure
+    check_drawing(wanted | options, report.header.plan, asked="kind" in options)
+    return figures.from_results(load(file), **(wanted | options)), report.share
+
+
+def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
+    """Refuse a diagram that a sweep does not have the axes for.
+
+    A sweep of one motion, whose configuration was made for an axis, has its section drawn, unless a diagram was
+    `asked` for now.
+    """
+    from vibrodrive.parameters import bad
+
+    if plan.axes and wanted.get("x") not in (None, *plan.axes):
+        raise click.ClickException(bad("figure.x", wanted["x"], "one of the axes " + ", ".join(plan.axes)))
+    if not plan.axes and asked and wanted.get("kind") == "bifurcation":
+        raise click.ClickException(bad("--kind", "bifurcation", "poincare for one motion: it has no axis"))
+
+
+def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
+    """Refuse a kind of file that is not drawn, and an option that means nothing for this one."""
+    from vibrodrive.parameters import bad
+    from vibrodrive.store_kind import KINDS
+
+    if holds not in OPTIONS:
+        what = f"{file}: holds {KINDS[holds].holds}: `vibrodrive {KINDS[holds].command}` draws them"
+        raise click.ClickException(what)
+    for name, value in options.items():
+        known = OPTIONS[holds].get(name, ())
+        if value not in known:
+            allowed = f"one of {', '.join(known)}" if known else "left out"
+            raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {KINDS[holds].holds}"))
+
+
+def _wait(file: Path, share: float) -> None:
+    """Until more than `share` of a file is computed. Ends the command if nobody is computing any more."""
+    import time
+
+    from vibrodrive.progress import Show
+    from vibrodrive.store_lock import is_being_written
+
+    show = Show(sys.stderr, file.name)
+    alive: bool | None = True
+    while alive is not False:
+        alive = is_being_written(file)  # before looking: what it has written last counts
+        if _share(file) > share:
+            show.clear()
+            return
+        if alive is not False:
+            show.update(lambda: f"{100 * share:.1f} %: waiting for more")
+            time.sleep(FOLLOW_SECONDS)
+    show.clear()
+    say(f"{file}: no process is writing it: the command that began it goes on")
+    raise click.exceptions.Exit(1)
+
+
+def _share(file: Path) -> float:
+    from vibrodrive.store_header import read_kind
+
+    if read_kind(file) == "limits":
+        from vibrodrive.limits_store import summary
+
+        return summary(file).share
+    from vibrodrive.store_read import look
+
+    return look(file).share
 
 
 FOLLOW_SECONDS = 1.0
@@ -76,9 +178,10 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     if "periods" in drawn:
         arguments["periods"] = drawn.pop("periods")
     target = output or Path(config.stem + ".png")
-    check_figure(target)
+    check_figure(target, {"configuration": config})
     settings.plan()
     from vibrodrive import figures, simulate
+    from vibrodrive.style import save
 
     with working(config.stem):
         motion = simulate(**arguments)

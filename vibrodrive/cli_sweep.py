@@ -9,8 +9,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibrodrive.cli_common import FILE, METHOD, SET, THREADS, leave, read, same_command, say, working
-from vibrodrive.cli_plot import draw
+from vibrodrive.cli_common import (
+    FILE,
+    METHOD,
+    SET,
+    THREADS,
+    check_output,
+    leave,
+    read,
+    same_command,
+    say,
+    working,
+)
+from vibrodrive.cli_plot import check_drawing, draw
 
 if TYPE_CHECKING:
     from vibrodrive.plan import Plan
@@ -25,7 +36,7 @@ if TYPE_CHECKING:
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
 @click.option("--plot", "plotted", is_flag=True, help="Draw the result when it is complete.")
 @click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
-@click.option("--overwrite", is_flag=True, help="Replace the result file instead of resuming it.")
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of resuming.")
 def sweep(
     config: Path,
     output: Path | None,
@@ -44,6 +55,14 @@ def sweep(
     settings = read(config, overrides, method)
     plan = settings.plan()
     path = output or Path(config.stem + ".h5")
+    picture = path.with_suffix(".png")
+    check_output(path, config, "sweep", overwrite=overwrite, resumed=True, figures=[picture] if plotted else [])
+    if plotted:
+        check_drawing(settings.figure, plan)
+    if dask is not None:
+        from vibrodrive.runner import check_dask
+
+        check_dask(dask)
     refuse_large_block(plan, remote=dask is not None)
     if threads and not dask:
         _check_threads(threads)
@@ -61,7 +80,7 @@ def sweep(
         leave(130, f"{stopped}; resume with: {same_command()}")
     _tell_statuses(path)
     if plotted:
-        draw(path, path.with_suffix(".png"), {})
+        draw(path, picture, {})
 
 
 def _check_threads(threads: int) -> None:
