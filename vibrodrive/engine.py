@@ -26,12 +26,13 @@ from vibrodrive.motion import excitation, force_at, place, state_at, time_until
 from vibrodrive.parameters import State, Status
 from vibrodrive.record import LOOK_BACK, SETTLE, finish, write_points, write_row
 from vibrodrive.recurrence import look_ahead, look_back
+from vibrodrive.release import release_down, release_up
 from vibrodrive.switch import begin, commit_segment, decide, direction, waits
 from vibrodrive.switch_disturbed import cross_all_disturbed, mark_points, write_ahead
 from vibrodrive.switch_muller import cross_all_refined
 from vibrodrive.switch_undisturbed import cross_all
 from vibrodrive.switching import INFINITY, S1, S2, can_leave
-from vibrodrive.trig import PI, PI_LOW, TWO_PI, arcsine, turns
+from vibrodrive.trig import TWO_PI, turns
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 OK = int(Status.OK)
@@ -72,19 +73,14 @@ def set_parameters(w, k, i, points, row, method):
     w[r.PHI0 + i] = phi
     k[r.PERIOD + i] = int(n)
     k[r.PERIOD0 + i] = int(n)
-    up = a - 1.0 - b
     w[r.PHI_UP + i] = 0.0
     w[r.P_UP + i] = 0.0
-    if up > 0.0:
-        w[r.PHI_UP + i] = arcsine((1.0 + b) / a, up / a)
-        w[r.P_UP + i] = math.sqrt(up * (a + (1.0 + b)))
-    below = abs(1.0 - b)
+    if a - 1.0 - b > 0.0:
+        w[r.PHI_UP + i], w[r.P_UP + i] = release_up(a, b)
     w[r.PHI_DOWN + i] = 0.0
     w[r.P_DOWN + i] = 0.0
-    if a > below:
-        angle = arcsine(below / a, (a - below) / a)
-        w[r.PHI_DOWN + i] = (PI + angle if b <= 1.0 else PI - angle) + PI_LOW
-        w[r.P_DOWN + i] = -math.sqrt((a - below) * (a + below))
+    if a > abs(1.0 - b):
+        w[r.PHI_DOWN + i], w[r.P_DOWN + i] = release_down(a, b)
 
 
 @inline

@@ -15,9 +15,10 @@ import numpy as np
 
 from vibrodrive._jit import jit, part
 from vibrodrive.orbit_cells import NOTHING
-from vibrodrive.orbit_flight import NO_WORD, flight, window
+from vibrodrive.orbit_flight import NO_WORD, flight
 from vibrodrive.orbit_map import HORIZON
 from vibrodrive.parameters import check, check_count
+from vibrodrive.release import release_up
 from vibrodrive.trig import PI, PI_LOW
 
 NEVER_LEAVES, SUPERSTABLE, STABLE, IRREGULAR = 0, 1, 2, 3
@@ -56,7 +57,7 @@ def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, n
         if a <= 1.0 + B:
             continue
         kind[i] = IRREGULAR
-        up, _ = window(a, B)
+        up, _ = release_up(a, B)
         end = PI - up + PI_LOW
         psi = up
         periods = 0

@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive._jit import jit
-from vibrodrive.orbit_flight import IMPACT, NO_WORD, REST, append, flight, window
+from vibrodrive.orbit_flight import IMPACT, NO_WORD, REST, append, flight
+from vibrodrive.release import release_up
 from vibrodrive.trig import PI, PI_LOW
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
@@ -42,7 +43,7 @@ def flights(psi, n, A, B, horizon, slides):
     first : int
         number of slides.
     """
-    up, _ = window(A, B)
+    up, _ = release_up(A, B)
     end = PI - up + PI_LOW
     itinerary = np.int64(NO_WORD)  # a literal would compile another specialisation
     periods = 0

@@ -27,7 +27,8 @@ import math
 from vibrodrive._jit import inline, jit, part
 from vibrodrive.motion import shape
 from vibrodrive.parameters import State
-from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, TWO_PI_LOW, arc, arcsine
+from vibrodrive.release import release_down, release_up
+from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, TWO_PI_LOW, arc
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
@@ -46,20 +47,6 @@ DONE = 1e-17  # the step to come is about step³/last² once convergence is quad
 def append(word, letter):
     """The word with one more letter."""
     return (word * LETTERS + letter) % WORDS
-
-
-@inline
-def window(A, B):
-    """(φ_up, A cos φ_up): where H rises to 1, A > 1 + B."""
-    return arcsine((1.0 + B) / A, (A - 1.0 - B) / A), math.sqrt((A - 1.0 - B) * (A + 1.0 + B))
-
-
-@inline
-def fall(A, B):
-    """(φ_down, A cos φ_down): where H falls to -1."""
-    y = abs(1.0 - B)
-    swing = arcsine(y / A, (A - y) / A)
-    return (PI + swing if B < 1.0 else PI - swing), -math.sqrt((A - y) * (A + y))
 
 
 @inline
@@ -158,8 +145,8 @@ def flight(psi, A, B, horizon, word, slides):
         count : int
             the number of slides.
     """
-    up, p_up = window(A, B)
-    down, p_down = fall(A, B)
+    up, p_up = release_up(A, B)
+    down, p_down = release_down(A, B)
     rise = 3.0 * PI - down
     end = PI - up + PI_LOW
     tau, p, q = psi, A * math.cos(psi), A * math.sin(psi)

@@ -17,8 +17,9 @@ import numpy as np
 
 from vibrodrive._jit import jit
 from vibrodrive.orbit_cells import NOTHING, intervals
-from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, window
+from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight
 from vibrodrive.parameters import State, check
+from vibrodrive.release import release_up
 from vibrodrive.trig import PI, PI_LOW, turns
 
 HORIZON = 10_000
@@ -31,7 +32,7 @@ SHOWN = 16
 @jit(_nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
-    up, _ = window(A, B)
+    up, _ = release_up(A, B)
     end = PI - up + PI_LOW
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
     k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(0, REST + 1), nothing)
@@ -53,14 +54,14 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
 def place(phi, A, B):
     """(ψ, rests): the phase φ in [0, 2π), and whether an impact at it is followed by a rest."""
     psi = turns(phi, 0.0)[1]
-    up, _ = window(A, B)
+    up, _ = release_up(A, B)
     return psi, psi <= up or psi >= PI - up + PI_LOW
 
 
 @jit(_nrt=False)
 def opening(A, B):
     """φ_up, where the window opens."""
-    return window(A, B)[0]
+    return release_up(A, B)[0]
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
