@@ -117,6 +117,32 @@ def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
     assert np.isnan(found.derivative[0])
 
 
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
+def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
+    """B = 0: which, is told by A cos ψ = π/2 alone, and the last bits of ψ have their say only there."""
+    system = impact_map(A, 0.0)
+    low, high = system.window
+    edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
+    before, after = np.linspace(low, edge - 1e-12, 200)[1:], np.linspace(edge + 1e-12, high, 200)[:-1]
+    assert (system(before[before < edge]).periods == -1).all() or edge == low
+    landed = system(after)
+    assert np.isin(landed.word, ["UP DOWN IMPACT", "UP STICK DOWN IMPACT"]).all()
+    assert (landed.derivative <= 0.0).all()
+    rested = system(0.0)
+    assert float(rested.speed) == 0.0 if edge == low else int(rested.periods) == -1
+    kinds = {"grazing", "stick"} if edge > low else set()
+    assert set(system.kinds[1:-1]) == kinds
+
+
+@pytest.mark.jit
+def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
+    """One for every period that a flight may last, tens of thousands of them: those were once all sought."""
+    points = impact_map(3.0, 1e-5).breakpoints
+    assert 90 < len(points) < 220
+    assert np.all(np.diff(points) > 0)
+
+
 def test_any_shape_any_turn_and_the_same_bits():
     system = impact_map(3.17)
     phi = np.linspace(0, 2 * math.pi, 12, endpoint=False).reshape(3, 4)

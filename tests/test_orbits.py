@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from tests.mp_flight import next_impact, orbit_phase, slope
-from tests.reference import reference
+from tests.reference import mp, reference
+from vibrodrive import orbit_search
 from vibrodrive.orbit_map import impact_map
 from vibrodrive.orbit_search import orbits
 
@@ -104,3 +108,75 @@ def test_longer_periods_contain_the_shorter_ones():
 def test_bad_period(limit):
     with pytest.raises((TypeError, ValueError), match="max_period"):
         orbits(3.04, 0.1, limit)
+
+
+STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
+"""B = 0: up to this A the mass that leaves from a rest sticks before it comes down."""
+
+
+@pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
+def test_on_the_level_one_orbit_touches(A):
+    """B = 0: two of these A were once said to have a superstable or an unstable orbit, as rounding would have it."""
+    (orbit,) = orbits(A, 0.0, 2)
+    assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
+    assert orbit.speeds.tolist() == [0.0]
+    assert math.isnan(orbit.multiplier)
+    assert vd.simulate(A=A, B=0.0, tau0=float(orbit.phases[0]), transient=0, periods=3).status.name == "TOO_CLOSE"
+    assert orbit.word == ("REST UP STICK DOWN IMPACT" if A < STICKS else "UP DOWN IMPACT")
+    if A > STICKS:
+        assert A * math.cos(orbit.phases[0]) == pytest.approx(0.5 * math.pi, rel=1e-9)
+
+
+@pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
+def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
+    """In the reference: with a gap added it comes back to that gap; launched later it lands, earlier it does not."""
+    (orbit,) = orbits(A, 0.0, 1)
+    phase, gap = float(orbit.phases[0]), 1e-3
+    run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)
+    assert min(float(s.xi) for s in run.switches) == pytest.approx(gap, abs=1e-15)
+    launch = phase if A > STICKS else math.asin(1.0 / A)
+    later = next_impact(A, 0.0, mp.mpf(launch) + mp.mpf(1e-6))
+    assert 0.0 < -later.velocity < 1e-2
+    if A > STICKS:
+        with pytest.raises(AssertionError, match="no impact"):
+            next_impact(A, 0.0, mp.mpf(launch) - mp.mpf(1e-6))
+
+
+@pytest.mark.jit
+def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
+    """Whatever rounding makes of a depth of 1e-17: gravity has it that the mass falls farther than it rose."""
+    for A in np.linspace(1.01, 1.85, 85).tolist():
+        for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
+            (orbit,) = orbits(A, B, 1)
+            assert orbit.word == "REST UP STICK DOWN IMPACT"
+            assert orbit.kind == ("superstable" if B > 0.0 else "touching")
+            assert orbit.speeds[0] < 1e2 * math.sqrt(B) + 1e-6
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9, 1e-8, 1e-6, 1e-5, 1e-4])
+def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
+    """Orbits used to be listed that came and went with the last bit of A, with a speed below 0 among them."""
+    for A in np.linspace(1.9, 4.0, 22).tolist():
+        names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
+        assert all(there == names[0] for there in names)
+        for orbit in orbits(A, B, 3):
+            assert orbit.speeds.min() > B
+            assert orbit.multiplier < 0.0 if orbit.impacts % 2 == 1 else orbit.multiplier >= 0.0
+
+
+@pytest.mark.jit
+def test_an_orbit_followed_twice_is_not_another_one():
+    """A case that once broke: far above 1 + B rounding parts the two rounds."""
+    for A in np.linspace(1000.0, 1100.0, 401).tolist():
+        for orbit in orbits(A, 0.1, 2):
+            assert len(set(orbit.name)) == orbit.impacts
+
+
+def test_too_long_a_period_is_refused(monkeypatch):
+    with pytest.raises(ValueError, match=r"max_period = 1000: must be a whole number >= 1 and <= 100"):
+        orbits(3.04, max_period=1000)
+    monkeypatch.setattr(orbit_search, "MOST", 2000)
+    with pytest.raises(ValueError, match="max_period = 9: must be smaller: there are more than 222 itineraries"):
+        orbits(5.0, max_period=9)
+    assert len(orbits(3.04, max_period=9)) == 2

@@ -18,6 +18,18 @@ Four facts, all from eqs. (4), (5) at ξ' = 0 at the beginning of a slide, make 
 
 The last fact is why orbits and breakpoints can be found completely: equal words at both ends of an interval
 mean one word throughout (see orbit_cells.py).
+
+A slide down that follows the first slide up after a sticking always reaches the obstacle: the mass has risen with
+friction and gravity against it, and falls with gravity for it, through at least as much of its half wave.
+
+**On the level (B = 0)** a slide down is a slide up upside down, half a period later. Let T(ψ) be the end of the slide
+up begun at ψ and D(ψ) how far it goes; both fall with ψ, and T(ψ*) = ψ* + π where A cos ψ* = π/2. Take A > A_s =
+√(1 + π²/4), for which φ_up < ψ*. A slide begun at ψ* is undone exactly by the next: the flight touches the
+obstacle at ψ* + 2π with no speed. The slides of another flight begin (up to half periods) at a_0 = ψ, a_1, a_2, …
+on alternate sides of ψ*, which they approach from both. For ψ < ψ* each pair D(a_2i) - D(a_2i+1) > 0: the mass is
+in the air for good. For ψ > ψ* already the first pair is negative: it lands in its first fall. For A <= A_s every
+slide up ends in a sticking, so that the next one down begins at φ_up + π: a launch at φ_up touches without speed,
+every later one lands. Rounding has no say in any of this: see `touching`.
 """
 
 from __future__ import annotations
@@ -28,7 +40,7 @@ from vibrodrive._jit import inline, jit, part
 from vibrodrive.motion import shape
 from vibrodrive.parameters import State
 from vibrodrive.release import release_down, release_up
-from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, TWO_PI_LOW, arc
+from vibrodrive.trig import HALF_PI, PI, PI_LOW, TWO_PI, TWO_PI_LOW, arc, arcsine
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
@@ -40,6 +52,8 @@ NO_WORD = 0  # nothing has come before
 FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # how a slide begins
 
 STEPS = 200  # Newton's method: monotone, so it ends by itself; near a double zero it halves, 53 times at most
+AIRBORNE = 16  # excitation periods for which a flight that never lands is followed: enough to name its first states
+
 DONE = 1e-17  # the step to come is about step³/last² once convergence is quadratic
 
 
@@ -111,6 +125,13 @@ def slip(x, a, p, q, first, second):
         second += TWO_PI
 
 
+@inline
+def touching(A, up):
+    """B = 0: the launch whose flight touches the obstacle without speed. Earlier ones never land, later ones do."""
+    y = HALF_PI / A
+    return max(up, HALF_PI - arcsine(y, (A - HALF_PI) / A)) if y < 1.0 else up
+
+
 @jit(_nrt=False)
 def flight(psi, A, B, horizon, word, slides):
     """The flight launched at phase ψ.
@@ -125,21 +146,19 @@ def flight(psi, A, B, horizon, word, slides):
             what came before (see LETTERS, WORDS).
         slides : float64 (any, 3)
             receives, a row a slide as far as there are rows: phase of its beginning, duration, and how it began
-            (NO_WORD = 0  # nothing has come before
-
-    FROM_GROUND, FROM_STICK, FROM_REVERSAL).
+            (FROM_GROUND, FROM_STICK, FROM_REVERSAL).
 
         Returns
         -------
         k, phase : int, float
             impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: given up.
         velocity : float
-            ξ' < 0 into the impact.
+            ξ' <= 0 into the impact.
         slope : float
             d(impact time)/dψ <= 0. A later launch by dψ lowers the velocity by w dψ, w = H(ψ) - 1; a reversal in
             the air multiplies w by the ratio of the accelerations across it (saltation: friction changes
             sign), sticking makes it 0, and the impact comes (Σ w · duration) / |ξ'| earlier. Sticking forgets
-            the velocity but keeps the gap, so only a rest makes the slope vanish.
+            the velocity but keeps the gap, so only a rest makes the slope vanish. -inf for an impact without speed.
         word : int
             continued by the states of the flight; IMPACT is left to the caller.
         count : int
@@ -154,6 +173,11 @@ def flight(psi, A, B, horizon, word, slides):
     if psi <= up or psi >= end:
         tau, a, p, q = up, 0.0, p_up, 1.0 + B
     w = a
+    level = B == 0.0
+    touch = touching(A, up) if level else 0.0
+    stays, exact = level and tau < touch, level and tau == touch
+    if stays:
+        horizon = min(horizon, AIRBORNE)
     x = 0.0
     moment = 0.0
     falling = False
@@ -170,18 +194,23 @@ def flight(psi, A, B, horizon, word, slides):
             word = append(word, DOWN + 1)
             h = rise - tau
             impact = True
-            if x + slide(h, a, p, q)[2] > 0.0:
+            touches = False
+            if stays or x + slide(h, a, p, q)[2] > 0.0:
                 top = TWO_PI + down - tau
                 if slide(top, a, p, q)[1] > 0.0:
                     turn = reversal(5.0 * HALF_PI - tau, a, p, q)
                     gap = x + slide(turn, a, p, q)[2]
-                    if gap > 0.0:
+                    lands = count == 1 and (level or begun == FROM_STICK)
+                    if stays or (gap > 0.0 and not lands):
                         impact = False
                         x = gap
                         h = turn
+                    elif exact or gap > 0.0:
+                        touches = True
+                        h = turn
                 else:
                     h = slip(x, a, p, q, h, top)
-            if impact:
+            if impact and not touches:
                 h = landing(h, x, a, p, q)
         moment += w * h
         if count < len(slides):
@@ -191,11 +220,14 @@ def flight(psi, A, B, horizon, word, slides):
         count += 1
         tau += h
         if impact:
-            velocity = slide(h, a, p, q)[1]
+            velocity = 0.0 if touches else min(slide(h, a, p, q)[1], 0.0)
+            slope = -math.inf if moment > 0.0 else 0.0
+            if velocity < 0.0:
+                slope = moment / velocity
             while tau >= TWO_PI:
                 tau = max((tau - TWO_PI) - TWO_PI_LOW, 0.0)
                 k += 1
-            return k, tau, velocity, moment / velocity, word, count
+            return k, tau, velocity, slope, word, count
         # ξ' = 0 in the air. Waits end where H = 1 or H = -1; `falling` is what comes next
         if falling:
             tau = (tau - TWO_PI) - TWO_PI_LOW

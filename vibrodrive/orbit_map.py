@@ -17,13 +17,17 @@ import numpy as np
 
 from vibrodrive._jit import jit
 from vibrodrive.orbit_cells import NOTHING, intervals
-from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight
+from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching
 from vibrodrive.parameters import State, check
 from vibrodrive.release import release_up
 from vibrodrive.trig import PI, PI_LOW, turns
 
 HORIZON = 10_000
-"""A flight of more excitation periods is given up: for B = 0 the mass may stay in the air for good."""
+"""A flight of more excitation periods is given up: the smaller B, the longer the mass may stay in the air."""
+
+LANDINGS = 100
+"""Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
+There is one for every number of periods that a flight may last, and those are about 0.1/B."""
 
 SHOWN = 16
 """Slides named of a flight that never lands."""
@@ -35,17 +39,22 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     up, _ = release_up(A, B)
     end = PI - up + PI_LOW
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
-    k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(0, REST + 1), nothing)
+    rested = False  # the flight out of a rest, which may be a long one, is followed once, and only if it is met
+    k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
-        k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
-        if psi >= end:
-            k = k0 + 1 if k0 >= 0 else -1
-        elif psi > up:
+        if up < psi < end:
             k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, nothing)
+        else:
+            if not rested:
+                rested = True
+                k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(none, REST + 1), nothing)
+            k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
+            if psi >= end and k0 >= 0:
+                k = k0 + 1
         phase[i] = landed
         periods[i] = k
-        speed[i] = -velocity
+        speed[i] = -velocity + 0.0  # no -0.0
         slope[i] = rate
         code[i] = append(word, IMPACT + 1)
 
@@ -60,8 +69,9 @@ def place(phi, A, B):
 
 @jit(_nrt=False)
 def opening(A, B):
-    """φ_up, where the window opens."""
-    return release_up(A, B)[0]
+    """(φ_up, ψ*): where the window opens, and the launch whose flight touches without speed if B = 0."""
+    up = release_up(A, B)[0]
+    return up, touching(A, up)
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
@@ -130,14 +140,15 @@ class ImpactMap:
     where the mass never leaves). `breakpoints` (ascending, in the window including its ends) are where the
     map is not smooth, with `kinds` "rest" (the rest after the impact begins or ends), "grazing" (a jump: the
     flight just touches the obstacle) or "stick" (a sticking in the air appears or vanishes), and `words` of
-    the flights between them.
+    the flights between them; the ones of flights of more than LANDINGS excitation periods are left out.
     """
 
     def __init__(self, A: float, B: float = 0.1):
         self.A = check("A", A)
         self.B = check("B", B)
         self.moves = self.A > 1.0 + self.B
-        up = opening(self.A, self.B) if self.moves else 0.5 * math.pi
+        self.touching: float  # the launch whose flight touches the obstacle without speed, if B = 0
+        up, self.touching = opening(self.A, self.B) if self.moves else (0.5 * math.pi, math.nan)
         self.window = (up, (PI - up) + PI_LOW)
 
     def __call__(self, phi) -> Impacts:
@@ -165,11 +176,17 @@ class ImpactMap:
 
     @functools.cached_property
     def _pieces(self) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        return self.pieces(LANDINGS)
+
+    def pieces(self, horizon: int) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        """(breakpoints, kinds, words) as far as flights of up to `horizon` excitation periods have them."""
         if not self.moves:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        cells = intervals(low, high, 1, self.A, self.B, HORIZON)
+        if not low <= high:  # A within rounding of 1 + B: a window without a float in it
+            return np.array([up, end]), ("rest", "rest"), (_word_from(up, self.A, self.B),)
+        cells = intervals(low, high, 1, self.A, self.B, horizon)
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))

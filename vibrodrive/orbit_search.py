@@ -8,22 +8,53 @@ doubling, one of an even number a positive multiplier and can only do so in a fo
 
 Not an orbit of the map, and not listed: the mass at rest for good (A <= 1 + B), or in the air for good (B =
 0).
+
+**On the level (B = 0)** slides up and down undo each other, and at every A > 1 exactly one motion returns to the
+obstacle: it touches it once a period, without speed (orbit_flight.py). It is listed as "touching", not found by a
+search. With a gap of any size added it is a periodic motion in the air; launched later it lands with some speed;
+so it is neither stable nor unstable, and has no multiplier. `simulate` ends on it with TOO_CLOSE.
+
+**Close to the level** an orbit that launches at every impact has a speed of about 10 B there, and each of its flights
+multiplies a difference of launches by some A/B. Its launch lies in an interval as wide as B/A over its multiplier:
+where hardly a float is in that (STEEP), and for B <= LEVEL A, rounding would decide which orbits there are, and they
+are left out.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vibrodrive.orbit_cells import FLYING, NOTHING, RESTS, flights, intervals
 from vibrodrive.orbit_map import ImpactMap, spell, states
 from vibrodrive.orbit_roots import fixed_points
-from vibrodrive.parameters import State, check_count
+from vibrodrive.parameters import State, bad, check_count
 
 STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
+
+TOUCHING = "touching"
+
+LEVEL = 1e-7
+"""B/A up to which an orbit that launches at every impact is not told from one that touches without speed."""
+
+STEEP = 1e13
+"""Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
+
+SAME = 1e-8
+"""Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. An orbit that has just
+doubled its period is this narrow only within 1e-15 of the bifurcation."""
+
+LONGEST = 100
+"""The longest period sought, in excitation periods: what a search costs grows at least with its square."""
+
+MOST = 400_000
+"""Itineraries times periods that a search may have to look at: some ten seconds' worth. Where the motion is irregular
+(A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
+allows 14 periods."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +69,9 @@ class Orbit:
         first.
     gaps : whole excitation periods from each impact to the next, int64 (impacts,).
     multiplier : derivative of the impacts-fold map, exact; its modulus decides on stability.
-    kind : "stable", "unstable", "superstable" (it rests: whatever is close joins it), or "undecided" (a fold
-        or doubling closer than rounding can tell; then the phases are good to some 1e-7 only).
+    kind : "stable", "unstable", "superstable" (it rests: whatever is close joins it), "undecided" (a fold
+        or doubling closer than rounding can tell; then the phases are good to some 1e-7 only), or "touching"
+        (B = 0: its one impact has no speed, and it no multiplier: NaN).
     word : the states of one period, after the first impact, as text.
     A, B : where.
     name : the word of each flight with the number of windows it spans, in a rotation that does not depend on
@@ -63,19 +95,34 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """Every periodic orbit of up to `max_period` excitation periods at ε = 0, by period, impacts and phase.
 
     The effort grows with the number of itineraries: milliseconds up to some eight periods in the paper's
-    range.
+    range, ten seconds at most, from where on the search is refused. For B = 0 there is one orbit, "touching", at
+    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is told from a touch, and listed (see the head of
+    this module).
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range.
+        if an argument is no number or out of range; if `max_period` is above LONGEST (100), or so long that there
+        are too many itineraries at this A and B.
     """
     system = ImpactMap(A, B)
-    limit = check_count("max_period", max_period, 1)
+    limit = check_period("max_period", max_period)
     if not system.moves:
         return []
+    if system.B == 0.0:
+        return [touch(system)]
     found = [*resting(system, limit), *launching(system, limit)]
     return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
+
+
+def check_period(name: str, value: object) -> int:
+    """Cast a longest period to seek. Raises TypeError or ValueError with the one sentence."""
+    return check_count(name, value, 1, LONGEST)
+
+
+def touch(system: ImpactMap) -> Orbit:
+    """The one orbit on the level."""
+    return replace(follow(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
 
 
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
@@ -87,9 +134,28 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """The orbits that launch at every impact."""
-    for cell in cells(system, limit):
-        yield from closed(system, *cell)
+    """The orbits that launch at every impact, as far as floats resolve them."""
+    steep = STEEP * system.B / system.A
+    for cell in itineraries(system, limit):
+        yield from (orbit for orbit in closed(system, *cell) if abs(orbit.multiplier) < steep)
+
+
+def itineraries(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
+    """All cells to be searched for orbits of up to `limit` periods.
+
+    Raises
+    ------
+    ValueError
+        if they are too many.
+    """
+    if system.B <= LEVEL * system.A:
+        return []
+    most = MOST // limit
+    there = list(itertools.islice(cells(system, limit), most + 1))
+    if len(there) > most:
+        beside = f"A = {system.A!r} and B = {system.B!r}"
+        raise ValueError(bad("max_period", limit, f"smaller: there are more than {most} itineraries at {beside}"))
+    return there
 
 
 def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> Iterator[tuple[float, float, int, int]]:
@@ -99,7 +165,8 @@ def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> I
     """
     A, B = system.A, system.B
     up, end = system.window
-    alive = [(math.nextafter(up, end), math.nextafter(end, up))]
+    low, high = math.nextafter(up, end), math.nextafter(end, up)
+    alive = [(low, high)] if low <= high else []  # A within rounding of 1 + B: a window without a float in it
     for n in range(1, (limit if only is None else len(only)) + 1):
         above = alive
         alive = []
@@ -124,7 +191,7 @@ def returns(system: ImpactMap, low: float, high: float, n: int, periods: int) ->
     for own, psi in enumerate(phases.tolist()):
         later = launches(system, psi, n, periods)[1:]
         # flights of an orbit of fewer impacts lead back to the very root before the n-th
-        if not any(low <= p <= high and np.argmin(abs(phases - p)) == own for p in later):
+        if not any(abs(p - psi) < SAME or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in later):
             yield psi, bool(certain[own])
 
 
@@ -155,6 +222,8 @@ def follow(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         words.append([State.REST] * rests + states(up if rests else phase, A, B))
         phase = float(step.phase)
         speeds[(i + 1) % n] = step.speed
+    if any(State.REST in word for word in words):
+        multiplier = 0.0  # whatever the slopes of its other flights
     late = (phases >= end).astype(np.int64)
     spans = gaps + np.roll(late, -1) - late  # counted from launch to launch: a rest may last over the turn 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
