@@ -10,7 +10,8 @@ import pytest
 
 from tests.mp_flight import orbit_phase, slope
 from tests.reference import IMPACT, mp, reference
-from vibrodrive.orbit_bifurcations import bifurcations, gap_between
+from vibrodrive import orbit_bifurcations
+from vibrodrive.orbit_bifurcations import bifurcations, gap_between, spread
 from vibrodrive.orbit_path import Path
 from vibrodrive.orbit_search import orbits
 
@@ -129,3 +130,61 @@ def test_bad_range(window):
 
 def test_nothing_below_the_onset():
     assert bifurcations((0.5, 1.0)) == []
+
+
+def test_on_the_level_the_touching_orbit_changes_once():
+    """B = 0: a search that once did not return."""
+    assert bifurcations((2.9, 3.0), 0.0, 2) == []
+    onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
+    assert (onset.A, onset.kind) == (1.0, "onset")
+    assert (stick.A, stick.kind) == (pytest.approx(math.sqrt(1.0 + 0.25 * math.pi**2), abs=1e-14), "stick")
+    assert {onset.orbit.kind, stick.orbit.kind} == {"touching"}
+
+
+@pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9])
+def test_close_to_the_level_only_the_orbit_that_rests_changes(B):
+    found = bifurcations((0.9, 3.25), B, 2)
+    assert [b.kind for b in found] == ["onset", "stick", "border"]
+    assert abs(found[-1].A - math.sqrt(1.0 + 0.25 * math.pi**2)) < 1e-3
+    assert {b.orbit.kind for b in found} == {"superstable"}
+
+
+def test_close_to_the_level_nothing_changes_by_rounding():
+    """B = 1e-6: hundreds of bifurcations were once found where there is none."""
+    assert bifurcations((1.9, 2.4), 1e-6, 3) == []
+
+
+@pytest.mark.parametrize("step", [None, 4.0])
+def test_far_out_distances_grow_with_A(step):
+    """Steps and tolerances in A once were absolute, far below the last bit of A."""
+    for B in (1e3, 1e6):
+        scale = 1e-3 * B
+        border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)
+        assert (border.kind, doubling.kind) == ("border", "period doubling")
+        assert np.abs(border.orbit.phases - math.asin((1.0 + B) / border.A)).min() < 1e-8
+        for side in (-1e-9, 1e-9):
+            (orbit,) = (o for o in orbits(doubling.A * (1.0 + side), B, 1) if o.kind != "superstable")
+            assert orbit.multiplier == pytest.approx(-1.0, abs=1e-7)
+
+
+def test_a_wide_range_has_a_grid_that_follows_it():
+    """Where 1/256 apart they would be more than there is memory for."""
+    values = spread(1.05, 1e9, None)
+    assert len(values) < 25_000
+    assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))
+    np.testing.assert_array_equal(spread(1.05, 3.25, None), np.linspace(1.05, 3.25, 1 + math.ceil(2.2 * 256)))
+    assert bifurcations((1e8, 1e9), max_period=1) == []
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf, 1e-9, "1", True])
+def test_bad_step(step):
+    with pytest.raises((TypeError, ValueError), match=r"step = .*: must be a number >= 2\.2e-05"):
+        bifurcations(step=step)
+
+
+def test_too_much_is_refused_before_it_begins(monkeypatch):
+    with pytest.raises(ValueError, match=r"max_period = 101: must be a whole number >= 1 and <= 100"):
+        bifurcations(max_period=101)
+    monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
+    with pytest.raises(ValueError, match=r"max_period = 4: must be smaller: .* at each of 552 values of A"):
+        bifurcations(max_period=4)

@@ -97,3 +97,13 @@ def test_refused(change, tmp_path):
     with pytest.raises(ValueError, match="must be"):
         run_orbits(make_plan({**PLAN, **change}), tmp_path / "x.h5")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_on_the_level(tmp_path):
+    """Orbits without a multiplier are written and drawn, too."""
+    plan = make_plan({**PLAN, "A": np.linspace(0.9, 2.1, 7), "B": 0.0})
+    text = run_orbits(plan, tmp_path / "level.h5")
+    assert text.splitlines()[-1].endswith(" at 11 values of A: 9 touching")
+    with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
+        assert set(file.kind.values) == {"touching"}
+        assert np.isnan(file.multiplier.values).all()

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrodrive.orbit_bifurcations import STEP, Bifurcation, bifurcations
-from vibrodrive.orbit_path import DOUBLING, FOLD
+from vibrodrive.orbit_bifurcations import MOST_VALUES, STEP, Bifurcation, bifurcations
+from vibrodrive.orbit_path import DOUBLING, FOLD, unit
 from vibrodrive.orbit_search import UNSTABLE, Orbit, orbits
 from vibrodrive.parameters import bad, check
 from vibrodrive.trajectory import simulate
 
 BESIDE = 1e-9
-"""How far from a bifurcation the branches on either side of it are drawn to."""
+"""How far from a bifurcation, times `unit`, the branches on either side of it are drawn to."""
 
 ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """And from where on where they part like a square root, at a doubling or fold: closer, floats cannot tell."""
@@ -81,10 +81,11 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
         raise ValueError(bad("A", list(A), "at least two values"))
-    step = min(STEP, float(np.diff(grid).max()))
-    found = bifurcations((float(grid[0]), float(grid[-1])), B, max_period, step=step)
+    low, high = float(grid[0]), float(grid[-1])
+    step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
+    found = bifurcations((low, high), B, max_period, step=step if step < STEP * unit(low) else None)
     sides = [
-        b.A + sign * d
+        b.A + sign * d * unit(b.A)
         for b in found
         for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
         for sign in (-1, 1)

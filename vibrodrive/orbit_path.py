@@ -11,7 +11,7 @@ import numpy as np
 from vibrodrive.orbit_cells import NOTHING, RESTS, flights
 from vibrodrive.orbit_flight import NO_WORD, flight
 from vibrodrive.orbit_map import ImpactMap, kind_of_change, states
-from vibrodrive.orbit_search import Orbit, cells, follow, launches, returns
+from vibrodrive.orbit_search import Orbit, cells, follow, launches, returns, touch
 from vibrodrive.trig import TWO_PI, TWO_PI_LOW
 
 DOUBLING, FOLD, BORDER, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
@@ -23,7 +23,19 @@ NEAR = 0.05
 """An orbit whose multiplier is this close to -1 may be the one whose period doubles."""
 
 FIRST = 1e-9
-"""First step in A of a search that starts at a bifurcation."""
+"""First step in A of a search that starts at a bifurcation, times `unit`."""
+
+ASTRAY = 1e-4
+"""A search that starts at a bifurcation and ends further from it than this, times `unit`, has lost it."""
+
+
+FAR = 4.0
+"""The A from which on distances along A grow with A, as do those of its floats."""
+
+
+def unit(A: float) -> float:
+    """What distances along A are multiples of: 1 up to FAR."""
+    return max(1.0, A / FAR)
 
 
 @dataclass(frozen=True)
@@ -72,11 +84,13 @@ class Path:
             for psi, _ in returns(system, low, high, n, periods)
         ]
 
-    def orbit(self, A: float) -> Orbit:
-        """The orbit at an A where it exists; of several the most stable one."""
+    def orbit(self, A: float) -> Orbit | None:
+        """The orbit at A, None where it does not exist; of several the most stable one."""
         system = ImpactMap(A, self.B)
+        if system.moves and system.B == 0.0:
+            return touch(system)
         found = [follow(system, psi, self.impacts, True) for psi in self.starts(A)]
-        return min(found, key=lambda o: abs(o.multiplier))
+        return min(found, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
         """At A, of the first such orbit; NaN if there is none."""
@@ -89,7 +103,7 @@ class Path:
         return bisect(lambda A: (abs(self.multiplier(A)) < 1.0) == stable, a, b)[0]
 
     def end(self, inside: float, outside: float) -> tuple[float, str, float]:
-        """(A, kind, last) of the bifurcation between two values of A; `outside` has fewer such orbits.
+        """(A, kind, last) of the bifurcation between two values of A; only `inside` has (as many) such orbits.
 
         `last` is the last A at which floats tell the orbit from what it ends in.
         """
@@ -101,8 +115,8 @@ class Path:
         if distance < ON_IT:
             grazes = kind == GRAZING and launch >= point
             return self._touching(last, launch) if grazes else last, kind, last
-        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR:
-            return self.parent.doubling(*self._across(last)), DOUBLING, last
+        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR and (sides := self._across(last)):
+            return self.parent.doubling(*sides), DOUBLING, last
         return last, FOLD, last
 
     def _change(self, last: float, beyond: float) -> str:
@@ -119,22 +133,23 @@ class Path:
     def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
         """(distance, kind, launch, breakpoint) of the launch closest to a breakpoint of the map."""
         system = ImpactMap(A, self.B)
-        kinds = [BORDER if kind == "rest" else kind for kind in system.kinds]
+        points, kinds, _ = system.pieces(self.period)
         return min(
-            (abs(psi - point), kind, psi, point)
+            (abs(psi - point), BORDER if kind == "rest" else kind, psi, point)
             for start in self.starts(A)
             for psi in launches(system, start, self.impacts, self.period)
-            for point, kind in zip(system.breakpoints.tolist(), kinds, strict=True)
+            for point, kind in zip(points.tolist(), kinds, strict=True)
         )
 
-    def _across(self, A: float) -> tuple[float, float]:
-        """Two values of A on either side of the parent's doubling, which is close to A."""
-        step = FIRST
-        while True:
+    def _across(self, A: float) -> tuple[float, float] | None:
+        """Two values of A on either side of the parent's doubling, if it is close to A."""
+        step = FIRST * unit(A)
+        while step < ASTRAY * unit(A):
             a, b = A - step, A + step
             if (abs(self.parent.multiplier(a)) < 1.0) != (abs(self.parent.multiplier(b)) < 1.0):
                 return a, b
             step *= 4.0
+        return None
 
     def _touching(self, A: float, launch: float) -> float:
         """The bifurcation near A at which the flight from near `launch` just touches the obstacle.
@@ -144,17 +159,23 @@ class Path:
         """
 
         def residual(a: float) -> float:
+            if not abs(a - A) < ASTRAY * unit(A):
+                return math.nan
             system = ImpactMap(a, self.B)
-            kinds = zip(system.breakpoints.tolist(), system.kinds, strict=True)
-            point = min((p for p, kind in kinds if kind == GRAZING), key=lambda p: abs(p - launch))
+            points, kinds, _ = system.pieces(self.period)
+            grazings = [p for p, kind in zip(points.tolist(), kinds, strict=True) if kind == GRAZING]
+            if not grazings:
+                return math.nan
+            point = min(grazings, key=lambda p: abs(p - launch))
             landed = flight(point, a, self.B, self.period, NO_WORD, NOTHING)[5]
-            slides = np.empty((landed, 3))
+            slides = np.full((landed, 3), math.nan)
             flight(math.nextafter(point, 0.0), a, self.B, self.period, NO_WORD, slides)
             tau, h, _ = slides[-1].tolist()
-            touch = (tau + h - TWO_PI) - TWO_PI_LOW
-            return flights(touch, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point
+            met = (tau + h - TWO_PI) - TWO_PI_LOW
+            return flights(met, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point
 
-        return secant(residual, A, A + FIRST)
+        touched = secant(residual, A, A + FIRST * unit(A))
+        return A if math.isnan(residual(touched)) else touched
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:

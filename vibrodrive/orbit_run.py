@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from vibrodrive import config
 from vibrodrive.orbit_family import Family, family
 from vibrodrive.orbit_figures import bifurcation_diagram, multiplier_diagram
+from vibrodrive.orbit_search import check_period
 from vibrodrive.orbit_store import load_family, save_family
-from vibrodrive.parameters import Method, bad, check_count
+from vibrodrive.parameters import Method, bad
 from vibrodrive.plan import Plan
 from vibrodrive.results import Results
 from vibrodrive.store_layout import Origin
@@ -67,7 +68,7 @@ def run_orbits(
     OSError
         if a file cannot be written.
     """
-    longest = check_count("max_period", max_period, 1)
+    longest = check_period("max_period", max_period)
     check_plan(plan)
     B, phase = plan.scalars["B"], plan.scalars["section_phase"]
     found = family(plan.axes["A"], B, longest)
