@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -72,21 +73,44 @@ def test_one_thread_equals_two_equals_one_by_one():
 
 
 @pytest.mark.jit
+@pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
+def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
+    """A kernel that returns after every pass, every instant, every piece gives what it gives in one go (slices.py)."""
+
+    def results():
+        r = vd.sweep(**ARGUMENTS, **switching, threads=1)
+        t = vd.simulate(A=3.04, eps=1e-4, transient=10, periods=10, **switching)
+        orbits = [(o.phases.tolist(), o.multiplier) for o in vd.orbits(3.17, max_period=6)]
+        after = vd.impact_map(3.04)(np.linspace(0.0, 7.0, 99))
+        arrays = r.section, r.status, r.margin, r.switches, *t.sample(7), after.phase, after.periods, after.derivative
+        return t, orbits, [a.tobytes() for a in arrays]
+
+    def one_at_a_time(advance, halt=None, first=0):
+        while not advance(1):
+            pass
+
+    whole = results()
+    for module in ("sweep", "trajectory", "orbit_cells", "orbit_roots", "orbit_map"):
+        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), "in_slices", one_at_a_time)
+    assert results() == whole
+
+
+@pytest.mark.jit
 def test_each_kernel_is_compiled_once():
     """Integers, float32, strided or Fortran-ordered input: one signature, cast at the boundary."""
     from vibrodrive.engine import run, sample_segments
-    from vibrodrive.sweep import run_threads
 
     vd.simulate(A=3, B=np.float32(0.125), transient=np.int32(1), periods=np.int64(2))
     vd.simulate(A=3, method="fixed", dtau=1, transient=1, periods=2).sample(3)
     vd.sweep(A=np.arange(12)[::3], eps=np.float32([0, 1e-4]), transient=1, periods=1, threads=1)
     vd.sweep(A=[1, 2, 3], method="muller", dtau=0.01, transient=1, periods=1, threads=2)
-    for kernel in (run, sample_segments, run_threads):
+    for kernel in (run, sample_segments):
         assert len(kernel.signatures) == 1
 
 
 CONSTANTS = """
 import sys
+from importlib import import_module
 import vibrodrive as vd
 from numba import types
 vd.sweep(A=[1.5, 3.04], eps=[0.0, 2e-4], transient=1, periods=1)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from tests import fake
 from vibrodrive.parameters import Status
 from vibrodrive.plan import make_plan
@@ -46,11 +50,49 @@ def test_select_takes_the_nearest_value_and_drops_the_axis(plan):
     assert list(part.axes) == ["eps"]
     assert part.scalars["A"] == 3.0
     np.testing.assert_array_equal(part.section, r.section[2])
-    point = part.select(eps=1.0)
+    point = part.select(eps=9e-5)
     np.testing.assert_array_equal(point.section, r.section[2, 1])
     np.testing.assert_array_equal(r.select(eps=0, A=1).margin, r.margin[0, 0])
     with pytest.raises(ValueError, match="axis = 'B': must be one of A, eps"):
         r.select(B=1)
+
+
+def test_an_end_of_an_axis_is_met_within_rounding(plan):
+    """0.1 · 3 is more than 0.3: still the end of an axis that ends there."""
+    r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
+    assert r.select(A=0.1 * 3).margin == 2.0
+
+
+@pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
+def test_pickled_and_copied_results_are_the_same(plan, chosen):
+    """And of a selection nothing but itself is pickled."""
+    whole = collected(plan)
+    r = whole.select(**chosen)
+    for again in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r), copy.copy(r)):
+        assert repr(again) == repr(r)
+        assert again.settings == r.settings
+        for name in ("section", "status", "margin", "switches"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(r, name))
+    if chosen:
+        assert len(pickle.dumps(r)) < len(pickle.dumps(whole))
+
+
+def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the_same():
+    one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
+    other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)
+    assert (one == same) is True
+    assert (one != same) is False
+    assert (one == other) is False
+    assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
+    assert one != 3
+    assert one in [other, same]
+    assert pickle.loads(pickle.dumps(one)) == one, "its Δτ is NaN"
+    assert (one.sample(5) == same.sample(5)) is True
+    assert (one.sample(5) != other.sample(5)) is True
+    assert (one.sample(5) == one.sample(6)) is False
+    given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
+    assert np.isnan(given_up[0].section).any()
+    assert given_up[0] == given_up[1], "NaN is where NaN is"
 
 
 def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():

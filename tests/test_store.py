@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 import shutil
 import subprocess
 import sys
@@ -103,6 +104,19 @@ def test_a_selection_reads_only_its_part_and_is_the_same(finished):
     k = int(np.argmin(abs(whole.axes["A"] - 3.1)))
     np.testing.assert_array_equal(part.section, whole.section[k])
     np.testing.assert_array_equal(part.select(eps=0).switches, whole.switches[k, 0])
+
+
+def test_pickled_results_go_on_reading_their_file(finished, monkeypatch, tmp_path):
+    monkeypatch.chdir(finished.parent)
+    whole, part = load(finished.name), load(finished.name).select(A=3.1)
+    assert whole.margin.size
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    for results in (whole, part):
+        again = pickle.loads(pickle.dumps(results))
+        for name in ARRAYS:
+            np.testing.assert_array_equal(getattr(again, name), getattr(results, name))
+    assert len(pickle.dumps(load(finished))) < finished.stat().st_size / 4
 
 
 def test_xarray_sees_named_dimensions(finished):

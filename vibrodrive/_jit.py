@@ -19,7 +19,9 @@ import os
 import re
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -27,9 +29,8 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import cgutils, event, types
+from numba.core import event, types
 from numba.core.registry import cpu_target
-from numba.extending import intrinsic
 
 _PACKAGE = __name__.partition(".")[0]
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
@@ -166,9 +167,35 @@ def jit(function=None, **options):
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE)
     try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function)
+        return _compiled_aside(numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function))
     finally:
         numba.config.CACHE_DIR = before
+
+
+def _compiled_aside(dispatcher):
+    """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
+
+    Ctrl-C raises KeyboardInterrupt in the main thread alone: it is answered at once, and never breaks off Numba halfway
+    through its own bookkeeping. The compilation goes on behind it, and the next call finds the result.
+    """
+    compile_for = dispatcher._compile_for_args
+
+    def compile_aside(*args, **kwargs):
+        if threading.current_thread() is not threading.main_thread():
+            return compile_for(*args, **kwargs)
+        outcome: Future[Any] = Future()
+
+        def work():
+            try:
+                outcome.set_result(compile_for(*args, **kwargs))
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        threading.Thread(target=work, name="compile", daemon=True).start()
+        return outcome.result()
+
+    dispatcher._compile_for_args = compile_aside
+    return dispatcher
 
 
 _INNER = {
@@ -206,31 +233,3 @@ def part(function):
     Called by kernels only: it has no way in from Python, which would take as long to compile again.
     """
     return _once(numba.njit(no_cpython_wrapper=True, **_INNER)(function))
-
-
-def address(entry, arguments):
-    """Where the code of an entry point for such arguments lies, compiled if it is not yet. For `call`."""
-    if numba.config.DISABLE_JIT:
-        return entry
-    signature = tuple(numba.typeof(a) for a in arguments)
-    entry.compile(signature)
-    compiled = entry.overloads[signature]
-    return compiled.library.get_pointer_to_function(compiled.fndesc.mangled_name)
-
-
-@intrinsic
-def _call(typingctx, where, arguments):
-    def codegen(context, builder, signature, values):
-        kinds = signature.args[1].types
-        kind = context.call_conv.get_function_type(types.none, kinds)
-        function = builder.inttoptr(values[0], kind.as_pointer())
-        unpacked = cgutils.unpack_tuple(builder, values[1], len(kinds))
-        context.call_conv.call_function(builder, function, types.none, kinds, unpacked)
-        return context.get_dummy_value()
-
-    return types.none(types.intp, arguments), codegen
-
-
-call: Any = (lambda where, arguments: where(*arguments)) if numba.config.DISABLE_JIT else _call  # type: ignore[attr-defined]
-"""call(where, arguments): the entry point at that address, which returns nothing. The caller does not contain it: a
-loop over threads around the engine would take as long to compile as the engine."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
@@ -18,10 +20,14 @@ def _fetch_add(typingctx, array):
     return None
 
 
+_ONE_AT_A_TIME = threading.Lock()
+
+
 def next_index(counter):
     """Return counter[0] and add one to it, as one operation. `counter` is int64 of length 1."""
-    value = int(counter[0])
-    counter[0] += 1
+    with _ONE_AT_A_TIME:
+        value = int(counter[0])
+        counter[0] += 1
     return value
 
 

@@ -17,7 +17,7 @@ from vibrodrive._jit import inline, jit, part
 from vibrodrive.calm import AT_ONCE, STEPPED, narrow_all
 from vibrodrive.counter import next_index
 from vibrodrive.event import CERTIFIED, LEAPT, LITERAL, MULLER, begin_search, begin_state, finish_at_rest, process_event
-from vibrodrive.lane import LANES, ROWS_K, ROWS_W, STRIDE
+from vibrodrive.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.literal import fill_tables
 from vibrodrive.literal import scan as scan_every
 from vibrodrive.locate import NOTHING, ZERO, search_on_grid, search_stepwise
@@ -184,6 +184,8 @@ def run(
     work float64 (n,): evaluations of switching functions
     rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
     the last one before the record, as many as fit, and how many there were.
+
+    Returns whether all is done. If not, the passes granted (lane.PASSES) are spent, and the next call goes on.
     """
     w, g = lanes_w[0], lanes_w[1]
     k, todo = lanes_k[0], lanes_k[1]
@@ -194,10 +196,16 @@ def run(
     alone = rows_int.shape[0] > 0  # its switches are written down one by one
     if method == MULLER and not (literal or alone):
         method = LEAPT
-    n = 0
-    c = next_index(counter)
-    fast = False
+    if todo[PAUSED]:
+        n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
+    else:
+        n, c, fast = 0, next_index(counter), False
+    passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
     while True:
+        passes -= 1
+        if passes == 0:
+            todo[PAUSED], todo[IN_USE], todo[DRAWN], todo[DISTURBED] = 1, n, c, 1 if fast else 0
+            return False
         # lanes are filled with trajectories of one kind: disturbed ones, or calm ones
         while c < order.shape[0] and n < lanes:
             disturbed = is_disturbed(points, order[c])
@@ -215,7 +223,8 @@ def run(
             c = next_index(counter)
         if n == 0:
             if c >= order.shape[0]:
-                break
+                todo[PAUSED] = 0
+                return True
             continue
         leaps = method == LEAPT and not fast
         scans = grid and not leaps
@@ -268,16 +277,21 @@ def run(
 
 
 @jit(_nrt=False)
-def sample_segments(lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, out, state):
-    """The closed form between the switches `rows` (as written by `run`).
+def sample_segments(
+    lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, count, under_way, out, state
+):
+    """The closed form between the switches `rows` (as written by `run`), at the next `count` instants.
 
-    out float64 (n, 3): ξ, ξ', H; state int8 (n,).
+    under_way int64 (2,): the next instant and the row of its segment, at first 0 and -1.
+    out float64 (n, 3): ξ, ξ', H; state int8 (n,). Returns whether all is done.
     """
     w, k = lanes_w[0], lanes_k[0]
-    set_parameters(w, k, 0, points, 0, method)
-    start, phi0 = k[r.PERIOD] + transient, w[r.PHI0]
-    row = -1
-    for m in range(out.shape[0]):
+    first, row = under_way[0], under_way[1]
+    if first == 0:
+        set_parameters(w, k, 0, points, 0, method)
+    start, phi0 = k[r.PERIOD0] + transient, w[r.PHI0]
+    last = min(first + count, out.shape[0])
+    for m in range(first, last):
         n = start + m // per_period
         phi = phi0 + TWO_PI * float(m % per_period) / float(per_period)
         if phi >= TWO_PI:
@@ -312,3 +326,5 @@ def sample_segments(lanes_w, lanes_k, points, rows_int, rows_float, method, tran
         out[m, 1] = v
         out[m, 2] = force_at(w, 0, h)
         state[m] = now
+    under_way[0], under_way[1] = last, row
+    return last == out.shape[0]

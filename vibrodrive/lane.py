@@ -6,6 +6,8 @@ one flat array each with constant offsets, so that the compiler sees that rows n
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from vibrodrive._jit import inline
@@ -68,6 +70,10 @@ LINE = 64
     SWITCHES, _, _, _, _, ANCHOR_SWITCHES, _, _, _, _,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
+PASSES, PAUSED, IN_USE, DRAWN, DISTURBED = (LANES + row for row in range(5))
+"""Behind the list of lanes in [thread, 1] of `new_lanes`: how many passes `engine.run` may take (0: as many as there
+are), whether it has paused, and what it goes on with then: lanes in use, the next point, and of which kind they are."""
+
 
 @inline
 def full(n):
@@ -81,11 +87,11 @@ def full(n):
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
     """Memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] tables and lists."""
     shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
-    w, k = (_at_cache_line(np.zeros(np.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
+    w, k = (_at_cache_line(np.zeros(math.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
     return w, k
 
 
 def _at_cache_line(memory: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """An array in `memory` that begins where a line of the cache does: a register is then read from one, not two."""
     first = -memory.ctypes.data % LINE // 8
-    return memory[first : first + np.prod(shape)].reshape(shape)
+    return memory[first : first + math.prod(shape)].reshape(shape)

@@ -20,11 +20,12 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.limits_search import GRIDS, Asking, Band, search
-from vibrodrive.parameters import COLUMNS, Method, bad
+from vibrodrive.parameters import COLUMNS, Method, bad, check, check_count
 from vibrodrive.plan import DEFAULT_BUDGET, Plan, make_plan
+from vibrodrive.slices import Halt
 from vibrodrive.structure import Orbit, Structure, compare, gaps, keeps, orbit
 from vibrodrive.sweep import check_threads
-from vibrodrive.trajectory import Trajectory, simulate
+from vibrodrive.trajectory import Trajectory, follow, simulate
 
 CRITERIA = ("order", "gaps", "word")
 
@@ -43,7 +44,8 @@ class Limit:
     """The limit of one orbit.
 
     k2 : the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was
-        found up to `searched_to`, NaN if the undisturbed motion has no period
+        found up to `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half
+        the record)
     kept_below : largest disturbance below k2 that was kept in the bisection
     last_kept : largest value kept together with its lower neighbour on the grid (a single one kept among
         losses is chance); `kept_below` if nothing is kept above k2
@@ -94,11 +96,13 @@ def limit(
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than twice the
+        period of the undisturbed motion: too few to see whether its structure is kept.
     """
-    if np.ndim(A) != 0:
-        raise TypeError(bad("A", "an axis", "a single number: `limits` takes many"))
-    ((_, found),) = limits([A], disturbance, method, criterion, **arguments)
+    if isinstance(disturbance, str) and arguments.get(disturbance) is not None:
+        raise TypeError(bad(disturbance, arguments[disturbance], "left out, as it is what is sought"))
+    search = _planned([check("A", A)], disturbance, method, criterion, **arguments)
+    ((_, found),) = search.run(strict=True)
     return found
 
 
@@ -111,22 +115,41 @@ def limits(
     threads: int | None = None,
     **arguments: Any,
 ) -> Iterator[tuple[int, Limit]]:
-    """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`."""
+    """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`.
+
+    Where `periods` are too few to judge by, a Limit says so in place of a number.
+    """
+    return _planned(list(A), disturbance, method, criterion, threads=threads, **arguments).run()
+
+
+def _planned(
+    A: list[float],
+    disturbance: str,
+    method: str | None,
+    criterion: str,
+    *,
+    threads: int | None = None,
+    **arguments: Any,
+) -> _Search:
     wanted = _criterion(criterion)
+    if not isinstance(disturbance, str):
+        raise TypeError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
     if disturbance not in GRIDS:
         raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
     if method is None:
         method = "certified" if disturbance == "eps" else "fixed"
     defaults = {"transient": 1000, "periods": 1500, "budget": DEFAULT_BUDGET}
-    plan = make_plan({**defaults, **arguments, "A": list(A), "method": method, disturbance: 1e-3})
-    if len(plan.axes) != 1:
-        raise TypeError(bad("axes", ", ".join(plan.axes), "A alone"))
+    plan = make_plan({**defaults, **arguments, "A": A, "method": method, disturbance: 1e-3})
+    for name, values in plan.axes.items():
+        if name != "A":
+            raise TypeError(bad(name, f"array of {len(values)} values", "a single number: only A may be an axis"))
+    check_count("periods", plan.settings.periods, 2)
     chosen = Method(plan.settings.method)
     if disturbance == "dtau" and chosen == Method.CERTIFIED:
         raise ValueError(
             bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it")
         )
-    return _run(plan, disturbance, chosen.name.lower(), criterion, wanted, check_threads(threads))
+    return _Search(plan, disturbance, chosen.name.lower(), criterion, wanted, check_threads(threads))
 
 
 def _criterion(text: str) -> tuple[str, ...]:
@@ -150,33 +173,50 @@ class _Problem:
     asked: np.ndarray
 
 
-def _run(
-    plan: Plan, disturbance: str, method: str, criterion: str, wanted: tuple[str, ...], threads: int
-) -> Iterator[tuple[int, Limit]]:
-    judge = _Judge(plan, disturbance, wanted, threads)
-    blank = Limit(math.nan, disturbance, method, criterion)
-    waiting = list(range(plan.n_points))[::-1]
-    active: list[_Problem] = []
-    while waiting or active:
-        while waiting and len(active) < ABREAST:
-            index = waiting.pop()
-            row = plan.points(index, index + 1)[0]
-            here = replace(blank, A=float(row[0]))
-            base = judge.undisturbed(row)
-            if base is None:
-                yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
-                continue
-            asking = search(GRIDS[disturbance])
-            active.append(_Problem(index, row, base, asking, next(asking)))
-        if not active:
-            return
-        verdicts = judge([(p.row, p.base, p.asked) for p in active])
-        for problem, verdict in zip(list(active), verdicts, strict=True):
-            try:
-                problem.asked = problem.asking.send(verdict)
-            except StopIteration as end:
-                active.remove(problem)
-                yield problem.index, judge.explain(problem, end.value, blank)
+@dataclass(frozen=True)
+class _Search:
+    """What is sought, checked."""
+
+    plan: Plan
+    disturbance: str
+    method: str
+    criterion: str
+    wanted: tuple[str, ...]
+    threads: int
+
+    def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
+        """(index, Limit) as they are found. strict: ValueError where the periods are too few to judge by."""
+        plan = self.plan
+        judge = _Judge(plan, self.disturbance, self.wanted, self.threads)
+        blank = Limit(math.nan, self.disturbance, self.method, self.criterion)
+        waiting = list(range(plan.n_points))[::-1]
+        active: list[_Problem] = []
+        while waiting or active:
+            while waiting and len(active) < ABREAST:
+                index = waiting.pop()
+                row = plan.points(index, index + 1)[0]
+                here = replace(blank, A=float(row[0]))
+                base = judge.undisturbed(row)
+                if base is None:
+                    yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
+                    continue
+                if (periods := plan.settings.periods) < 2 * base.n:
+                    twice = f">= {2 * base.n}, twice the period of the undisturbed motion at A = {here.A:g}"
+                    if strict:
+                        raise ValueError(bad("periods", periods, twice))
+                    yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
+                    continue
+                asking = search(GRIDS[self.disturbance])
+                active.append(_Problem(index, row, base, asking, next(asking)))
+            if not active:
+                return
+            verdicts = judge([(p.row, p.base, p.asked) for p in active])
+            for problem, verdict in zip(list(active), verdicts, strict=True):
+                try:
+                    problem.asked = problem.asking.send(verdict)
+                except StopIteration as end:
+                    active.remove(problem)
+                    yield problem.index, judge.explain(problem, end.value, blank)
 
 
 class _Judge:
@@ -188,6 +228,7 @@ class _Judge:
         self.disturbance = disturbance
         self.wanted = wanted
         self.threads = threads
+        self.halt = Halt()
 
     def undisturbed(self, row: np.ndarray) -> Orbit | None:
         exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
@@ -203,7 +244,11 @@ class _Judge:
 
         tasks = [(row, base, value) for row, base, values in requests for value in values.tolist()]
         with ThreadPoolExecutor(self.threads) as pool:
-            verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
+            try:
+                verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
+            except BaseException:
+                self.halt.call()
+                raise
         return np.split(verdicts, np.cumsum([len(values) for _, _, values in requests])[:-1])
 
     def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
@@ -226,9 +271,8 @@ class _Judge:
         if self.settings.method == Method.CERTIFIED:
             point["dtau"] = None
         s = self.settings
-        return simulate(
-            **point, method=Method(s.method), transient=s.transient, periods=s.periods, budget=s.budget
-        )
+        settings = {"transient": s.transient, "periods": s.periods, "budget": s.budget}
+        return follow(make_plan({**point, **settings, "method": Method(s.method)}), self.halt)
 
 
 def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:

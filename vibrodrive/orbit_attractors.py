@@ -19,6 +19,7 @@ from vibrodrive.orbit_flight import NO_WORD, flight
 from vibrodrive.orbit_map import HORIZON
 from vibrodrive.parameters import check, check_count
 from vibrodrive.release import release_up
+from vibrodrive.slices import in_slices
 from vibrodrive.trig import PI, PI_LOW
 
 NEVER_LEAVES, SUPERSTABLE, STABLE, IRREGULAR = 0, 1, 2, 3
@@ -123,5 +124,15 @@ def attractors(A, B: float = 0.1, limit: int = 20_000) -> Attractors:
     kind, exponent = np.zeros(n, np.int8), np.zeros(n)
     period, impacts, flown = (np.zeros(n, np.int64) for _ in range(3))
     incline, flights = check("B", B), check_count("limit", limit, 2)
-    follow_rests(values, incline, flights, HORIZON, kind, period, impacts, exponent, flown, NOTHING)
+    done = 0
+
+    def advance(steps: int) -> bool:
+        nonlocal done
+        part = slice(done, done + steps)
+        out = kind[part], period[part], impacts[part], exponent[part], flown[part]
+        follow_rests(values[part], incline, flights, HORIZON, *out, NOTHING)
+        done += steps
+        return done >= n
+
+    in_slices(advance, first=1)
     return Attractors(values, incline, kind, period, impacts, exponent, flown, flights)

@@ -36,7 +36,7 @@ from vibrodrive.orbit_cells import NOTHING, RESTS, flights
 from vibrodrive.orbit_map import ImpactMap
 from vibrodrive.orbit_path import DOUBLING, FAR, Path, unit
 from vibrodrive.orbit_search import STABLE, UNSTABLE, Orbit, check_period, itineraries, orbits
-from vibrodrive.parameters import bad, check
+from vibrodrive.parameters import bad, check, real_number
 
 ONSET = "onset"
 
@@ -103,12 +103,18 @@ def bifurcations(
         if an argument is no number or out of range; if there are more than 100 000 values of A `step` apart; if
         there are too many orbits of up to `max_period` periods (see `orbits`).
     """
-    low, high = (check("A", a) for a in A)
+    try:
+        first, last = A
+    except (TypeError, ValueError):
+        raise TypeError(bad("A", A, "two numbers, the smaller one first")) from None
+    low, high = check("A", first), check("A", last)
     incline = check("B", B)
     limit = check_period("max_period", max_period)
     if not low < high:
-        raise ValueError(bad("A", tuple(A), "two numbers, the smaller one first"))
+        raise ValueError(bad("A", (first, last), "two numbers, the smaller one first"))
     if step is not None:
+        if not 0.0 < real_number("step", step, "a number > 0") < math.inf:
+            raise ValueError(bad("step", step, "a number > 0"))
         check_step(step, high - low)
     return _Search(incline, limit).between(low, high, step)
 

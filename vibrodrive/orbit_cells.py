@@ -15,6 +15,7 @@ import numpy as np
 from vibrodrive._jit import jit
 from vibrodrive.orbit_flight import IMPACT, NO_WORD, REST, append, flight
 from vibrodrive.release import release_up
+from vibrodrive.slices import in_slices
 from vibrodrive.trig import PI, PI_LOW
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
@@ -24,6 +25,8 @@ WINDOW = 6  # a letter of an itinerary beside the states: a window has passed
 NOTHING = np.empty((0, 3))  # for flights whose slides nobody wants to see
 
 DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
+
+FEW = 64  # steps of the first slice: one may take milliseconds, where flights are long (B = 0)
 
 
 @jit(_nrt=False)
@@ -68,21 +71,25 @@ def flights(psi, n, A, B, horizon, slides):
 
 
 @jit(_nrt=False)
-def split(low, high, n, A, B, horizon, ends, stack, names, nothing):
-    """Cut [low, high] into the intervals of one itinerary of n flights.
+def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, nothing):
+    """Cut [low, high] into the intervals of one itinerary of n flights, as far as `steps` halvings go.
 
     `ends` float64 (rows, 2) receives the first and last float of each; `stack` float64 and `names` int64
-    (DEPTH, 2) are memory to work in, `nothing` float64 (0, 3). Returns the number of intervals, or -1 if
-    there are more than rows.
+    (DEPTH, 2) are memory to work in, `nothing` float64 (0, 3). `under_way` int64 (2,) are the pieces on the stack, -1
+    at first, and the intervals found. Returns whether all are; if not, the next call goes on: with more rows, if all
+    but one are full.
     """
-    stack[0, 0] = low
-    stack[0, 1] = high
-    names[0, 0] = flights(low, n, A, B, horizon, nothing)[0]
-    names[0, 1] = flights(high, n, A, B, horizon, nothing)[0]
-    top = 1
-    found = 0
-    start = low
-    while top > 0:
+    top, found = under_way[0], under_way[1]
+    if top < 0:
+        stack[0, 0] = low
+        stack[0, 1] = high
+        names[0, 0] = flights(low, n, A, B, horizon, nothing)[0]
+        names[0, 1] = flights(high, n, A, B, horizon, nothing)[0]
+        top = 1
+        ends[0, 0] = low
+    for _ in range(steps):
+        if top == 0 or found >= len(ends) - 1:
+            break
         top -= 1
         a, b = stack[top, 0], stack[top, 1]
         left, right = names[top, 0], names[top, 1]
@@ -90,12 +97,9 @@ def split(low, high, n, A, B, horizon, ends, stack, names, nothing):
             continue
         middle = 0.5 * (a + b)
         if middle <= a or middle >= b:
-            if found >= len(ends) - 1:
-                return -1
-            ends[found, 0] = start
             ends[found, 1] = a
             found += 1
-            start = b
+            ends[found, 0] = b
             continue
         name = flights(middle, n, A, B, horizon, nothing)[0]
         stack[top, 0] = middle
@@ -107,17 +111,24 @@ def split(low, high, n, A, B, horizon, ends, stack, names, nothing):
         names[top + 1, 0] = left
         names[top + 1, 1] = name
         top += 2
-    ends[found, 0] = start
-    ends[found, 1] = high
-    return found + 1
+    if top == 0:
+        ends[found, 1] = high
+        found += 1
+        top = -1
+    under_way[0], under_way[1] = top, found
+    return top < 0
 
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
     """[first, last] float of each interval of [low, high] with one itinerary of n flights, ascending."""
-    rows = 64
-    while True:
-        ends, stack, names = np.empty((rows, 2)), np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64)
-        count = split(low, high, n, A, B, horizon, ends, stack, names, NOTHING)
-        if count >= 0:
-            return ends[:count].tolist()
-        rows *= 4
+    ends, stack, names = np.empty((64, 2)), np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64)
+    under_way = np.array([-1, 0])
+
+    def advance(steps: int) -> bool:
+        nonlocal ends
+        if under_way[1] >= len(ends) - 1:
+            ends = np.concatenate([ends, np.empty((3 * len(ends), 2))])
+        return split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, NOTHING)
+
+    in_slices(advance, first=FEW)
+    return ends[: under_way[1]].tolist()

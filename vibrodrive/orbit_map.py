@@ -16,10 +16,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibrodrive._jit import jit
-from vibrodrive.orbit_cells import NOTHING, intervals
+from vibrodrive.orbit_cells import FEW, NOTHING, intervals
 from vibrodrive.orbit_flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching
-from vibrodrive.parameters import State, check
+from vibrodrive.parameters import State, bad, check, real_array
 from vibrodrive.release import release_up
+from vibrodrive.slices import in_slices
 from vibrodrive.trig import PI, PI_LOW, turns
 
 HORIZON = 10_000
@@ -28,6 +29,11 @@ HORIZON = 10_000
 LANDINGS = 100
 """Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
 There is one for every number of periods that a flight may last, and those are about 0.1/B."""
+
+FAR = 1e12
+"""Phases up to here, as times: beyond, a double has few digits left for where in its period one lies."""
+
+PHASES = f"a number between {-FAR:g} and {FAR:g}, or an array of them"
 
 SHOWN = 16
 """Slides named of a flight that never lands."""
@@ -152,14 +158,36 @@ class ImpactMap:
         self.window = (up, (PI - up) + PI_LOW)
 
     def __call__(self, phi) -> Impacts:
-        """The next impact after each of the phases `phi` (any shape, any real number)."""
-        start = np.asarray(phi, dtype=np.float64)
+        """The next impact after each of the phases `phi`, of any shape.
+
+        Raises
+        ------
+        TypeError, ValueError
+            if a phase is no number, NaN, or beyond ±1e12.
+        """
+        start = real_array("phi", phi, PHASES)
+        if start.size and not (start.min() >= -FAR and start.max() <= FAR):  # NaN is neither
+            raise ValueError(bad("phi", start[~(abs(start) <= FAR)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
-        phase, speed, slope = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.nan)
-        periods, code = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
-        if self.moves:
-            impacts(flat, self.A, self.B, HORIZON, phase, periods, speed, slope, code, NOTHING)
+        phase, speed, slope = np.empty(n), np.empty(n), np.empty(n)
+        periods, code = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+        if not self.moves:
+            phase[:] = speed[:] = slope[:] = np.nan
+            periods[:] = -1
+            code[:] = 0
+        else:
+            done = 0
+
+            def advance(steps: int) -> bool:
+                nonlocal done
+                part = slice(done, done + steps)
+                out = phase[part], periods[part], speed[part], slope[part], code[part]
+                impacts(flat[part], self.A, self.B, HORIZON, *out, NOTHING)
+                done += steps
+                return done >= n
+
+            in_slices(advance, first=FEW)
         return Impacts(
             start,
             phase.reshape(start.shape),

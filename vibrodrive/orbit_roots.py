@@ -20,8 +20,9 @@ import math
 import numpy as np
 
 from vibrodrive._jit import inline, jit, part
-from vibrodrive.orbit_cells import NOTHING, flights
+from vibrodrive.orbit_cells import FEW, NOTHING, flights
 from vibrodrive.orbit_flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.slices import in_slices
 from vibrodrive.trig import HALF_PI, PI, TWO_PI
 
 SLACK = 1e-12  # widens every enclosure, relatively: far above the rounding of the terms in it
@@ -115,25 +116,29 @@ def bisect(a, ga, b, n, A, B, horizon, nothing):
 
 
 @jit(_nrt=False)
-def roots(low, high, n, A, B, horizon, found, certain, stack, one, other, nothing):
-    """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`; `certain` tells the undecided.
+def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, nothing):
+    """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
 
-    `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are memory to work in, `nothing` float64
-    (0, 3). Returns the number of roots, or -1 if there are more than rows.
+    `certain` tells the undecided. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are memory to work
+    in, `nothing` float64 (0, 3). `under_way` int64 (2,) are the pieces on the stack, -1 at first, and the roots found.
+    Returns whether all are; if not, the next call goes on: with more rows, if all of them are full.
     """
-    g_low = flights(low, n, A, B, horizon, nothing)[2] - low
-    g_high = flights(high, n, A, B, horizon, nothing)[2] - high
+    top, number = under_way[0], under_way[1]
     if n % 2 == 1:
-        if g_low < 0.0 or g_high > 0.0:
-            return 0
-        found[0] = bisect(low, g_low, high, n, A, B, horizon, nothing)
-        certain[0] = True
-        return 1
-    stack[0, 0] = low
-    stack[0, 1] = high
-    top = 1
-    number = 0
-    while top > 0:
+        g_low = flights(low, n, A, B, horizon, nothing)[2] - low
+        g_high = flights(high, n, A, B, horizon, nothing)[2] - high
+        if not (g_low < 0.0 or g_high > 0.0):
+            found[0] = bisect(low, g_low, high, n, A, B, horizon, nothing)
+            certain[0] = True
+            under_way[1] = 1
+        return True
+    if top < 0:
+        stack[0, 0] = low
+        stack[0, 1] = high
+        top = 1
+    for _ in range(steps):
+        if top == 0 or number == len(found):
+            break
         top -= 1
         a, b = stack[top, 0], stack[top, 1]
         _, _, end_a, _, _, _, count = flights(a, n, A, B, horizon, one)
@@ -146,8 +151,6 @@ def roots(low, high, n, A, B, horizon, found, certain, stack, one, other, nothin
             if (ga > 0.0) != (gb > 0.0) or ga == 0.0 or gb == 0.0:
                 root = bisect(a, ga, b, n, A, B, horizon, nothing)
                 if number == 0 or root > found[number - 1]:
-                    if number == len(found):
-                        return -1
                     found[number] = root
                     certain[number] = True
                     number += 1
@@ -160,8 +163,6 @@ def roots(low, high, n, A, B, horizon, found, certain, stack, one, other, nothin
         if reach <= NOISE or middle <= a or middle >= b:
             if number > 0 and not certain[number - 1]:
                 continue
-            if number == len(found):
-                return -1
             found[number] = middle
             certain[number] = False
             number += 1
@@ -171,18 +172,22 @@ def roots(low, high, n, A, B, horizon, found, certain, stack, one, other, nothin
         stack[top + 1, 0] = a
         stack[top + 1, 1] = middle
         top += 2
-    return number
+    under_way[0], under_way[1] = top, number
+    return top == 0
 
 
 def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
     """(ψ, certain) of all roots in the cell [low, high]."""
-    rows = 64
     # a period holds one slide up and one down at most
     one, other = np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3))
-    while True:
-        found, certain = np.empty(rows), np.empty(rows, dtype=np.bool_)
-        stack = np.empty((ROWS, 2))
-        count = roots(low, high, n, A, B, horizon, found, certain, stack, one, other, NOTHING)
-        if count >= 0:
-            return found[:count], certain[:count]
-        rows *= 4
+    found, certain, stack = np.empty(64), np.empty(64, dtype=np.bool_), np.empty((ROWS, 2))
+    under_way = np.array([-1, 0])
+
+    def advance(steps: int) -> bool:
+        nonlocal found, certain
+        if under_way[1] == len(found):
+            found, certain = (np.concatenate([full, np.empty(3 * len(full), full.dtype)]) for full in (found, certain))
+        return roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, NOTHING)
+
+    in_slices(advance, first=FEW)
+    return found[: under_way[1]], certain[: under_way[1]]

@@ -9,6 +9,10 @@ import math
 import numbers
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -104,9 +108,43 @@ PARAMETERS: dict[str, Parameter] = {
 COLUMNS: tuple[str, ...] = tuple(PARAMETERS)
 
 
+SHOWN = 80
+"""Characters of a bad value that are shown, at most: it may be an array, or a number of 400 digits."""
+
+
 def bad(key: str, value: object, allowed: str) -> str:
     """The one sentence for bad input: key, value, what is allowed."""
-    return f"{key} = {value!r}: must be {allowed}"
+    try:
+        text = " ".join(repr(value).split())  # an array is shown in several lines
+    except ValueError:
+        text = "an integer of too many digits"  # more than Python writes down
+    return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
+
+
+def real_number(key: str, value: object, allowed: str) -> float:
+    """A real number as float64; infinite if it is too large for one. Raises TypeError with the one sentence."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise TypeError(bad(key, value, allowed))
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf  # type: ignore[operator]
+
+
+def real_array(key: str, value: object, allowed: str) -> np.ndarray:
+    """Real numbers in any arrangement as float64 array. Raises TypeError or ValueError with the one sentence."""
+    import numpy as np
+
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise TypeError(bad(key, value, allowed)) from None
+    except MemoryError:
+        raise ValueError(bad(key, value, f"{allowed}, few enough for the memory")) from None
+    if array.dtype.kind not in "iuf":
+        flat = [real_number(key, v, allowed) for v in array.reshape(-1).tolist()]
+        array = np.array(flat).reshape(array.shape)
+    return array.astype(np.float64, copy=False)
 
 
 def check(name: str, value: object) -> float:
@@ -120,12 +158,7 @@ def check(name: str, value: object) -> float:
         if it is NaN, infinite or out of range.
     """
     p = PARAMETERS[name]
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise TypeError(bad(name, value, p.allowed))
-    try:
-        x = float(value)
-    except OverflowError:
-        x = math.inf
+    x = real_number(name, value, p.allowed)
     shown = value.item() if hasattr(value, "item") else value
     if not (p.low <= x <= p.high) or (p.open_low and x == p.low):
         raise ValueError(bad(name, shown, p.allowed))
@@ -174,43 +207,55 @@ class Physical:
     g: float = 9.80665
 
     def __post_init__(self) -> None:
-        ranges = {"a0": 0.0, "omega0": 0.0, "mu": 0.0, "mass": 0.0, "g": 0.0}
-        for key, low in ranges.items():
+        for key in ("a0", "omega0", "mu", "mass", "g"):
             value = getattr(self, key)
-            if isinstance(value, bool) or not isinstance(value, numbers.Real):
-                raise TypeError(bad(key, value, "a finite number > 0"))
-            if not (low < float(value) < math.inf) and not (key == "a0" and value == 0):
+            x = real_number(key, value, "a finite number > 0")
+            if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
                 raise ValueError(bad(key, value, "a finite number > 0"))
-        if isinstance(self.alpha, bool) or not isinstance(self.alpha, numbers.Real):
-            raise TypeError(bad("alpha", self.alpha, "an angle in degrees >= 0 and < 90"))
-        if not 0 <= self.alpha < 90:
-            raise ValueError(bad("alpha", self.alpha, "an angle in degrees >= 0 and < 90"))
+            object.__setattr__(self, key, x)
+        allowed = "an angle in degrees >= 0 and < 90"
+        alpha = real_number("alpha", self.alpha, allowed)
+        if not 0 <= alpha < 90:
+            raise ValueError(bad("alpha", self.alpha, allowed))
+        object.__setattr__(self, "alpha", alpha)
 
     @property
     def friction(self) -> float:
         """μ g cos α, the acceleration of sliding friction (m/s²)."""
-        return self.mu * self.g * math.cos(math.radians(self.alpha))
+        return self.mu * self.g * math.cos(math.radians(self.alpha)) or 5e-324  # never 0, however small
 
     @property
     def A(self) -> float:
-        return self.omega0**2 * self.a0 / self.friction
+        return self._omega0_squared * self.a0 / self.friction
+
+    @property
+    def _omega0_squared(self) -> float:
+        return (self.omega0**2 or 5e-324) if self.omega0 < 1e150 else math.inf
 
     @property
     def B(self) -> float:
         return math.tan(math.radians(self.alpha)) / self.mu
 
     def length(self, xi):
-        """Gap x in m from dimensionless ξ = Ω0² x / (μ g cos α)."""
-        return xi * self.friction / self.omega0**2
+        """Gap x in m from dimensionless ξ = Ω0² x / (μ g cos α), number or array; TypeError for what is neither."""
+        return _numbers("xi", xi) * self.friction / self._omega0_squared
 
     def velocity(self, dxi):
-        """Relative velocity in m/s from dimensionless ξ'."""
-        return dxi * self.friction / self.omega0
+        """Relative velocity in m/s from dimensionless ξ', as `length`."""
+        return _numbers("dxi", dxi) * self.friction / self.omega0
 
     def time(self, tau):
-        """Time in s from τ = Ω0 t."""
-        return tau / self.omega0
+        """Time in s from τ = Ω0 t, as `length`."""
+        return _numbers("tau", tau) / self.omega0
 
     def force(self, h):
-        """Adhesive force F_H in N from H = F_H / (m μ g cos α)."""
-        return h * self.mass * self.friction
+        """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
+        return _numbers("h", h) * self.mass * self.friction
+
+
+def _numbers(key: str, value: object) -> Any:
+    """A real number, or an array of them (of any library's kind). Raises TypeError with the one sentence."""
+    array = real_array(key, value, "a number or an array of numbers")
+    if hasattr(value, "dtype"):
+        return value
+    return float(array) if array.ndim == 0 else array

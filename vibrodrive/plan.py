@@ -146,7 +146,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
         elif value is None:
             if PARAMETERS[key].default is None:
                 raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-        elif np.ndim(value) == 0 and not isinstance(value, str):  # type: ignore[arg-type]
+        elif _is_scalar(key, value):
             scalars[key] = check(key, value if not isinstance(value, np.ndarray) else value.item())
         else:
             axes[key] = _axis(key, value)
@@ -158,6 +158,16 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
         name = Method(method).name.lower()
         raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
     return plan
+
+
+def _is_scalar(key: str, value: object) -> bool:
+    """Whether an argument is one thing, not a sequence. Raises ValueError for what is no axis either."""
+    try:
+        return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
+    except ValueError:
+        raise ValueError(bad(key, value, "a number or a one-dimensional axis")) from None  # rows of different lengths
+    except MemoryError:
+        raise ValueError(bad(key, value, "an axis that fits the memory")) from None
 
 
 def _axis(key: str, value: object) -> np.ndarray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrodrive.parameters import Method, Status, bad
+from vibrodrive.parameters import Method, Status, bad, real_number
 from vibrodrive.plan import Plan, Settings
 from vibrodrive.size import refuse_large_results
 
@@ -33,6 +34,8 @@ class Results:
     settings : Settings
         method, scan, transient, periods, budget.
 
+    Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
+
     The arrays are read on first access and kept. In what has not been computed yet the section and
     the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
     """
@@ -55,7 +58,7 @@ class Results:
             self._source = source
         else:
             self._arrays.update(source)
-            self._source = lambda name, index: self._arrays[name][index]
+            self._source = _no_more
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
@@ -127,29 +130,26 @@ class Results:
 
         Raises
         ------
-        ValueError
-            if a name is no axis of these results.
+        TypeError, ValueError
+            if a name is no axis of these results, or a value no number between the ends of its axis.
         """
         index: list[Any] = [slice(None)] * len(self.axes)
         axes, scalars = dict(self.axes), dict(self.scalars)
         for name, value in values.items():
             if name not in self.axes:
                 raise ValueError(bad("axis", name, "one of " + ", ".join(self.axes)))
-            nearest = int(np.argmin(np.abs(self.axes[name] - value)))
+            nearest = _nearest(name, self.axes[name], value)
             index[list(self.axes).index(name)] = nearest
             scalars[name] = float(axes.pop(name)[nearest])
         chosen = tuple(index)
-        return Results(
-            axes, scalars, self.settings, lambda n, i: self._read(n, _within(chosen, i)), title=self.title
-        )
+        part = Results(axes, scalars, self.settings, functools.partial(_read_part, self._source, chosen), self.title)
+        part._arrays.update({name: array[chosen] for name, array in self._arrays.items()})
+        return part
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
             self._arrays[name] = self._source(name, (slice(None),) * len(self.axes))
         return self._arrays[name]
-
-    def _read(self, name: str, index: Index) -> np.ndarray:
-        return self._arrays[name][index] if name in self._arrays else self._source(name, index)
 
     def __repr__(self) -> str:
         axes = ", ".join(
@@ -161,6 +161,33 @@ class Results:
             f"<Results {axes or 'of one point'}: {Method(s.method).name.lower()}, "
             f"{s.transient} + {s.periods} periods>"
         )
+
+
+def _no_more(name: str, index: Index) -> np.ndarray:
+    """The source of results that are in memory as a whole."""
+    raise KeyError(name)
+
+
+def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
+    """What `source` has at `inner`, an index over the axes that `chosen` left."""
+    return source(name, _within(chosen, inner))
+
+
+SLACK = 1e-9
+"""How far beyond the ends of an axis, in parts of their size, a value is still taken for the end: rounding."""
+
+
+def _nearest(name: str, axis: np.ndarray, value: object) -> int:
+    """Where on an axis the value nearest to the one given is. Raises TypeError or ValueError with the one sentence."""
+    low, high = float(axis.min()), float(axis.max())
+    allowed = f"a number between {low:g} and {high:g}, the ends of this axis"
+    if low == high:
+        allowed = f"{low:g}, the one value of this axis"
+    x = real_number(name, value, allowed)
+    slack = SLACK * max(abs(low), abs(high))
+    if not low - slack <= x <= high + slack:
+        raise ValueError(bad(name, value, allowed))
+    return int(np.argmin(np.abs(axis - x)))
 
 
 def _within(chosen: Index, inner: Index) -> Index:

@@ -110,6 +110,49 @@ def refuse_large_results(plan: Plan) -> None:
         )
 
 
+LARGE = 1 << 26
+"""Bytes that are there without asking: asking takes as long as a short motion."""
+
+ROW_BYTES = 48 + 34
+"""A switch of a single motion, as the kernel writes it and as it is handed out."""
+
+
+def rows_that_fit(periods: int, rows: int) -> int:
+    """How many rows of switches to set aside for one motion, at most `rows`.
+
+    Raises TooLarge where its section does not fit the memory.
+    """
+    if 16 * periods + ROW_BYTES * rows <= LARGE:
+        return rows
+    need, have = 16 * periods, available_memory()
+    if need > have:
+        raise TooLarge(
+            f"periods = {periods}: must be small enough for the memory: "
+            f"their section points take {human(need)}, {human(have)} are available"
+        )
+    return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
+
+
+def refuse_many_rows(periods: int, rows: int) -> None:
+    """Raise TooLarge if so many switches of one motion do not fit the memory."""
+    need = 16 * periods + ROW_BYTES * rows
+    if need > LARGE and need > (have := available_memory()):
+        raise TooLarge(
+            f"periods = {periods}: must be small enough for the memory: "
+            f"{rows} switches take {human(need)}, {human(have)} are available"
+        )
+
+
+def refuse_large_sample(per_period: int, instants: int) -> None:
+    """Raise TooLarge if so many instants of one motion do not fit the memory."""
+    need = 64 * instants  # τ, ξ, ξ', H and the state, and what is made on the way
+    if need > LARGE and need > (have := available_memory()):
+        raise TooLarge(
+            f"points_per_period = {per_period}: must be small enough for the memory: "
+            f"{instants} instants take {human(need)}, {human(have)} are available"
+        )
+
+
 def refuse_large_file(plan: Plan, path: Path) -> None:
     """Raise TooLarge if the result file does not fit the free disk (or the shell's file size limit)."""
     import resource

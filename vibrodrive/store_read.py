@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.parameters import Status
+from vibrodrive.parameters import Status, bad
 from vibrodrive.plan import Plan
 from vibrodrive.results import Index, Results
 from vibrodrive.store_check import check_block, read_marks
@@ -27,9 +29,15 @@ def load(path: str | Path) -> Results:
     NoResult (a ValueError)
         if it is no result file of this version; OtherKind, a NoResult, if it holds limits, orbits or failures and
         no sweep; Damaged, a NoResult, if it cannot be read.
+    TypeError, ValueError
+        if `path` is no name of a file.
     OSError
         if the system refuses.
     """
+    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
+        raise TypeError(bad("path", path, "the name of a result file"))
+    if not os.fspath(path) or "\0" in os.fspath(path):
+        raise ValueError(bad("path", path, "the name of a result file"))
     path = Path(path)
     with open_result(path) as file:
         header = read_header(file)
@@ -38,7 +46,7 @@ def load(path: str | Path) -> Results:
         plan.axes,
         plan.scalars,
         plan.settings,
-        lambda n, i: _read(path, plan, n, i),
+        functools.partial(_read, path.absolute(), plan),
         title=header.origin.title,
     )
 

@@ -38,7 +38,7 @@ MAJOR = 0.1
 touches of the obstacle that change nothing."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orbit:
     """The undisturbed orbit.
 

@@ -1,25 +1,31 @@
 """Many points at once: blocks of a plan, computed on all cores, handed out as they finish.
 
-Local blocks are computed by a `prange` over threads; each thread draws its next point from one atomic counter, so
-cost that varies from point to point leaves no core idle. With an executor (anything with the interface of
-`concurrent.futures`) each block is a task of its own. A point's bits depend on neither.
+Local blocks are computed by plain threads, for the kernels hold no lock; each thread draws its next point from one
+atomic counter, so cost that varies from point to point leaves no core idle. With an executor (anything with the
+interface of `concurrent.futures`) each block is a task of its own. A point's bits depend on neither.
+
+No thread outlives a sweep, and no OpenMP takes part: a process that has swept may be forked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+import tempfile
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import closing
 from typing import Any, NamedTuple
+from uuid import uuid4
 
 import numba
 import numpy as np
 
-from vibrodrive._jit import address, call, jit
 from vibrodrive.engine import run
-from vibrodrive.lane import new_lanes
-from vibrodrive.parameters import COLUMNS, check_count
+from vibrodrive.lane import PASSES, new_lanes
+from vibrodrive.parameters import COLUMNS, bad, check_count
 from vibrodrive.plan import IN_FLIGHT, Plan, make_plan
 from vibrodrive.results import Results
+from vibrodrive.slices import Halt, in_slices
 
 RETRIES = 3
 """How often a block whose worker died is handed out again."""
@@ -42,32 +48,18 @@ class Block(NamedTuple):
     switches: np.ndarray
 
 
-@jit(parallel=True)
-def run_threads(
-    where, w, k, points, order, counter, method, scan, transient, periods, budget,
-    section, status, margin, counts, work, rows_int, rows_float, stored,
-):  # fmt: skip
-    """`run`, which lies at `where`, on several threads that share one counter."""
-    for thread in numba.prange(w.shape[0]):
-        arguments = (
-            w[thread], k[thread], points, order, counter, method, scan, transient, periods, budget,
-            section, status, margin, counts, work, rows_int, rows_float, stored,
-        )  # fmt: skip
-        call(where, arguments)
-
-
-def compute(plan: Plan, start: int, stop: int, threads: int = 1) -> Block:
+def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Points start..stop of a plan. The result depends on the plan alone, to the bit."""
-    return compute_wave(plan, [(0, start, stop)], threads)[0]
+    return compute_wave(plan, [(0, start, stop)], threads, halt or Halt())[0]
 
 
-def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int) -> list[Block]:
-    """Several blocks at once, so that all threads stay busy from one to the next."""
+def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
+    """Several blocks at once, so that all threads stay busy from one to the next. Raises Halted if that is called."""
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
     section, status = np.empty((n, plan.settings.periods, 2)), np.empty(n, np.int8)
     margin, counts = np.empty(n), np.empty((n, 5), np.int64)
-    _fill(plan, points, threads, section, status, margin, counts)
+    _fill(plan, points, threads, halt, section, status, margin, counts)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)
@@ -80,6 +72,7 @@ def _fill(
     plan: Plan,
     points: np.ndarray,
     threads: int,
+    halt: Halt,
     section: np.ndarray,
     status: np.ndarray,
     margin: np.ndarray,
@@ -96,11 +89,35 @@ def _fill(
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
     w, k = new_lanes(threads)
-    if threads == 1:
-        run(w[0], k[0], *arguments)
-    else:
-        numba.set_num_threads(threads)
-        run_threads(address(run, (w[0], k[0], *arguments)), w, k, *arguments)
+
+    def work(thread: int) -> None:
+        lanes = k[thread]
+
+        def advance(passes: int) -> bool:
+            lanes[1, PASSES] = passes
+            return run(w[thread], lanes, *arguments)
+
+        in_slices(advance, halt)
+
+    if threads > 1:
+        run(w[0], k[0], points, order[:0], np.zeros(1, np.int64), *arguments[3:])  # compiled before there are threads
+    _in_threads(work, threads, halt)
+
+
+def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
+    """work(0) in this thread, work(1), …, work(count - 1) in others. However it ends, none of them goes on."""
+    if count == 1:
+        work(0)
+        return
+    with ThreadPoolExecutor(count - 1, thread_name_prefix="sweep") as pool:
+        try:
+            others = [pool.submit(work, thread) for thread in range(1, count)]
+            work(0)
+            for other in others:
+                other.result()
+        except BaseException:
+            halt.call()
+            raise
 
 
 def load_kernels(threads: int | None = None) -> None:
@@ -115,13 +132,19 @@ def check_threads(threads: int | None) -> int:
     return most if threads is None else check_count("threads", threads, 1, most)
 
 
+def check_executor(executor: Any) -> None:
+    """Raise TypeError for what can't be handed tasks."""
+    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+        raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
+
+
 def run_blocks(
     plan: Plan,
     which: Sequence[int] | None = None,
     *,
     threads: int | None = None,
     executor: Executor | None = None,
-) -> Iterator[Block]:
+) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
 
     The consumer works on one wave while the next is computed. Close the generator to stop early.
@@ -137,13 +160,16 @@ def run_blocks(
         yield from _run_remote(plan, todo, executor)
         return
     count = check_threads(threads)
-    waves = list(_waves(plan, todo))
+    waves, halt = list(_waves(plan, todo)), Halt()
     with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
         ahead: Future[list[Block]] | None = None
-        for wave in [*waves, None]:
-            finished = ahead.result() if ahead is not None else []
-            ahead = pool.submit(compute_wave, plan, wave, count) if wave is not None else None
-            yield from finished
+        try:
+            for wave in [*waves, None]:
+                finished = ahead.result() if ahead is not None else []
+                ahead = pool.submit(compute_wave, plan, wave, count, halt) if wave is not None else None
+                yield from finished
+        finally:
+            halt.call()
 
 
 def _spans(plan: Plan) -> list[Span]:
@@ -175,9 +201,10 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
     limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
     queue = iter(todo)
     flying: dict[Future[Block], tuple[Span, int]] = {}
+    halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
 
     def launch(block: Span, tries: int) -> None:
-        flying[executor.submit(compute, plan, block[1], block[2])] = (block, tries)
+        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
 
     try:
         while True:
@@ -197,8 +224,7 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
                 else:
                     yield result._replace(index=block[0])
     finally:
-        for future in flying:
-            future.cancel()
+        halt.call_across([future for future in flying if not future.cancel()])
 
 
 def sweep(*, threads: int | None = None, executor: Executor | None = None, **arguments: Any) -> Results:
@@ -214,6 +240,9 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
     executor : concurrent.futures.Executor, optional
         computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
 
+    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
+    this machine; what others have begun is finished there, and nobody waits for it.
+
     Returns
     -------
     Results
@@ -224,11 +253,13 @@ def sweep(*, threads: int | None = None, executor: Executor | None = None, **arg
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
     """
-    plan = make_plan(arguments)
+    plan, count = make_plan(arguments), check_threads(threads)
     if executor is not None:
-        return Results.collect(plan, run_blocks(plan, executor=executor))
-    results, count = Results.uncomputed(plan), check_threads(threads)
+        check_executor(executor)
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # what it has handed out ends with it
+            return Results.collect(plan, blocks)
+    results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
-        _fill(plan, plan.points(start, stop), count, *results.rows(start, stop))
+        _fill(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
     return results

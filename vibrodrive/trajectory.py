@@ -8,13 +8,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.engine import run, sample_segments
-from vibrodrive.lane import new_lanes
+from vibrodrive.lane import PASSES, new_lanes
 from vibrodrive.parameters import COLUMNS, Status, bad, check_count
 from vibrodrive.plan import Plan, make_plan
+from vibrodrive.size import refuse_large_sample, refuse_many_rows, rows_that_fit
+from vibrodrive.slices import Halt, in_slices
 from vibrodrive.trig import TWO_PI
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
+
+
+def same_array(one: Any, other: Any) -> bool:
+    """Whether two arrays (of records, too) hold the same numbers, NaN where NaN is."""
+    one, other = np.asarray(one), np.asarray(other)
+    if one.dtype.names is not None:
+        return one.dtype == other.dtype and all(same_array(one[name], other[name]) for name in one.dtype.names)
+    return np.array_equal(one, other, equal_nan=True)
 
 
 class Sample(NamedTuple):
@@ -26,10 +36,17 @@ class Sample(NamedTuple):
     state: np.ndarray
     H: np.ndarray
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all numbers are the same, NaN where NaN is."""
+        return isinstance(other, Sample) and all(map(same_array, self, other))
 
-@dataclass(frozen=True)
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+
+@dataclass(frozen=True, eq=False)
 class Trajectory:
-    """What `simulate` returns.
+    """What `simulate` returns. Two are equal if the same was asked for and the same came out, to the bit.
 
     Attributes
     ----------
@@ -60,6 +77,19 @@ class Trajectory:
     _plan: Plan
     _start: np.ndarray
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the same motion was asked for and came out: equal arguments, and all numbers the same (NaN is NaN).
+
+        Motions found in two ways (method, scan, …) are never equal: compare their switches or sections.
+        """
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        arrays = ((self.switches, other.switches), (self.section, other.section), (self._start, other._start))
+        numbers = [(t.status, t.margin, t.evaluations, *t.arguments.values()) for t in (self, other)]
+        return same_array(*numbers) and all(same_array(a, b) for a, b in arrays)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays may change
+
     def sample(self, points_per_period: int) -> Sample:
         """The motion at points_per_period instants a period (and at both ends) of the recorded window.
 
@@ -68,25 +98,24 @@ class Trajectory:
         Raises TypeError or ValueError unless points_per_period is a whole number >= 1.
         """
         count = check_count("points_per_period", points_per_period, 1, 10**8)
-        periods = self._plan.settings.periods
-        rows = np.concatenate([self._start, self.switches])
-        total = periods * count + 1
+        settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
+        total = settings.periods * count + 1
+        refuse_large_sample(count, total)
         out = np.empty((total, 3))
         state = np.empty(total, np.int8)
         w, k = new_lanes(1)
-        sample_segments(
-            w[0],
-            k[0],
-            self._plan.points(0, 1),
-            np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64),
-            np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1),
-            self._plan.settings.method,
-            self._plan.settings.transient,
-            count,
-            out,
-            state,
-        )
-        tau = self.arguments["tau0"] + TWO_PI * (self._plan.settings.transient + np.arange(total) / count)
+        point, under_way = self._plan.points(0, 1), np.array([0, -1])
+        rows_int = np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64)
+        rows_float = np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1)
+
+        def advance(instants: int) -> bool:
+            return sample_segments(
+                w[0], k[0], point, rows_int, rows_float, settings.method, settings.transient, count,
+                instants, under_way, out, state,
+            )  # fmt: skip
+
+        in_slices(advance)
+        tau = self.arguments["tau0"] + TWO_PI * (settings.transient + np.arange(total) / count)
         if self.status == Status.BUDGET:
             last = rows[-1]
             known = tau <= TWO_PI * last["period"] + last["phase"]
@@ -126,8 +155,13 @@ def simulate(**arguments: Any) -> Trajectory:
     plan = make_plan(arguments)
     for name, values in plan.axes.items():
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
+    return follow(plan)
+
+
+def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
+    """`simulate` the one point of a plan. Raises Halted if `halt` is called meanwhile."""
     s = plan.settings
-    capacity = 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128)
+    capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
     while True:
         section = np.empty((1, s.periods, 2))
         status, margin = np.empty(1, np.int8), np.empty(1)
@@ -135,14 +169,21 @@ def simulate(**arguments: Any) -> Trajectory:
         rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
-        run(
+        arguments = (
             w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
             s.transient, s.periods, s.budget, section, status, margin, counts, work,
             rows_int, rows_float, stored,
         )  # fmt: skip
+
+        def advance(passes: int, k=k, arguments=arguments) -> bool:
+            k[0, 1, PASSES] = passes
+            return run(*arguments)
+
+        in_slices(advance, halt)
         n = int(stored[0])
         if n <= capacity:
             break
+        refuse_many_rows(s.periods, n)
         capacity = n  # there were more switches than guessed: now their number is known
     rows = np.empty(n, SWITCH)
     rows["period"], rows["before"], rows["after"] = rows_int[:n].T

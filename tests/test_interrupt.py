@@ -1,0 +1,172 @@
+"""Ctrl-C is answered within a second wherever it comes; nothing goes on behind it, and the session is unharmed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from time import perf_counter, process_time, sleep
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+
+pytestmark = pytest.mark.jit
+
+ANSWER = 1.0
+"""Seconds from Ctrl-C to KeyboardInterrupt. Each of the cases takes several times as long uninterrupted."""
+
+A = np.linspace(3.0, 3.25, 2000)
+LONG = dict(A=A, eps=2e-4, transient=10_000, periods=10)
+
+
+def simulate(**arguments):
+    return lambda: vd.simulate(A=3.04, periods=5, **arguments)
+
+
+def sweep(**arguments):
+    return lambda: vd.sweep(**LONG, **arguments)
+
+
+def on_threads():
+    with ThreadPoolExecutor(2) as pool:
+        vd.sweep(**LONG, executor=pool)
+
+
+def sample():
+    MOTION.sample(20_000)
+
+
+def impacts():
+    vd.impact_map(3.0, B=0.0)(np.linspace(0.6, 0.7, 1500))
+
+
+CASES = {
+    "simulate": simulate(transient=30_000_000),
+    "simulate disturbed": simulate(eps=1e-4, transient=3_000_000),
+    "simulate literal": simulate(method="muller", dtau=1e-6, scan="literal", transient=20_000),
+    "sweep": sweep(),
+    "sweep on one thread": sweep(threads=1),
+    "sweep on two threads": sweep(threads=2),
+    "sweep on an executor": on_threads,
+    "limit": lambda: vd.limit(3.04, transient=10_000_000, periods=100),
+    "orbits": lambda: vd.orbits(3.25, max_period=15),
+    "impact map": impacts,
+    "sampling": sample,
+}
+
+MOTION = None
+
+
+def motion():
+    return vd.simulate(A=3.04, transient=10, periods=1000)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Everything compiled, as the first call takes longer; and a motion to be had again after each Ctrl-C."""
+    global MOTION
+    MOTION = motion()
+    MOTION.sample(1)
+    vd.limit(3.04, transient=20, periods=10)
+    vd.orbits(3.04)
+    vd.impact_map(3.04)(1.0)
+
+
+def interrupted(work) -> float:
+    """Seconds from a SIGINT 0.3 s after the start of the work to its KeyboardInterrupt."""
+    sent = []
+
+    def press():
+        sent.append(perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, press)
+    timer.start()
+    try:
+        work()
+    except KeyboardInterrupt:
+        return perf_counter() - sent[0]
+    finally:
+        timer.cancel()
+        timer.join()
+    raise AssertionError("the work was over before it could be interrupted")
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_ctrl_c_is_answered_within_a_second(name):
+    before = threading.active_count()
+    assert interrupted(CASES[name]) < ANSWER
+    assert threading.active_count() == before
+    used = process_time()
+    sleep(0.1)
+    assert process_time() - used < 0.05, "nothing computes any more"
+    assert motion() == MOTION
+
+
+def test_processes_of_an_executor_end_their_tasks_too():
+    """Those that compute a block, and those that have one waiting: the executor is free at once."""
+    with ProcessPoolExecutor(2) as pool:
+        list(pool.map(abs, [1, 2]))
+        assert interrupted(sweep(executor=pool)) < ANSWER
+        began = perf_counter()
+        here = vd.sweep(A=[3.0, 3.04], periods=3, executor=pool)
+        assert perf_counter() - began < 10 * ANSWER  # the kernels are loaded there first
+        assert np.array_equal(here.section, vd.sweep(A=[3.0, 3.04], periods=3).section)
+
+
+FIRST = """
+import os, signal, threading, time
+import vibrodrive as vd
+vd.simulate
+sent = []
+def press():
+    sent.append(time.perf_counter())
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Timer(1.0, press).start()
+try:
+    vd.simulate(A=3.04)
+except KeyboardInterrupt:
+    print(time.perf_counter() - sent[0])
+"""
+
+
+def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
+    """It is answered at once, and the process ends without waiting for the compiler, or dying of it."""
+    began = perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", FIRST],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert float(done.stdout) < ANSWER
+    assert done.stderr == ""
+    assert perf_counter() - began < 8.0
+
+
+FORK = """
+import multiprocessing
+import numpy as np
+import vibrodrive as vd
+
+def section(_=None):
+    return vd.sweep(A=np.linspace(3, 3.25, 50), eps=[0, 1e-4], transient=5, periods=5, threads=2).section
+
+here = section()
+with multiprocessing.get_context("fork").Pool(2) as pool:
+    for there in pool.map(section, range(4)):
+        assert np.array_equal(here, there)
+print("equal")
+"""
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="two threads need two cores")
+def test_a_process_that_has_swept_on_threads_can_fork_ones_that_do():
+    done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "equal\n", done.stderr
