@@ -61,7 +61,7 @@ REFUSED = {
     "bifurcations A": ("A", vd.bifurcations, [None, *NOT_NUMBERS, *OUTSIDE, [], 3, (3.1, 3.0), (1, 2, 3), range(3)]),
     "bifurcations from": ("A", lambda v: vd.bifurcations((v, 3.0)), NUMBER),
     "bifurcations to": ("A", lambda v: vd.bifurcations((3.0, v)), NUMBER),
-    "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*NOT_NUMBERS, *OUTSIDE, 0.0]),  # None: its own choice
+    "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0]),
     "impact_map A": ("A", vd.impact_map, NUMBER),
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
     "Physical omega0": ("omega0", lambda v: vd.Physical(**{**SCENE, "omega0": v}), [*NUMBER, 0]),
