@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.common import paired
-from vibrodrive.trig import sincos
+from vibrodrive.jit.trig import sincos
 
 LANES = 64
 PASSES = 20_000
@@ -37,9 +37,7 @@ def sincos_seconds(repeats: int = 5) -> dict[str, float]:
     """Seconds a pair: `ours` vectorised, `libm` as it comes."""
     x = np.linspace(0.0, 6.0, LANES)
     s, c = np.empty(LANES), np.empty(LANES)
-    times = paired(
-        {"ours": lambda: _ours(x, s, c, PASSES), "libm": lambda: _libm(x, s, c, PASSES // 10)}, repeats
-    )
+    times = paired({"ours": lambda: _ours(x, s, c, PASSES), "libm": lambda: _libm(x, s, c, PASSES // 10)}, repeats)
     return {
         "ours": times["ours"].seconds / (LANES * PASSES),
         "libm": times["libm"].seconds / (LANES * (PASSES // 10)),

@@ -28,7 +28,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tests import reference as digits50
+from tests.support import reference as digits50
 
 TWO_PI = 2.0 * math.pi
 FAR = 0.5 * math.pi  # switches of the same kind further apart than a quarter period do not correspond
@@ -73,9 +73,7 @@ def environment() -> dict[str, Any]:
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
-        names = [
-            line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line
-        ]
+        names = [line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
     versions: dict[str, str | None] = {}
     for package in ("vibrodrive", "numpy", "numba", "scipy", "heyoka", "mpmath"):
@@ -148,14 +146,11 @@ def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dic
             contestants[name]()
             spent[name].append((time.process_time() - cpu, time.perf_counter() - wall))
     return {
-        name: Timing(np.array([s[0] for s in rows]), np.array([s[1] for s in rows]))
-        for name, rows in spent.items()
+        name: Timing(np.array([s[0] for s in rows]), np.array([s[1] for s in rows])) for name, rows in spent.items()
     }
 
 
-def ratio(
-    slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False
-) -> float:
+def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False) -> float:
     """Median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit)."""
     a, b = (slow.wall, fast.wall) if wall else (slow.cpu, fast.cpu)
     return float(np.median((a / per_slow) / (b / per_fast)))
@@ -234,9 +229,7 @@ def rho(section: np.ndarray, points: np.ndarray) -> float:
 # -- pictures ----------------------------------------------------------------------------------------------
 
 
-def figure(
-    width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int = 1
-) -> tuple[Any, np.ndarray]:
+def figure(width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int = 1) -> tuple[Any, np.ndarray]:
     """A figure in the style of all benchmarks, and its axes (rows, columns)."""
     plt.rcParams.update(STYLE)
     return plt.subplots(rows, columns, figsize=(width, height), squeeze=False)

@@ -14,7 +14,7 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.common import arguments, figure, finite, paired, say, write
-from vibrodrive import structure
+from vibrodrive.stability import structure
 
 SECTION_PHASE = 2.0  # the mass slides there at every A considered
 TRANSIENT, PERIODS = 1000, 500
@@ -50,9 +50,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
             rows.append({"dtau": dtau, "rho": finite(s.rho), "kept": s.kept(CRITERION), "word": s.word})
         found[name] = {"rows": rows}
         for answer in ("kept", "word"):
-            found[name][f"{answer}_first_lost"] = min(
-                (r["dtau"] for r in rows if not r[answer]), default=None
-            )
+            found[name][f"{answer}_first_lost"] = min((r["dtau"] for r in rows if not r[answer]), default=None)
             found[name][f"{answer}_last"] = max((r["dtau"] for r in rows if r[answer]), default=None)
         say(f"A = {A:g}, {name}: structure first lost at Δτ = {found[name]['kept_first_lost']}")
     return found
@@ -93,9 +91,7 @@ def costs(quick: bool) -> dict[str, float]:
         "muller, Δτ = 0.01": {"method": "muller", "dtau": 0.01, "tol": 1e-7},
         "muller, Δτ = 1e-5 (the paper's)": {"method": "muller", "dtau": 1e-5, "tol": 1e-7},
     }
-    times = paired(
-        {k: (lambda kind=kind: vd.sweep(**sweep, **kind)) for k, kind in kinds.items()}, 1 if quick else 5
-    )
+    times = paired({k: (lambda kind=kind: vd.sweep(**sweep, **kind)) for k, kind in kinds.items()}, 1 if quick else 5)
     return {k: t.seconds / (n * p) for k, t in times.items()}
 
 

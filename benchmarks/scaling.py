@@ -83,9 +83,7 @@ def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
                     "transient": 0, "periods": periods, "threads": 1,
                 }  # fmt: skip
             spent = seconds(runs, repeats)
-            found[f"{method}, {scan}"] = {
-                str(d): spent[str(d)] / (64 * run["periods"]) for d, run in runs.items()
-            }
+            found[f"{method}, {scan}"] = {str(d): spent[str(d)] / (64 * run["periods"]) for d, run in runs.items()}
             say(f"over 1/Δτ: {method}, {scan}")
     certified = {"A": np.linspace(*RANGE, 64), "transient": 0, "periods": 200, "threads": 1}
     spent = seconds({"certified": certified}, repeats)["certified"] / (64 * 200)

@@ -93,9 +93,7 @@ def heyoka_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
     integrators = heyoka_events.Integrators(eps > 0.0, 2.2e-16)
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
-        return np.array(
-            [heyoka_events.solve(Case(a, eps, periods=periods), integrators)[0].section for a in A]
-        )
+        return np.array([heyoka_events.solve(Case(a, eps, periods=periods), integrators)[0].section for a in A])
 
     return work
 
@@ -192,9 +190,7 @@ def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any
         "eps": eps,
         "periods_per_second": rate,
         "certified_over": ratios,
-        "literal_over_obvious_loop": times_faster(
-            "fixed Δτ = 1e-4, literal", "obvious loop, fixed Δτ = 1e-4"
-        ),
+        "literal_over_obvious_loop": times_faster("fixed Δτ = 1e-4, literal", "obvious loop, fixed Δτ = 1e-4"),
         "literal_ns_per_step": 1e9 / (rate["fixed Δτ = 1e-4, literal"] * steps),
         "obvious_ns_per_step": 1e9 / (rate["obvious loop, fixed Δτ = 1e-4"] * steps),
         "paper_over_certified": times_faster("certified", "paper's setting, skipping"),

@@ -38,7 +38,7 @@ from benchmarks.peers.record import Case, Run, Unavailable
 
 PERIODS = 20
 SECTION_PHASE = 2.0  # the mass slides there in both orbits: at 0 it rests, and every method is right
-SETTLE, SECTIONS = 400, 1000
+UNUSUAL, SECTIONS = 400, 1000
 TIMED, AFFORDED = 0.1, 15.0  # seconds: of one measurement, of a long run for ρ
 STEPS_OBVIOUS = 1e8  # of the obvious loop
 
@@ -53,9 +53,7 @@ class Scene:
 
     @property
     def title(self) -> str:
-        return f"$A = {self.A:g}$, " + (
-            "$\\varepsilon = 0$" if self.eps == 0 else f"$\\varepsilon = {self.eps:g}$"
-        )
+        return f"$A = {self.A:g}$, " + ("$\\varepsilon = 0$" if self.eps == 0 else f"$\\varepsilon = {self.eps:g}$")
 
 
 SCENES = (Scene(1.5, 0.0, 1), Scene(3.04, 0.0, 2), Scene(3.04, 2e-4, 0))
@@ -101,8 +99,8 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     timing = paired({"": lambda: vd.simulate(**base, **timed)}, repeats)[""]
     seconds = timing.seconds / timed["periods"]
     far = None
-    if scene.n and seconds * (SETTLE + SECTIONS) <= AFFORDED:
-        long = vd.simulate(**base, transient=SETTLE, periods=SECTIONS, section_phase=SECTION_PHASE)
+    if scene.n and seconds * (UNUSUAL + SECTIONS) <= AFFORDED:
+        long = vd.simulate(**base, transient=UNUSUAL, periods=SECTIONS, section_phase=SECTION_PHASE)
         far = rho(long.section, orbit(scene.A, scene.n, SECTION_PHASE))
     return Point(
         scene.A, scene.eps, family, setting, True, seconds,
@@ -149,8 +147,8 @@ def peer_point(
     short = run(Case(scene.A, scene.eps, periods=PERIODS))
     error = switch_error(true, short.period, short.phase, short.before, short.after)
     far, seconds, notes = None, short.seconds, short.notes
-    if scene.n and short.seconds * (SETTLE + SECTIONS) <= seconds_allowed:
-        case = Case(scene.A, transient=SETTLE, periods=SECTIONS, section_phase=SECTION_PHASE)
+    if scene.n and short.seconds * (UNUSUAL + SECTIONS) <= seconds_allowed:
+        case = Case(scene.A, transient=UNUSUAL, periods=SECTIONS, section_phase=SECTION_PHASE)
         long = run(case)
         far, seconds = rho(long.section, orbit(scene.A, scene.n, SECTION_PHASE)), long.seconds
         notes = long.notes

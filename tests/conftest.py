@@ -1,4 +1,4 @@
-"""The tests are a package, so `from tests.reference import reference` works from the repository root."""
+"""The tests are a package, so `from tests.support.reference import reference` works from the repository root."""
 
 from __future__ import annotations
 

@@ -12,11 +12,11 @@ import pytest
 from packaging.requirements import Requirement
 
 import vibrodrive as vd
-from vibrodrive import config, plan
 from vibrodrive.cli import cli
-from vibrodrive.runner import Job, run
-from vibrodrive.size import block_bytes, file_bytes
-from vibrodrive.store_layout import Origin
+from vibrodrive.jobs.sweep import Job, run
+from vibrodrive.model import config, plan
+from vibrodrive.model.size import block_bytes, file_bytes
+from vibrodrive.store.layout import Origin
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -126,5 +126,5 @@ def test_the_arithmetic_of_a_billion_points():
 
 def test_the_citation_is_of_this_version():
     text = (ROOT / "CITATION.cff").read_text()
-    assert f"\nversion: {PROJECT['version']}\n" in text
+    assert f"\nversion: {vd.__version__}\n" in text
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text

@@ -5,9 +5,7 @@ Names are imported when they are first used: `import vibrodrive` alone loads nei
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -31,39 +29,32 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["ETA", "Method", "Physical", "Scan", "State", "Status"], "parameters"),
-    **dict.fromkeys(["Trajectory", "simulate"], "trajectory"),
-    "Results": "results",
-    "bifurcations": "orbit_bifurcations",
-    "impact_map": "orbit_map",
-    "limit": "limits",
-    "load": "store_read",
-    "orbits": "orbit_search",
-    "sweep": "sweep",
+    **dict.fromkeys(["ETA", "Method", "Scan", "Status"], "model.parameters"),
+    "Physical": "model.physical",
+    "State": "model.states",
+    **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
+    "Results": "model.results",
+    "bifurcations": "periodic.bifurcations",
+    "impact_map": "periodic.impact_map",
+    "limit": "stability.limit",
+    "load": "store.reader",
+    "orbits": "periodic.search",
+    "sweep": "batch.sweep",
 }
 """Module of every public name."""
 
 if TYPE_CHECKING:
-    from vibrodrive.limits import limit
-    from vibrodrive.orbit_bifurcations import bifurcations
-    from vibrodrive.orbit_map import impact_map
-    from vibrodrive.orbit_search import orbits
-    from vibrodrive.parameters import ETA, Method, Physical, Scan, State, Status
-    from vibrodrive.results import Results
-    from vibrodrive.store_read import load
-    from vibrodrive.sweep import sweep
-    from vibrodrive.trajectory import Trajectory, simulate
-
-
-class _Package(ModuleType):
-    """Keeps `vibrodrive.sweep` the function when something imports the module of the same name."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOMES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
+    from vibrodrive.batch.sweep import sweep
+    from vibrodrive.batch.trajectory import Trajectory, simulate
+    from vibrodrive.model.parameters import ETA, Method, Scan, Status
+    from vibrodrive.model.physical import Physical
+    from vibrodrive.model.results import Results
+    from vibrodrive.model.states import State
+    from vibrodrive.periodic.bifurcations import bifurcations
+    from vibrodrive.periodic.impact_map import impact_map
+    from vibrodrive.periodic.search import orbits
+    from vibrodrive.stability.limit import limit
+    from vibrodrive.store.reader import load
 
 
 def __getattr__(name: str) -> Any:

@@ -184,9 +184,7 @@ def kernel(A, B, eps, eta, phi_s, transient, periods, section, period, phase, be
         elif state != IMPACT:
             longest = TWO_PI * (total - whole) - phi
             if eps > 0.0:
-                h, s1, c1, fs1, fc1, n = wait(
-                    A, B, eps, eta, state == STICK, phi, theta, sn, cs, fsn, fcs, longest
-                )
+                h, s1, c1, fs1, fc1, n = wait(A, B, eps, eta, state == STICK, phi, theta, sn, cs, fsn, fcs, longest)
                 evaluations += n
             else:
                 h = 2.0 * longest + TWO_PI

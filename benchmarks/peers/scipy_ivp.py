@@ -150,9 +150,7 @@ def solve(case: Case, method: str, rtol: float, atol: float) -> tuple[Recorder, 
         state, tau = following, end
 
 
-def run(
-    case: Case, rtol: float = 1e-10, atol: float = 1e-12, method: str | None = None, repeats: int = 1
-) -> Run:
+def run(case: Case, rtol: float = 1e-10, atol: float = 1e-12, method: str | None = None, repeats: int = 1) -> Run:
     """The case; by default DOP853 at ε = 0, LSODA for ε > 0. Raises Unavailable without scipy."""
     if solve_ivp is None:
         raise Unavailable("scipy is not installed")

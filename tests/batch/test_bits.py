@@ -1,0 +1,176 @@
+"""Results are equal to the bit: compiled or not, one thread or two, alone or abreast, cut into blocks or not."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.kernels.lane import LINE, new_lanes
+
+RUN = """
+import json, sys
+import vibrodrive as vd
+out = []
+for a in json.loads(sys.argv[1]):
+    t = vd.simulate(**a)
+    out.append([t.section.tobytes().hex(), t.switches.tobytes().hex(), float(t.margin).hex(), int(t.status)])
+    s = t.sample(16)
+    out.append([x.tobytes().hex() for x in s[1:]])
+print(json.dumps(out))
+"""
+
+CASES = [
+    dict(A=3.04, transient=3, periods=4),
+    dict(A=1.5, eps=5e-4, transient=1, periods=2),
+    dict(A=3.0, B=1.3, xi0=4.0, tau0=1.0, transient=0, periods=4),
+    dict(A=3.04, method="fixed", dtau=0.1, transient=2, periods=4),
+    dict(A=3.04, method="muller", dtau=0.01, tol=1e-9, transient=1, periods=3),
+    dict(A=3.04, method="muller", dtau=0.001, eps=2e-4, transient=1, periods=1),
+    dict(A=1.0, transient=0, periods=2),
+]
+
+
+@pytest.mark.jit
+def test_compiled_equals_pure_python():
+    cases = json.dumps(CASES)
+    outputs = []
+    for disable in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", RUN, cases],
+            env={**os.environ, "NUMBA_DISABLE_JIT": disable},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        outputs.append(json.loads(done.stdout))
+    assert outputs[0] == outputs[1]
+
+
+ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, periods=10)
+
+
+@pytest.mark.jit
+def test_one_thread_equals_two_equals_one_by_one():
+    one = vd.sweep(threads=1, **ARGUMENTS)
+    two = vd.sweep(**ARGUMENTS)
+    for name in ("section", "status", "margin", "switches"):
+        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=name in ("section", "margin"))
+    for i in (0, 17, 149):
+        for j in (0, 1):
+            t = vd.simulate(A=ARGUMENTS["A"][i], eps=ARGUMENTS["eps"][j], transient=10, periods=10)
+            assert np.array_equal(t.section, one.section[i, j])
+            assert t.margin == one.margin[i, j]
+            assert t.status == one.status[i, j]
+            after = np.bincount(t.switches["after"], minlength=5)
+            assert np.array_equal(after, one.switches[i, j])
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
+def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
+    """A kernel that returns after every pass, every instant, every piece gives what it gives in one go (slices.py)."""
+
+    def results():
+        r = vd.sweep(**ARGUMENTS, **switching, threads=1)
+        t = vd.simulate(A=3.04, eps=1e-4, transient=10, periods=10, **switching)
+        orbits = [(o.phases.tolist(), o.multiplier) for o in vd.orbits(3.17, max_period=6)]
+        after = vd.impact_map(3.04)(np.linspace(0.0, 7.0, 99))
+        arrays = r.section, r.status, r.margin, r.switches, *t.sample(7), after.phase, after.periods, after.derivative
+        return t, orbits, [a.tobytes() for a in arrays]
+
+    def one_at_a_time(advance, halt=None, first=0):
+        while not advance(1):
+            pass
+
+    whole = results()
+    sliced = ("batch.sweep", "batch.trajectory", "periodic.itineraries", "periodic.fixed_points", "periodic.impact_map")
+    for module in sliced:
+        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), "in_slices", one_at_a_time)
+    assert results() == whole
+
+
+@pytest.mark.jit
+def test_each_kernel_is_compiled_once():
+    """Integers, float32, strided or Fortran-ordered input: one signature, cast at the boundary."""
+    from vibrodrive.kernels.engine import run
+    from vibrodrive.kernels.sampling import sample_segments
+
+    vd.simulate(A=3, B=np.float32(0.125), transient=np.int32(1), periods=np.int64(2))
+    vd.simulate(A=3, method="fixed", dtau=1, transient=1, periods=2).sample(3)
+    vd.sweep(A=np.arange(12)[::3], eps=np.float32([0, 1e-4]), transient=1, periods=1, threads=1)
+    vd.sweep(A=[1, 2, 3], method="muller", dtau=0.01, transient=1, periods=1, threads=2)
+    for kernel in (run, sample_segments):
+        assert len(kernel.signatures) == 1
+
+
+CONSTANTS = """
+import sys
+from importlib import import_module
+import vibrodrive as vd
+from numba import types
+vd.sweep(A=[1.5, 3.04], eps=[0.0, 2e-4], transient=1, periods=1)
+modules = [m for name, m in sys.modules.items() if name.startswith("vibrodrive.")]
+formulas = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "nopython_signatures")}.values()
+literal = lambda s: any(isinstance(a, types.Literal) for a in s.args)
+twice = {f.__name__ for f in formulas if any(map(literal, f.nopython_signatures))}
+print(len(formulas), sorted(twice))
+"""
+
+
+@pytest.mark.jit
+def test_no_formula_is_compiled_for_its_constants(tmp_path):
+    """A constant as an argument would make Numba compile the formula, and all below it, a second time."""
+    done = subprocess.run(
+        [sys.executable, "-c", CONSTANTS],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    count, twice = done.stdout.split(" ", 1)
+    assert int(count) > 100
+    assert twice.strip() == "['search']"  # whose loops are each to be free of branches
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "method",
+    [
+        dict(),
+        dict(eps=3e-4),
+        dict(method="muller", dtau=1e-5, tol=1e-7),
+        dict(method="muller", dtau=3e-3, tol=1e-13),
+        dict(method="muller", dtau=0.3, tol=1e-2),
+    ],
+)
+@pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
+def test_abreast_equals_alone(method, section_phase):
+    """Level to steep, all kinds of start: ordinary switches taken abreast, others one by one; alone all are."""
+    rng = np.random.default_rng(7)
+    axes = {
+        "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],
+        "B": [0.0, 0.1, 0.5, 0.97, 0.995, 1.2],
+        "xi0": [0.0, 2.9],
+        "dxi0": [0.0, -1.3, 3.5],
+    }
+    window = dict(**method, transient=15, periods=15, section_phase=section_phase)
+    swept = vd.sweep(**axes, **window)
+    for index in list(np.ndindex(*swept.status.shape))[::7]:
+        point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}
+        alone = vd.simulate(**point, **window)
+        assert np.array_equal(alone.section, swept.section[index], equal_nan=True), point
+        assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[index]), point
+        assert (alone.margin, alone.status) == (swept.margin[index], swept.status[index]), point
+
+
+def test_registers_of_lanes_lie_in_one_line_of_the_cache():
+    for memory in new_lanes(3):
+        assert not memory.any()
+        assert all(memory[thread, part].ctypes.data % LINE == 0 for thread in range(3) for part in range(2))

@@ -1,0 +1,181 @@
+"""Blocks computed on a cluster: the same file, bit for bit, also when a worker dies."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.store.reader import look, verify
+
+distributed = pytest.importorskip("distributed")
+
+ROOT = Path(__file__).parents[2]
+
+ARRAYS = ("section", "status", "margin", "switches")
+
+CONFIG = """
+[sweep]
+A = {start = 3.0, stop = 3.25, num = 20}
+eps = [0.0, 1e-4]
+[run]
+transient = 50
+periods = 30000
+"""
+"""40 points in five blocks of some tenths of a second."""
+
+ARGUMENTS = {"A": np.linspace(3.0, 3.25, 20), "eps": [0.0, 1e-4], "transient": 50, "periods": 30000}
+
+
+def bits(results):
+    return {name: getattr(results, name).tobytes() for name in ARRAYS}
+
+
+@pytest.fixture(scope="module")
+def local():
+    return bits(vd.sweep(**ARGUMENTS, threads=1))
+
+
+def start(module, *arguments, **more):
+    return subprocess.Popen(
+        [sys.executable, "-m", f"distributed.cli.{module}", *arguments],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        **more,
+    )
+
+
+def start_worker(address, folder):
+    options = ("--nthreads", "1", "--no-dashboard", "--no-nanny", "--local-directory", str(folder))
+    return start("dask_worker", address, *options)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """Address of a real scheduler with two workers on loopback, and the processes of these."""
+    folder = tmp_path_factory.mktemp("cluster")
+    file = folder / "scheduler.json"
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    processes = [start("dask_scheduler", *options)]
+    try:
+        limit = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < limit:
+            time.sleep(0.05)
+        with distributed.Client(scheduler_file=str(file), timeout=30) as client:
+            address = client.scheduler.address
+            processes += [start_worker(address, folder) for _ in range(2)]
+            client.wait_for_workers(2, timeout=30)
+        yield address, processes, folder
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def command(folder, *options):
+    return subprocess.Popen(
+        [sys.executable, "-m", "vibrodrive", "sweep", "c.toml", *options],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.jit
+def test_any_executor_gives_the_same_bits(local):
+    with ThreadPoolExecutor(2) as pool:
+        assert bits(vd.sweep(**ARGUMENTS, executor=pool)) == local
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        assert bits(vd.sweep(**ARGUMENTS, executor=pool)) == local
+
+
+@pytest.mark.jit
+def test_a_client_computes_the_same_bits(cluster, local):
+    with distributed.Client(cluster[0], timeout=30) as client:
+        assert bits(vd.sweep(**ARGUMENTS, executor=client.get_executor())) == local
+
+
+@pytest.mark.jit
+def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
+    address, processes, folder = cluster
+    (tmp_path / "c.toml").write_text(CONFIG)
+    process = command(tmp_path, "--dask", address)
+    file = tmp_path / "c.h5"
+    while not file.exists() and process.poll() is None:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    assert not look(file).complete
+    worker = processes.pop()
+    worker.kill()
+    worker.wait()
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert verify(file).sound
+    assert bits(vd.load(file)) == local
+    processes.append(start_worker(address, folder))
+
+
+@pytest.mark.jit
+def test_stopped_on_a_cluster_and_resumed_at_home(cluster, local, tmp_path):
+    (tmp_path / "c.toml").write_text(CONFIG)
+    process = command(tmp_path, "--dask", cluster[0])
+    file = tmp_path / "c.h5"
+    while not file.exists() and process.poll() is None:
+        time.sleep(0.01)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGTERM)
+    began = time.monotonic()
+    _, err = process.communicate(timeout=10)
+    assert time.monotonic() - began < 1.5
+    assert process.returncode in (0, 130), err  # it may have been quick
+    report = look(file)
+    process = command(tmp_path)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert look(file).done.sum() >= report.done.sum()
+    assert bits(vd.load(file)) == local
+
+
+def test_an_address_where_nobody_listens_is_one_line_and_no_file(tmp_path):
+    (tmp_path / "c.toml").write_text(CONFIG)
+    process = command(tmp_path, "--dask", "tcp://127.0.0.1:1")
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert [line for line in err.splitlines() if "127.0.0.1:1" in line and line.startswith("vibrodrive: ")]
+    assert "Traceback" not in err
+    assert [p.name for p in tmp_path.iterdir()] == ["c.toml"]
+
+
+def test_a_cluster_without_workers_is_waited_for_and_it_says_so(tmp_path):
+    (tmp_path / "c.toml").write_text(CONFIG)
+    file = tmp_path / "scheduler.json"
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    scheduler = start("dask_scheduler", *options)
+    try:
+        limit = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < limit:
+            time.sleep(0.05)
+        process = command(tmp_path, "--dask", json.loads(file.read_text())["address"])
+        line = process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=10)
+    finally:
+        scheduler.kill()
+        scheduler.wait()
+    assert line.endswith(": the cluster has no workers: waiting for them\n")
+    assert process.returncode == 130, err
+    assert "Traceback" not in err

@@ -1,0 +1,454 @@
+"""The command line: exit codes, one line for every complaint, what is imported when, what it writes."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support import fake
+from vibrodrive import cli
+from vibrodrive.jobs.progress import Show, Tally, duration
+from vibrodrive.model import config
+from vibrodrive.model.plan import make_plan
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.writer import open_writer
+
+SMALL = """
+title = "Small"
+[sweep]
+A = {start = 3.0, stop = 3.25, num = 40}
+eps = [0, 2e-4]
+[run]
+transient = 0
+periods = 6
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a command in an empty directory; returns (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(SMALL)
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main(arguments)
+        return end.value.code or 0, *capsys.readouterr()
+
+    yield call
+    for s, handler in before.items():
+        signal.signal(s, handler)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Blocks that cost nothing in the place of the kernels'."""
+    computed = []
+
+    def blocks(plan, which=None, **options):
+        for block in fake.run_blocks(plan, which):
+            computed.append(block.index)
+            yield block
+
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda threads: None)
+    return computed
+
+
+def fresh(code):
+    """Run Python code in a new process; returns what it prints."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    ).stdout
+
+
+def test_help_imports_nothing_heavy():
+    heavy = ("numba", "llvmlite", "h5py", "matplotlib", "numpy")
+    code = (
+        "import sys\nfrom vibrodrive.cli import main\n"
+        "try: main(['sweep', '--help'])\nexcept SystemExit as end: assert end.code == 0\n"
+        f"print([m for m in {heavy!r} if m in sys.modules])"
+    )
+    out = fresh(code)
+    assert "--dry-run" in out
+    assert out.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("command", ["info", "plot", "verify"])
+def test_looking_at_a_file_imports_no_numba(tmp_path, command):
+    path = tmp_path / "s.h5"
+    plan = make_plan({"A": np.linspace(3, 3.25, 40), "transient": 0, "periods": 6})
+    writer = open_writer(
+        path,
+        plan,
+        Origin("[sweep]\nA = {start = 3, stop = 3.25, num = 40}\n[run]\ntransient = 0\nperiods = 6\n"),
+    )
+    for block in fake.run_blocks(plan):
+        writer.write(block)
+    writer.close()
+    code = (
+        "import sys\nfrom vibrodrive.cli import main\n"
+        f"try: main([{command!r}, {str(path)!r}])\nexcept SystemExit as end: assert end.code == 0, end.code\n"
+        "print('numba' in sys.modules)"
+    )
+    assert fresh(code).splitlines()[-1] == "False"
+
+
+def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
+    code = (
+        "import sys, vibrodrive as vd\nassert not {'numba', 'h5py', 'numpy'} & set(sys.modules)\n"
+        "from vibrodrive.batch.sweep import compute\nassert callable(vd.sweep) and vd.sweep.__name__ == 'sweep'\n"
+        "vd.ETA, vd.Status, vd.load, vd.simulate, vd.Physical, vd.Results\n"
+        "assert set(vd.__all__) <= set(dir(vd))\n"
+        "try: vd.nonsense\nexcept AttributeError as e: print(e)"
+    )
+    assert "nonsense" in fresh(code)
+
+
+def test_the_version_is_that_of_the_project():
+    import tomllib
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    assert vd.__version__ == project["version"]
+
+
+def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):
+    code, out, err = run("sweep", "small.toml", "--set", "periods=4", "-o", "there.h5")
+    assert (code, out) == (0, "")
+    assert "80 points in" in err
+    results = vd.load("there.h5")
+    assert results.settings.periods == 4
+    assert results.title == "Small"
+    np.testing.assert_array_equal(
+        results.section.reshape(80, 4, 2),
+        fake.block(config.read("small.toml", ["periods=4"]).plan(), 0).section,
+    )
+    with h5py.File("there.h5") as file:
+        assert file.attrs["config"] == SMALL
+    assert sorted(p.name for p in Path().iterdir()) == ["small.toml", "there.h5"]
+
+
+def test_a_finished_file_is_left_alone(run, quick):
+    assert run("sweep", "small.toml")[0] == 0
+    before = Path("small.h5").read_bytes()
+    quick.clear()
+    code, _, err = run("sweep", "small.toml")
+    assert code == 0
+    assert "small.h5 is complete: nothing to do" in err
+    assert quick == []
+    assert Path("small.h5").read_bytes() == before
+    assert run("sweep", "small.toml", "--overwrite")[0] == 0
+    assert quick == [0]
+
+
+def test_another_configuration_is_refused(run, quick):
+    run("sweep", "small.toml")
+    before = Path("small.h5").read_bytes()
+    code, _, err = run("sweep", "small.toml", "--set", "B=0.2")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "B is 0.1 there and 0.2 here" in err
+    assert Path("small.h5").read_bytes() == before
+
+
+def test_statuses_that_are_not_ok_come_with_advice(run, quick):
+    _, _, err = run("sweep", "small.toml")
+    assert f"26 points BUDGET: {vd.Status.BUDGET.advice}" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["sweep", "missing.toml"], ["missing.toml", "No such file"]),
+        (["sweep"], ["CONFIG"]),
+        (["swep"], ["swep"]),
+        (["sweep", "small.toml", "--nonsense"], ["--nonsense"]),
+        (["sweep", "small.toml", "--method", "newton"], ["--method", "newton", "certified"]),
+        (["sweep", "small.toml", "--method", "fixed"], ["dtau", "missing"]),
+        (["sweep", "small.toml", "--threads", "0"], ["--threads", "0"]),
+        (["sweep", "small.toml", "--threads", "9999"], ["--threads = 9999", "<="]),
+        (["sweep", "small.toml", "--set", "periods=0"], ["small.toml", "periods = 0", ">= 1"]),
+        (["sweep", "small.toml", "--set", "A=nan"], ["A = nan", "number"]),
+        (["sweep", "small.toml", "--set", "A=[]"], ["A = []", "at least one"]),
+        (["sweep", "small.toml", "--set", "colour=3"], ["colour=3", "known key"]),
+        (
+            ["sweep", "small.toml", "--set", "A.num=1000000", "--set", "periods=1000000"],
+            ["TB", "free"],
+        ),
+        (["sweep", "small.toml", "--set", "periods=600000000"], ["periods = 600000000", "<= 536870911"]),
+        (["sweep", "small.toml", "-o", "nowhere/there.h5"], ["nowhere", "No such file"]),
+        (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
+        (["sweep", "broken.toml"], ["broken.toml", "broken TOML", "line 2"]),
+        (["plot", "missing.h5"], ["missing.h5", "No such file"]),
+        (["plot", "small.toml"], ["small.toml", "no result file"]),
+        (["info", "small.toml"], ["small.toml", "no result file"]),
+        (["verify", "small.toml"], ["small.toml", "no result file"]),
+        (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
+        (["trajectory", "small.toml", "--set", "A=3", "--set", "eps=0", "-o", "t.doc"], ["t.doc", ".png"]),
+    ],
+)
+def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
+    Path("broken.toml").write_text("[sweep]\nA = = 3\n")
+    before = sorted(Path().rglob("*"))
+    code, out, err = run(*arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("vibrodrive: ")
+    assert err.count("\n") == 1
+    assert [w for w in words if w not in err] == []
+    assert sorted(Path().rglob("*")) == before
+
+
+def test_a_directory_that_cannot_be_written(run, quick):
+    Path("locked").mkdir()
+    os.chmod("locked", 0o555)
+    target = "locked/s.h5"
+    if os.access("locked", os.W_OK):  # the superuser may write anywhere but where there is no room for files
+        target = "/proc/self/s.h5"
+    code, _, err = run("sweep", "small.toml", "-o", target)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert target in err
+
+
+def test_info_says_how_far_a_sweep_is(run):
+    plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
+    writer = open_writer(Path("s.h5"), plan, Origin("[sweep]\n", (), "Half a sweep"))
+    writer.write(fake.block(plan, 1))
+    writer.close()
+    code, out, err = run("info", "s.h5")
+    assert (code, err) == (0, "")
+    for words in (
+        "Half a sweep",
+        "33.3 % (1 of 3 blocks)",
+        "A = 1 to 2, 3000 values",
+        "NOT_COMPUTED: 1976 points",
+    ):
+        assert words in out
+
+
+def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
+    run("sweep", "small.toml")
+    code, out, err = run("verify", "small.h5")
+    assert (code, err) == (0, "")
+    assert "complete and whole" in out
+    with h5py.File("small.h5") as file:
+        chunk = file["section_dxi"].id.get_chunk_info(0)
+    raw = bytearray(Path("small.h5").read_bytes())
+    raw[chunk.byte_offset + 100] ^= 4
+    Path("small.h5").write_bytes(raw)
+    code, _, err = run("verify", "small.h5")
+    assert code == 1
+    assert "block 0 (points 0 to 79: A = 3 to 3.25, eps = 0 to 0.0002): section_dxi" in err
+    code, _, err = run("sweep", "small.toml")
+    assert code == 0
+    assert "block 0 is damaged" in err
+    assert run("verify", "small.h5")[0] == 0
+
+
+def test_verify_compares_what_was_computed_with_the_configuration(run):
+    plan = make_plan({"A": 3.0, "transient": 0, "periods": 2})
+    writer = open_writer(Path("s.h5"), plan, Origin("[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n"))
+    writer.close()
+    code, _, err = run("verify", "s.h5")
+    assert code == 1
+    assert "A is 3.0 there and 3.1 here" in err
+
+
+def test_plot_draws_finished_and_unfinished_files(run, quick):
+    run("sweep", "small.toml")
+    code, _, err = run("plot", "small.h5")
+    assert code == 0
+    assert Path("small.png").read_bytes()[:4] == b"\x89PNG"
+    assert "small.png drawn" in err
+    plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
+    writer = open_writer(Path("half.h5"), plan, Origin("[sweep]\n"))
+    writer.write(fake.block(plan, 1))
+    writer.close()
+    code, _, err = run("plot", "half.h5", "-o", "half.pdf", "--quantity", "xi")
+    assert code == 0
+    assert "33.3 % computed" in err
+    assert Path("half.pdf").read_bytes()[:4] == b"%PDF"
+
+
+def test_follow_draws_again_as_blocks_come_in(run, monkeypatch):
+    plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
+    writer = open_writer(Path("s.h5"), plan, Origin("[sweep]\n"))
+    waiting = iter(range(3))
+
+    def wait(seconds):
+        writer.write(fake.block(plan, next(waiting)))
+        writer.commit()
+
+    monkeypatch.setattr("time.sleep", wait)
+    code, _, err = run("plot", "s.h5", "--follow")
+    writer.close()
+    assert code == 0
+    assert [line for line in err.splitlines() if "%" in line] == [
+        "s.h5: 0.0 % computed",
+        "s.h5: 33.3 % computed",
+        "s.h5: 66.7 % computed",
+    ]
+    assert err.count("drawn") == 4
+
+
+def test_sweep_with_plot_draws_what_the_configuration_asks_for(run, quick):
+    Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nquantity = "xi"\n')
+    assert run("sweep", "small.toml", "--plot")[0] == 0
+    assert Path("small.png").exists()
+
+
+@pytest.mark.jit
+def test_a_real_sweep_equals_the_one_in_memory(run):
+    code, _, err = run("sweep", "small.toml", "--set", "transient=20")
+    assert code == 0, err
+    file = vd.load("small.h5")
+    memory = vd.sweep(A=np.linspace(3, 3.25, 40), eps=[0, 2e-4], transient=20, periods=6)
+    for name in ("section", "status", "margin", "switches"):
+        assert getattr(file, name).tobytes() == getattr(memory, name).tobytes()
+    assert run("verify", "small.h5")[0] == 0
+
+
+@pytest.mark.jit
+def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
+    """The writer that computes it writes the bytes HDF5 would have written."""
+    from vibrodrive.jit.fletcher import fletcher32
+
+    random = np.random.default_rng(2)
+    samples = [random.random((7, n)) for n in (1, 63, 64, 65, 1000)]
+    samples += [np.zeros((3, 50)), np.full((5, 100), np.nan), np.full((5, 100), -1).view(np.float64)]
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        for k, values in enumerate(samples):
+            data = file.create_dataset(str(k), data=values, chunks=values.shape, fletcher32=True)
+            assert data.id.read_direct_chunk((0, 0))[1][-4:] == fletcher32(values).to_bytes(4, "little")
+
+
+@pytest.mark.jit
+def test_dry_run_writes_nothing_and_estimates_the_time(run):
+    from time import perf_counter
+
+    options = ("--set", "A.num=1500", "--set", "transient=600", "--set", "periods=600", "--threads", "1")
+    run("sweep", "small.toml", "--set", "transient=1")  # the kernels are compiled
+    code, out, _ = run("sweep", "small.toml", "-o", "t.h5", "--dry-run", *options)
+    assert code == 0
+    assert not Path("t.h5").exists()
+    words = dict(line.split(maxsplit=1) for line in out.splitlines())
+    assert words["points"] == "3000"
+    assert words["periods"] == "3.6e+06 (1200 a point, 600 recorded)"
+    began = perf_counter()
+    run("sweep", "small.toml", "-o", "t.h5", *options)
+    took = perf_counter() - began
+    assert words["time"].endswith("for the file")
+    assert float(words["file"].split()[0]) == pytest.approx(Path("t.h5").stat().st_size / 1e6, rel=0.02)
+    number, unit = words["time"].partition(",")[0].split()
+    assert unit == "s"
+    assert 0.5 < float(number) / took < 2
+
+
+@pytest.mark.jit
+def test_dry_run_of_a_short_sweep_has_a_time_and_threads_take_no_memory(run):
+    said = [run("sweep", "small.toml", "--dry-run", *threads)[1] for threads in ((), ("--threads", "1"))]
+    memory, time = ([line for out in said for line in out.splitlines() if key in line] for key in ("memory", "time"))
+    assert memory[0] == memory[1]
+    assert not any(line.split()[1].strip("0.") == "" for line in time)
+
+
+@pytest.mark.jit
+def test_trajectory_draws_one_motion(run):
+    options = ("--set", "A=3.04", "--set", "eps=0", "--set", "transient=50")
+    code, out, err = run("trajectory", "small.toml", *options)
+    assert (code, out) == (0, "")
+    assert Path("small.png").read_bytes()[:4] == b"\x89PNG"
+    assert "switches" in err
+
+
+class Stream(io.StringIO):
+    def __init__(self, terminal):
+        super().__init__()
+        self.isatty = lambda: terminal
+
+
+def test_progress_rewrites_its_line_on_a_terminal():
+    stream = Stream(terminal=True)
+    show = Show(stream, "s.h5")
+    show.update(lambda: "1 %")
+    show.update(lambda: "2 %")
+    show.say("done")
+    assert stream.getvalue() == "\r\x1b[Ks.h5  1 %\r\x1b[Ks.h5  2 %\r\x1b[Kdone\n"
+
+
+def test_progress_is_a_plain_line_now_and_then_elsewhere(monkeypatch):
+    clock = iter([0.0, 1.0, 9.9, 10.1, 10.1, 15.0, 20.2, 20.2])
+    monkeypatch.setattr("time.monotonic", lambda: next(clock))
+    stream = Stream(terminal=False)
+    show = Show(stream, "s.h5")
+    for share in (10, 20, 30, 40, 50):
+        show.update(lambda share=share: f"{share} %")
+    assert stream.getvalue() == "s.h5  30 %\ns.h5  50 %\n"
+
+
+def test_progress_tells_rate_and_time_left(monkeypatch):
+    monkeypatch.setattr("time.monotonic", lambda: 100.0)
+    tally = Tally()
+    tally.start(points=1000, done=400, periods=50)
+    assert tally.line() == " 40.0 %"
+    monkeypatch.setattr("time.monotonic", lambda: 110.0)
+    tally.add(200)
+    assert tally.line() == " 60.0 %  1.00e+03 periods/s  20 points/s  20.0 s left"
+
+
+def test_a_terminal_that_has_gone_away_is_no_reason_to_stop():
+    stream = Stream(terminal=True)
+    show = Show(stream, "s.h5")
+    stream.close()
+    show.update(lambda: "1 %")
+    show.say("done")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.00412, "4.1 ms"),
+        (0.314, "0.31 s"),
+        (3.21, "3.2 s"),
+        (59.97, "1 min 0 s"),
+        (250, "4 min 10 s"),
+        (7500, "2 h 5 min"),
+        (3.2 * 86400, "3 d 4 h"),
+    ],
+)
+def test_durations_as_a_person_says_them(seconds, words):
+    assert duration(seconds) == words
+
+
+@pytest.mark.jit
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_sweep(run):
+    """60 000 points take no more than 60 MiB more than 2000, whose blocks are as large."""
+    peak = {}
+    for points in (2000, 60_000):
+        code = (
+            "import resource, sys\nfrom vibrodrive.cli import main\n"
+            f"try: main(['sweep', 'small.toml', '-o', '{points}.h5', '--set', 'A.num={points}', "
+            "'--set', 'eps=0', '--set', 'periods=500'])\n"
+            "except SystemExit as end: assert not end.code\n"
+            "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        )
+        if not peak:
+            fresh(code)  # compiles, which takes memory of its own
+            Path(f"{points}.h5").unlink()
+        peak[points] = int(fresh(code))
+    assert peak[60_000] - peak[2000] < 60 * 1024

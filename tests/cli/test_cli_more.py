@@ -1,0 +1,169 @@
+"""The commands that do more than sweep: limits, orbits, atlas, paper. Their numbers are tested where they are made."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import vibrodrive as vd
+from vibrodrive import cli
+
+LIMITS = """
+title = "Two limits"
+[sweep]
+A = [2.5, 2.8]
+[run]
+transient = 60
+periods = 100
+[limits]
+criterion = "order"
+"""
+
+ORBITS = """
+title = "A doubling"
+[sweep]
+A = {start = 2.59, stop = 2.62, num = 4}
+[run]
+transient = 50
+periods = 8
+[orbits]
+max_period = 2
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a command in a directory with the configurations above; returns (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+    Path("limits.toml").write_text(LIMITS)
+    Path("orbits.toml").write_text(ORBITS)
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main(arguments)
+        return end.value.code or 0, *capsys.readouterr()
+
+    yield call
+    for s, handler in before.items():
+        signal.signal(s, handler)
+
+
+@pytest.mark.jit
+def test_limits_go_into_a_file_and_a_figure(run):
+    code, out, err = run("limits", "limits.toml", "--threads", "1")
+    assert (code, out) == (0, ""), err
+    assert "limits.h5 holds 6 limits; limits.png drawn" in err
+    from vibrodrive.store.limits import load_limits
+
+    found = load_limits("limits.h5")
+    assert (found.title, found.criterion) == ("Two limits", "order")
+    assert found.A.tolist() == [2.5, 2.8]
+    one = vd.limit(2.8, "eps", criterion="order", transient=60, periods=100)
+    assert found.numbers["k2"][0, 1] == one.k2
+    assert Path("limits.png").read_bytes()[:4] == b"\x89PNG"
+    assert sorted(p.suffix for p in Path().iterdir()) == [".h5", ".png", ".toml", ".toml"]
+    before = Path("limits.h5").read_bytes()
+    code, _, err = run("limits", "limits.toml", "--set", "B=0.2")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "--overwrite" in err
+    assert Path("limits.h5").read_bytes() == before
+
+
+@pytest.mark.jit
+def test_limits_that_are_known_are_not_sought_again(run, monkeypatch):
+    assert run("limits", "limits.toml")[0] == 0
+    monkeypatch.setattr(import_module("vibrodrive.stability.limit"), "search", None)
+    code, _, err = run("limits", "limits.toml")
+    assert code == 0, err
+    assert "6 limits" in err
+
+
+@pytest.mark.jit
+def test_orbits_are_listed_stored_and_drawn(run):
+    code, out, err = run("orbits", "orbits.toml")
+    assert code == 0, err
+    (bifurcation,) = vd.bifurcations((2.59, 2.62), max_period=2)
+    line = out.splitlines()[1].split()
+    assert float(line[0]) == pytest.approx(bifurcation.A, abs=1e-13)
+    assert line[1:3] == ["period", "doubling"]
+    assert "orbits.h5 written, orbits.png and orbits_multipliers.png drawn" in err
+    for name in ("orbits.png", "orbits_multipliers.png"):
+        assert Path(name).read_bytes()[:4] == b"\x89PNG"
+    before = Path("orbits.h5").read_bytes()
+    code, out, err = run("orbits", "orbits.toml", "--set", "max_period=1")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "--overwrite" in err
+    assert Path("orbits.h5").read_bytes() == before
+    code, out, _ = run("orbits", "orbits.toml", "--overwrite", "--set", "max_period=1")
+    assert code == 0
+    assert "orbits of up to 1 periods" in out
+
+
+@pytest.mark.jit
+def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
+    code, out, err = run("paper", "--only", "fig02", "--only", "fig04", "-o", "there")
+    assert (code, out) == (0, ""), err
+    names = {p.name for p in Path("there").iterdir()}
+    assert {"fig02.png", "fig02.pdf", "fig04.png", "fig04.pdf", "claims.json", "claims.md"} <= names
+    claims = json.loads(Path("there/claims.json").read_text())["claims"]
+    assert claims
+    assert {c["figure"] for c in claims} <= {"fig02", "fig04"}
+    assert f"{len(claims)} claims: " in err
+    assert f"there: {len(names)} files written" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["limits"], ["CONFIG"]),
+        (["limits", "missing.toml"], ["missing.toml", "No such file"]),
+        (["limits", "limits.toml", "--set", "criterion=shape"], ["criterion = 'shape'", "order"]),
+        (["limits", "limits.toml", "--set", "limits.criterion=3"], ["limits.criterion = 3", "text"]),
+        (["limits", "limits.toml", "--set", "limits.colour=3"], ["[limits]", "colour", "criterion"]),
+        (["limits", "limits.toml", "--set", "eps=[0, 1e-4]"], ["axes", "eps", "A alone"]),
+        (["limits", "limits.toml", "--threads", "9999"], ["threads = 9999"]),
+        (["limits", "limits.toml", "-o", "limits.png"], ["limits.png", "result file"]),
+        (["limits", "limits.toml", "-o", "nowhere/limits.h5"], ["nowhere", "directory that exists"]),
+        (["limits", "limits.toml", "-o", "junk.h5"], ["junk.h5", "no file of limits"]),
+        (["orbits", "orbits.toml", "--set", "orbits.max_period=0"], ["orbits.max_period = 0", ">= 1"]),
+        (["orbits", "orbits.toml", "--set", "A=3"], ["axes", "A alone"]),
+        (["orbits", "orbits.toml", "--set", "A=[3]"], ["A", "at least two values"]),
+        (["orbits", "orbits.toml", "--set", "eps=1e-4"], ["eps = 0.0001", "undisturbed"]),
+        (["orbits", "orbits.toml", "--set", "method=fixed", "--set", "dtau=0.1"], ["method", "certified"]),
+        (["orbits", "orbits.toml", "-o", "."], ["-o", "directory"]),
+        (["orbits", "orbits.toml", "-o", "nowhere/o.h5"], ["nowhere", "directory that exists"]),
+        (["atlas", "limits.toml"], ["axes", "A and dtau", "A and eps"]),
+        (["atlas", "limits.toml", "--set", "eps=[1e-5, 1e-4]"], ["dtau is missing"]),
+        (["atlas", "limits.toml", "-o", "junk.h5"], ["junk.h5", "--overwrite"]),
+        (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
+        (["paper", "--configs", "nowhere"], ["--configs", "nowhere"]),
+        (["paper", "-o", "limits.toml"], ["-o", "limits.toml"]),
+    ],
+)
+def test_bad_input_is_one_line_exit_2_and_no_file(run, arguments, words):
+    Path("junk.h5").write_text("no HDF5")
+    before = {p: p.read_bytes() for p in Path().rglob("*")}
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("vibrodrive: ")
+    assert err.count("\n") == 1
+    assert [w for w in words if w not in err] == []
+    assert {p: p.read_bytes() for p in Path().rglob("*")} == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+@pytest.mark.parametrize("command", ["limits", "orbits"])
+def test_a_directory_that_cannot_be_written(run, command):
+    Path("locked").mkdir(mode=0o555)
+    code, _, err = run(command, f"{command}.toml", "-o", "locked/x.h5")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "locked/x.h5" in err

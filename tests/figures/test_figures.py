@@ -1,0 +1,292 @@
+"""Figures show what the data hold: ink where the values are, corners where the switches are."""
+
+import math
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from vibrodrive.figures import diagrams as figures
+from vibrodrive.figures import style
+from vibrodrive.figures.bifurcation import ROWS
+from vibrodrive.figures.curves import curve
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.states import State
+
+PERIODS = 400
+
+
+def results(section, status=None, **axes):
+    plan = make_plan({**axes, "A": axes.get("A", 3.0), "periods": section.shape[-2]})
+    assert section.shape[:-2] == plan.shape
+    status = np.zeros(plan.shape, dtype=np.int8) if status is None else status
+    return SimpleNamespace(axes=plan.axes, scalars=plan.scalars, settings=plan.settings, section=section, status=status)
+
+
+@pytest.fixture
+def two_regimes():
+    """ξ' alternates between 1 and 2 below A = 3.1, fills [1, 2] evenly from there; ξ = 10 ξ'."""
+    A = np.linspace(3.0, 3.2, 200)
+    dxi = np.where(A[:, None] < 3.1, 1 + np.arange(PERIODS) % 2, 1 + (np.arange(PERIODS) * math.sqrt(2) % 1))
+    return results(np.stack([10 * dxi, dxi], axis=-1), A=A)
+
+
+def image(ax):
+    """Ink (rows from below, columns) of a bifurcation panel, and the ordinate of each row's middle."""
+    (drawn,) = ax.get_images()
+    _, _, low, high = drawn.get_extent()
+    return np.asarray(drawn.get_array()), low + (np.arange(ROWS) + 0.5) / ROWS * (high - low)
+
+
+def inked(column, value):
+    """The values marked in a column of the image: a mark is two rows high."""
+    rows = np.flatnonzero(column)
+    assert (np.diff(rows)[::2] == 1).all()
+    return [round(v, 1) for v in value[rows][::2]]
+
+
+def test_a_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes):
+    (ax,) = figures.bifurcation(two_regimes).axes
+    ink, value = image(ax)
+    periodic, irregular = ink[:, ink.shape[1] // 4], ink[:, -10]
+    assert inked(periodic, value) == [1, 2]
+    assert (periodic[periodic > 0] == 1.0).all()
+    inside = (value > 1.01) & (value < 1.99)
+    assert 0 < irregular[inside].mean() < 0.6
+    assert (irregular[(value < 0.99) | (value > 2.01)] == 0).all()
+
+
+def test_quantity_and_limits(two_regimes):
+    (ax,) = figures.bifurcation(two_regimes, "xi", limits=(0, 15)).axes
+    ink, value = image(ax)
+    column = ink[:, ink.shape[1] // 4]
+    assert inked(column, value) == [10]
+    assert ax.get_ylabel() == style.symbol("xi")
+    assert ax.get_xlabel() == "$A$"
+
+
+def test_a_second_axis_becomes_panels(two_regimes):
+    both = results(np.stack([two_regimes.section, two_regimes.section + 1]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
+    fig = figures.bifurcation(both)
+    titles = [ax.get_title(loc="left") for ax in fig.axes]
+    assert titles == [r"a) $\varepsilon = 0$", r"b) $\varepsilon = 2\cdot10^{-4}$"]
+
+
+def test_many_panels_are_thinned_to_a_few_with_both_ends(two_regimes):
+    dtau = np.linspace(0.01, 0.1, 30)
+    section = np.broadcast_to(two_regimes.section, (30, *two_regimes.section.shape))
+    fig = figures.bifurcation(results(section, dtau=dtau, A=two_regimes.axes["A"]))
+    titles = [ax.get_title(loc="left") for ax in fig.axes]
+    assert len(titles) == 6
+    assert "0.01" in titles[0]
+    assert "0.1$" in titles[-1]
+
+
+def test_points_not_computed_are_white_and_counted(two_regimes):
+    two_regimes.status[:20] = Status.NOT_COMPUTED
+    (ax,) = figures.bifurcation(two_regimes).axes
+    ink, _ = image(ax)
+    assert ink[:, : int(0.09 * ink.shape[1])].max() == 0
+    assert "20 of 200 points not computed" in ax.get_title(loc="right")
+
+
+def seldom(n, where, k=16):
+    """A motion of period 2 over n values of A; those in `where` have one section point elsewhere, at 2.87."""
+    A = np.linspace(3.0, 3.2, n)
+    dxi = np.broadcast_to(1.0 + np.arange(k) % 2, (n, k)).copy()
+    dxi[where, k // 2] = 2.87  # no tick of the ordinate lies there
+    return results(np.stack([dxi, dxi], axis=-1), A=A)
+
+
+def pixels(figure, path, dpi):
+    """Ink (0 to 1) of every pixel of a figure once it is saved."""
+    return 1.0 - mpl.image.imread(figures.save(figure, path, dpi))[..., 0]
+
+
+@pytest.mark.parametrize("n", [600, 20_000])
+def test_every_value_shows_however_many_there_are(n):
+    where = np.arange(n // 1200, n, n // 600)[:600]
+    (ax,) = figures.bifurcation(seldom(n, where)).axes
+    ink, value = image(ax)
+    spot = (value > 2.8) & (value < 2.95)
+    marks = ink[spot].max(axis=0) > 0
+    runs = np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1)
+    assert len(where) == 600
+    assert runs == (600 if n > 600 else 1), "600 values side by side fill the panel"
+    for line in (1.0, 2.0):
+        drawn = ink[(value > line - 0.05) & (value < line + 0.05)].max(axis=0)
+        assert (drawn == 1.0).all(), "what repeats is drawn in full ink, without gaps"
+
+
+@pytest.mark.parametrize("dpi", [50, 250])
+def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, dpi):
+    where = [100, 777, 5003, 9998, 13_334, 17_771, 19_899]
+    without, single = (
+        pixels(figures.bifurcation(seldom(20_000, some), limits=(0.5, 3.5)), tmp_path / "figure.png", dpi)
+        for some in ([], where)
+    )
+    seen = np.flatnonzero((single - without).max(axis=0) > 0.25)
+    assert np.count_nonzero(np.diff(seen, prepend=-10) > 3) == len(where)
+
+
+def test_values_closer_than_a_column_all_show():
+    """Spaced at will: a few hundred values within one thousandth of the axis."""
+    crowd = results(np.ones((302, 16, 2)), A=np.concatenate([[3.0], np.linspace(3.1, 3.1002, 300), [3.2]]))
+    crowd.section[1:301, :, :] += np.linspace(0, 1, 300)[:, None, None]
+    (ax,) = figures.bifurcation(crowd).axes
+    ink, value = image(ax)
+    middle = ink[:, ink.shape[1] // 2 - 8 : ink.shape[1] // 2 + 8].max(axis=1)
+    spread = (value > 1.0) & (value < 2.0)
+    assert (middle[spread] > 0).mean() > 0.95
+
+
+def test_no_panel_cuts_off_what_another_has_room_for(two_regimes):
+    wide = two_regimes.section.copy()
+    wide[5, 0] = 7.0
+    both = results(np.stack([wide, two_regimes.section]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
+    for ax in figures.bifurcation(both).axes:
+        assert ax.get_ylim()[1] > 7.0
+
+
+def test_an_axis_of_one_value_twice_is_drawn():
+    (ax,) = figures.bifurcation(results(np.ones((2, 8, 2)), A=[3.0, 3.0])).axes
+    assert image(ax)[0].max() == 1.0
+
+
+def test_a_geometric_axis_is_drawn_in_decades():
+    eps = np.geomspace(1e-5, 1e-3, 50)
+    (ax,) = figures.bifurcation(results(np.ones((50, 8, 2)), eps=eps)).axes
+    assert ax.get_xlim() == pytest.approx((-5, -3))
+    assert [t.get_text() for t in ax.get_xticklabels()] == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$"]
+
+
+def test_sections_share_one_scale_and_show_each_distinct_point_once():
+    section = np.empty((2, 300, 2))
+    section[0] = [[1, -1], [2, -3]] * 150
+    section[1] = np.random.default_rng(1).uniform(0, 1, (300, 2))
+    fig = figures.poincare(results(section, eps=[0.0, 1e-3]), reference=np.array([[1, -1], [2, -3]]))
+    first, second = fig.axes
+    assert len(first.lines[0].get_xdata()) == 2
+    assert len(second.lines[0].get_xdata()) == 300
+    assert first.get_xlim() == second.get_xlim()
+    assert first.get_ylim() == second.get_ylim()
+    assert len(first.lines) == 2, "the reference points are circled"
+
+
+def test_from_results_chooses_by_the_longest_axis(two_regimes):
+    assert figures.from_results(two_regimes).axes[0].get_images()
+    few = results(two_regimes.section[:3], A=two_regimes.axes["A"][:3])
+    assert len(figures.from_results(few).axes) == 3
+    assert not figures.from_results(few).axes[0].get_images()
+    assert figures.from_results(few, kind="bifurcation").axes[0].get_images()
+
+
+@pytest.mark.parametrize(
+    ("call", "key"),
+    [
+        (lambda r: figures.from_results(r, kind="pie"), "kind"),
+        (lambda r: figures.bifurcation(r, "speed"), "quantity"),
+        (lambda r: figures.bifurcation(r, x="B"), "x"),
+    ],
+)
+def test_an_unknown_option_is_named(two_regimes, call, key):
+    with pytest.raises(ValueError, match=f"^{key} = .*must be one of"):
+        call(two_regimes)
+
+
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
+
+
+@pytest.fixture
+def falling():
+    """One period of a motion easily written down: ξ = 2 − τ until it lands at τ = 2, then rest."""
+    switches = np.array(
+        [(0, 2.0, State.DOWN, State.IMPACT, 0.0, -1.0), (0, 2.0, State.IMPACT, State.REST, 0.0, 0.0)], SWITCH
+    )
+
+    def sample(n):
+        tau = np.linspace(0, 2 * math.pi, n + 1)
+        state = np.where(tau < 2, State.DOWN, State.REST)
+        return SimpleNamespace(
+            tau=tau, xi=np.maximum(2 - tau, 0), dxi=np.where(tau < 2, -1.0, 0.0), state=state, H=np.sin(tau)
+        )
+
+    arguments = {"A": 1.0, "B": 0.1, "eps": 0.0}
+    return SimpleNamespace(switches=switches, section=np.zeros((1, 2)), sample=sample, arguments=arguments, status=0)
+
+
+def test_an_impact_breaks_the_curve_and_is_kept_as_a_jump(falling):
+    drawn = curve(falling, points_per_period=5)
+    assert (np.diff(drawn.tau) >= 0).all()
+    assert drawn.jumps.tolist() == [[[2, 0, -1], [2, 0, 0]]]
+    (gap,) = np.flatnonzero(np.isnan(drawn.xi))
+    assert (drawn.xi[gap - 1], drawn.dxi[gap - 1]) == (0, -1)
+    assert (drawn.xi[gap + 1], drawn.dxi[gap + 1]) == (0, 0)
+    before, after = drawn.xi[:gap], drawn.xi[gap + 1 :]
+    assert np.allclose(before, 2 - drawn.tau[:gap])
+    assert (after == 0).all()
+
+
+def test_time_curves_carry_the_excitation(falling):
+    (ax,) = figures.time_displacement(falling).axes
+    sine = next(line for line in ax.lines if line.get_label() == r"$\sin\tau$")
+    assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
+    assert ax.get_ylabel() == style.symbol("xi")
+    assert r"\tau" in ax.get_xlabel()
+
+
+def test_trajectory_figure_has_a_row_for_each_curve(falling):
+    fig = figures.trajectory_figure(falling, ("phase", "time", "velocity", "section"))
+    assert [ax.get_ylabel() for ax in fig.axes] == [style.symbol(s) for s in ("dxi", "xi", "dxi", "dxi")]
+    with pytest.raises(ValueError, match="curves = 'orbit'"):
+        figures.trajectory_figure(falling, ("orbit",))
+
+
+def test_phase_curves_of_two_motions_share_a_scale(falling):
+    first, second = figures.phase_curve([falling, falling], titles=["exact", "grid"]).axes
+    assert first.get_xlim() == second.get_xlim()
+    assert second.get_title(loc="left") == "b) grid"
+
+
+@pytest.mark.parametrize("ending", style.FORMATS)
+def test_the_same_figure_is_the_same_file(two_regimes, tmp_path, ending):
+    one = figures.save(figures.bifurcation(two_regimes), tmp_path / f"one{ending}")
+    two = figures.save(figures.bifurcation(two_regimes), tmp_path / f"two{ending}")
+    assert one.read_bytes() == two.read_bytes()
+    assert one.stat().st_size > 1000
+
+
+def test_an_unknown_ending_is_named_and_leaves_no_file(two_regimes, tmp_path):
+    with pytest.raises(ValueError, match=r"a file name ending in \.png"):
+        figures.save(figures.bifurcation(two_regimes), tmp_path / "figure.xyz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_settings_of_the_caller_are_left_alone(two_regimes):
+    before = dict(mpl.rcParams)
+    figures.bifurcation(two_regimes)
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (3.04, "3.04"),
+        (0.05, "0.05"),
+        (2e-4, r"2\cdot10^{-4}"),
+        (1e-5, "10^{-5}"),
+        (1.5e7, r"1.5\cdot10^{7}"),
+    ],
+)
+def test_numbers_are_written_as_in_print(value, text):
+    assert style.number(value) == text
+
+
+def test_no_window_system_and_no_numba_is_touched():
+    code = "import sys, vibrodrive.figures; sys.exit(bool({'matplotlib.pyplot', 'numba'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

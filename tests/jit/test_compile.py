@@ -1,0 +1,263 @@
+"""Compiled kernels on the disk: an edit of what they are made from, another Python or another processor makes new
+ones, and whoever waits for them is told."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+import time
+from importlib import import_module
+from pathlib import Path
+from types import CodeType, ModuleType
+
+import numpy as np
+import pytest
+
+import vibrodrive
+from vibrodrive.jit import compile as _jit
+from vibrodrive.jit.compile import _fingerprint
+from vibrodrive.jobs.progress import COMPILING
+
+ROOT = Path(vibrodrive.__file__).parent
+
+
+def modules() -> dict[str, ModuleType]:
+    names = [m.name for m in pkgutil.walk_packages(vibrodrive.__path__, "vibrodrive.")]
+    return {n: importlib.import_module(n) for n in names if not n.endswith("__main__") and ".configs" not in n}
+
+
+def origins(module: ModuleType) -> dict[str, str]:
+    """The module of the package that each name imported by a module comes from."""
+    found = {}
+    for statement in ast.parse(Path(module.__file__).read_text()).body:
+        if isinstance(statement, ast.ImportFrom) and (statement.module or "").startswith("vibrodrive"):
+            for alias in statement.names:
+                inner = f"{statement.module}.{alias.name}"
+                found[alias.asname or alias.name] = inner if inner in sys.modules else statement.module
+    return found
+
+
+def names_in(code: CodeType) -> set[str]:
+    inner = [c for c in code.co_consts if isinstance(c, CodeType)]
+    return set(code.co_names).union(*map(names_in, inner))
+
+
+def behind_the_machine_code() -> set[str]:
+    """The modules that something compiled was made from: found from the compiled functions, not from the sources."""
+    loaded = modules()
+    dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
+    assert len(dispatchers) > 5
+    known: set[str] = set()
+    seen: set[int] = set()
+
+    def use(name: str) -> None:
+        """A value of this module is used: whatever its constants are made from is, too."""
+        if name in known:
+            return
+        known.add(name)
+        source = origins(loaded[name])
+        for statement in ast.parse(Path(loaded[name].__file__).read_text()).body:
+            if isinstance(statement, ast.Assign | ast.AnnAssign):
+                for node in ast.walk(statement):
+                    if isinstance(node, ast.Name) and node.id in source:
+                        use(source[node.id])
+
+    while dispatchers:
+        function = dispatchers.pop().py_func
+        if id(function) in seen:
+            continue
+        seen.add(id(function))
+        use(function.__module__)
+        source = origins(loaded[function.__module__])
+        for name in names_in(function.__code__):
+            if name in source:
+                use(source[name])
+            if hasattr(function.__globals__.get(name), "py_func"):
+                dispatchers.append(function.__globals__[name])
+    return known
+
+
+def beside_the_machine_code() -> set[str]:
+    """The modules of the command line, the figures and the files, known by what they import."""
+    found = set()
+    for path in ROOT.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            if any(n.partition(".")[0] in ("h5py", "matplotlib", "click") for n in names):
+                found.add(".".join(["vibrodrive", *path.relative_to(ROOT).with_suffix("").parts]))
+    assert len(found) > 10
+    return found
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Path of a module in a copy of the package that may be edited."""
+    root = tmp_path / "vibrodrive"
+    shutil.copytree(ROOT, root, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def path(name: str) -> Path:
+        below = root.joinpath(*name.split(".")[1:])
+        return below / "__init__.py" if below.is_dir() else below.with_suffix(".py")
+
+    path.root = root
+    return path
+
+
+def changed(copy, name: str) -> bool:
+    """Whether an edit of this module changes the fingerprint."""
+    before, source = _fingerprint(copy.root, _jit.__name__), copy(name).read_text()
+    copy(name).write_text(source + "\n# edited\n")
+    after = _fingerprint(copy.root, _jit.__name__)
+    copy(name).write_text(source)
+    return before != after
+
+
+@pytest.mark.jit
+def test_an_edit_of_whatever_is_compiled_makes_new_kernels(copy):
+    kernels = behind_the_machine_code()
+    assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.parameters"} <= kernels
+    assert [name for name in sorted(kernels) if not changed(copy, name)] == []
+
+
+def test_an_edit_of_command_line_figures_or_files_does_not(copy):
+    assert [name for name in sorted(beside_the_machine_code()) if changed(copy, name)] == []
+
+
+TREE = {
+    "__init__.py": "",
+    "jit/__init__.py": "from vibrodrive.jit.compile import inline\n",
+    "jit/compile.py": '"""Options.\n\nfrom here on, and import\n"""\n',
+    "kernels/engine.py": "import re\nfrom vibrodrive.jit.compile import jit\nfrom vibrodrive.kernels.step import *\n",
+    "kernels/step.py": "import vibrodrive.kernels.deep.clock as clock\nfrom .zero import find as f\n",
+    "kernels/zero.py": "from .. import model\nfrom . import table as t, codes\n",
+    "kernels/table.py": "from ..model.states import (  # Fig. 2 (a)\n    UP,\n)\n",
+    "kernels/codes.py": "from vibrodrive.model \\\n    import physical\n",
+    "kernels/deep/__init__.py": "",
+    "kernels/deep/clock.py": "from vibrodrive.jit import inline\nfrom ...model.units import *\n",
+    "model/__init__.py": "",
+    "model/states.py": "",
+    "model/physical.py": "",
+    "model/units.py": "",
+    "apart.py": "from vibrodrive.jit import inline\n",
+    "model/names.py": "from vibrodrive.kernels import engine\n",
+    "figures/draw.py": "from vibrodrive.kernels.engine import x\ndef f():\n from vibrodrive.jit.compile import jit\n",
+    "cli/sweep.py": "import vibrodrive.kernels.engine\nimport vibrodrive.figures.diagrams.draw\n",
+}
+"""A package in packages: every way to import, at any depth."""
+
+
+def test_imports_are_followed_into_packages_of_packages(copy):
+    shutil.rmtree(copy.root)
+    for name, source in TREE.items():
+        path = copy.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(source)
+
+    def hash_of_all() -> str:
+        return _fingerprint(copy.root, "vibrodrive.jit.compile")
+
+    first, deaf = hash_of_all(), []
+    for name, source in TREE.items():
+        (copy.root / name).write_text(source + "\nx = 1\n")
+        if hash_of_all() == first:
+            deaf.append(name)
+        (copy.root / name).write_text(source)
+    assert hash_of_all() == first
+    # of these no kernel takes anything: a package that only contains the module asked for is not asked itself
+    assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
+
+
+def test_the_fingerprint_costs_little_at_every_start():
+    took = []
+    for _ in range(5):
+        began = time.perf_counter()
+        _fingerprint()
+        took.append(time.perf_counter() - began)
+    assert min(took) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "value"),
+    [
+        (sys.implementation, "cache_tag", "cpython-399"),
+        (sys, "abiflags", "t"),
+        (_jit.numba, "__version__", "9.9"),
+        (_jit.llvmlite, "__version__", "9.9"),
+        (np, "__version__", "9.9"),
+    ],
+)
+def test_another_python_or_compiler_has_kernels_of_its_own(monkeypatch, tmp_path, where, name, value):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    before = _jit._cache_directory()
+    monkeypatch.setattr(where, name, value)
+    assert _jit._cache_directory() != before
+
+
+KERNEL = """
+from vibrodrive.jit.compile import CACHE, compilation, jit
+
+@jit
+def double(x):
+    return 2.0 * x
+
+assert double(3.0) == 6.0
+print(CACHE.name, compilation.seconds > 0)
+"""
+
+
+@pytest.mark.jit
+def test_unlike_processors_with_one_home_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
+    """Each compiles what it has not compiled yet, and knows that it does."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
+    (tmp_path / "kernel.py").write_text(KERNEL)
+
+    def run(**settings) -> list[str]:
+        for key in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
+            monkeypatch.delenv(key, raising=False)
+        for key, value in settings.items():
+            monkeypatch.setenv(key, value)
+        done = subprocess.run([sys.executable, str(tmp_path / "kernel.py")], capture_output=True, text=True, check=True)
+        return done.stdout.split()
+
+    here, generic, plain = run(), run(NUMBA_CPU_NAME="generic"), run(NUMBA_CPU_FEATURES="")
+    assert [compiled for _, compiled in (here, generic, plain)] == ["True"] * 3
+    assert len({here[0], generic[0], plain[0]}) == 3
+    assert run() == [here[0], "False"]
+
+
+def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_path, capsys):
+    from numba.core.event import trigger_event
+
+    from tests.support import fake
+    from vibrodrive.jobs.progress import Show
+    from vibrodrive.jobs.sweep import Job, run
+    from vibrodrive.model.config import read
+    from vibrodrive.store.layout import Origin
+
+    def compile_kernels(threads):
+        with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and what it calls
+            time.sleep(1.2)
+
+    sweep = import_module("vibrodrive.batch.sweep")
+    monkeypatch.setattr(sweep, "load_kernels", compile_kernels)
+    monkeypatch.setattr(sweep, "run_blocks", lambda plan, which, **_: fake.run_blocks(plan, which))
+    (tmp_path / "c.toml").write_text("[sweep]\nA = [1, 2]\n[run]\ntransient = 0\nperiods = 4\n")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    job = Job(read(tmp_path / "c.toml").plan(), Origin("[sweep]\n"), tmp_path / "c.h5")
+    summary = run(job, Show(sys.stderr, "c.h5"))
+    told = capsys.readouterr().err
+    assert told.count(COMPILING) == 1
+    seconds = [int(n) for n in re.findall(r"compiling: (\d+) s", told)]
+    assert seconds
+    assert seconds == sorted(seconds)
+    assert told.index(COMPILING) < told.index("compiling: ")
+    assert float(summary.rpartition(" and ")[2].removesuffix(" s to compile them")) >= 1.2
+    rate = float(summary.partition("(")[2].split()[0])
+    assert rate > 8 / 1.2, "periods over the time of the computation alone"

@@ -1,0 +1,109 @@
+"""The runner: table, file and figures; branches; the overlay on brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
+from vibrodrive.jobs.orbits import run_orbits
+from vibrodrive.model.plan import make_plan
+from vibrodrive.periodic.family import family, section
+from vibrodrive.periodic.search import orbits
+
+pytestmark = pytest.mark.jit  # hundreds of searches
+
+xr = pytest.importorskip("xarray")
+
+PLAN = {"A": np.linspace(2.9, 3.25, 36), "section_phase": 2.0, "transient": 300, "periods": 24}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    out = tmp_path_factory.mktemp("orbits") / "orbits.h5"
+    return run_orbits(make_plan(PLAN), out, title="A few", text="text = 1\n"), out
+
+
+def test_table_lists_every_bifurcation(written):
+    text, _ = written
+    lines = text.splitlines()
+    assert lines[-1].startswith("5 bifurcations; orbits of up to 3 periods")
+    assert [line.split()[1] for line in lines[1:-1]] == ["border", "period", "fold", "border", "grazing"]
+
+
+def test_file_holds_every_orbit(written):
+    _, out = written
+    assert sorted(p.name for p in out.parent.iterdir()) == [
+        "orbits.h5",
+        "orbits.png",
+        "orbits_multipliers.png",
+    ]
+    with xr.open_dataset(out, engine="h5netcdf") as file:
+        assert file.attrs["title"] == "A few"
+        assert file.attrs["config"] == "text = 1\n"
+        assert set(file.sizes) == {"orbit", "impact", "bifurcation"}
+        assert set(np.linspace(2.9, 3.25, 36)) <= set(file.A.values)
+        at = np.flatnonzero(file.A.values == PLAN["A"][14])
+        expected = orbits(float(PLAN["A"][14]))
+        assert file.period.values[at].tolist() == [o.period for o in expected]
+        assert file.multiplier.values[at].tolist() == [o.multiplier for o in expected]
+        assert file.word.values[at].tolist() == [o.word for o in expected]
+        for i, orbit in zip(at, expected, strict=True):
+            rows = slice(file.first_impact.values[i], file.first_impact.values[i] + orbit.impacts)
+            assert file.phase.values[rows].tolist() == orbit.phases.tolist()
+        assert file.bifurcation_kind.values.tolist()[1] == "period doubling"
+
+
+def test_brute_force_lies_on_the_stable_branches():
+    found = family([2.95, 3.0, 3.05], max_period=2)
+    motion = sweep(A=found.A, transient=2000, periods=6, section_phase=2.0).section
+    for there, points in zip(found.orbits, motion, strict=True):
+        (stable,) = (o for o in there if abs(o.multiplier) < 1)
+        apart = np.abs(points[:, None] - section(stable, 2.0)).max(axis=2)
+        assert apart.min(axis=1).max() < 1e-9
+
+
+def test_branches_end_at_bifurcations():
+    found = family(np.linspace(2.5, 2.7, 21), max_period=2)
+    ends = [b.A for b in found.bifurcations]
+    for branch in found.branches():
+        assert len({(o.name, o.kind) for o in branch.orbits}) == 1
+        inside = [a for a in ends if branch.A[0] < a - 1e-6 and a + 1e-6 < branch.A[-1]]
+        assert not inside or branch.unstable  # only an orbit that takes no part goes on
+        for end in (branch.A[0], branch.A[-1]):
+            assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
+
+
+def test_figures_show_branches_marks_and_cobweb():
+    found = family(np.linspace(2.5, 2.7, 21), max_period=2)
+    figure = bifurcation_diagram(found, section_phase=2.0, views=[(2.5, 2.7), (2.6, 2.65)])
+    assert len(figure.axes) == 2
+    assert figure.axes[1].get_xlim() == (2.6, 2.65)
+    names = [t.get_text() for t in figure.axes[0].get_legend().get_texts()]
+    assert names == ["period doubling", "border: a rest appears or vanishes", "grazing"]
+    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
+    assert dashed
+    assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"
+    (orbit,) = (o for o in orbits(3.04) if o.kind == "stable")
+    assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"A": 3.0}, {"eps": 1e-4}, {"B": [0.1, 0.2]}, {"method": "fixed", "dtau": 0.1}, {"A": [3.0]}],
+)
+def test_refused(change, tmp_path):
+    with pytest.raises(ValueError, match="must be"):
+        run_orbits(make_plan({**PLAN, **change}), tmp_path / "x.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_on_the_level(tmp_path):
+    """Orbits without a multiplier are written and drawn, too."""
+    plan = make_plan({**PLAN, "A": np.linspace(0.9, 2.1, 7), "B": 0.0})
+    text = run_orbits(plan, tmp_path / "level.h5")
+    assert text.splitlines()[-1].endswith(" at 11 values of A: 9 touching")
+    with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
+        assert set(file.kind.values) == {"touching"}
+        assert np.isnan(file.multiplier.values).all()

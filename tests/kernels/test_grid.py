@@ -1,0 +1,180 @@
+"""The fixed and Muller paths against plain loops that visit every grid point, and skipping against the literal scan."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.kernels.test_recurrence import evaluations
+from tests.support import naive
+
+SCENES = [
+    dict(A=3.04, dtau=0.1),
+    dict(A=1.5, dtau=0.65),
+    dict(A=1.5, dtau=0.7),
+    dict(A=3.15, dtau=0.03, xi0=2.0, dxi0=-0.5),
+    dict(A=3.0, B=1.3, dtau=0.05, xi0=4.0, tau0=1.0),
+    dict(A=2.5, B=0.0, dtau=0.2, xi0=0.3, dxi0=1.0, tau0=-7.0),
+    dict(A=3.04, eps=2e-4, dtau=0.004),
+    dict(A=2.6, eps=0.01, eta=7.3, dtau=0.02),
+]
+
+
+def compare(plain, ours, tolerance):
+    rows = ours.switches
+    assert [(s.before, s.after) for s in plain.switches] == [(r["before"], r["after"]) for r in rows]
+    tau = np.array([float(s.tau) for s in plain.switches])
+    mine = 2 * np.pi * rows["period"] + rows["phase"]
+    np.testing.assert_allclose(mine, tau, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(rows["xi"], [s.xi for s in plain.switches], rtol=0, atol=tolerance * 10)
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=str)
+def test_fixed_equals_the_plain_loop(scene):
+    """Same grid points, same decisions; times differ by the rounding of τ itself."""
+    periods = 12
+    compare(
+        naive.fixed(**scene, periods=periods),
+        vd.simulate(method="fixed", transient=0, periods=periods, **scene),
+        1e-11,
+    )
+
+
+@pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
+def test_muller_equals_the_plain_loop(scene):
+    """Both refine to far below their tolerance; what they agree on is bounded by it."""
+    periods = 8
+    compare(
+        naive.muller(**scene, tol=1e-10, periods=periods),
+        vd.simulate(method="muller", tol=1e-10, transient=0, periods=periods, **scene),
+        1e-7,
+    )
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+def test_skipping_equals_the_literal_scan(method, eps):
+    """To the bit, over four decades of Δτ, at every point of a sweep."""
+    arguments = dict(
+        A=np.linspace(1.2, 3.25, 12), dtau=[1e-4, 7.3e-4, 0.01, 0.1, 0.65, 2.0], eps=eps, method=method,
+        transient=3, periods=6,
+    )  # fmt: skip
+    skip = vd.sweep(scan="skip", **arguments)
+    literal = vd.sweep(scan="literal", **arguments)
+    assert np.array_equal(skip.section, literal.section, equal_nan=True)
+    assert np.array_equal(skip.switches, literal.switches)
+    assert np.array_equal(skip.margin, literal.margin)
+    assert np.array_equal(skip.status, literal.status)
+
+
+@pytest.mark.jit
+def test_fixed_converges_with_order_one():
+    """Error of the switching times at A = 3.04 over three periods falls as Δτ: slope 0.9 to 1.1."""
+    exact = vd.simulate(A=3.04, transient=0, periods=3)
+    steps = 0.01 * 2.0 ** -np.arange(8)
+    errors = []
+    for dtau in steps:
+        t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=0, periods=3)
+        assert len(t.switches) == len(exact.switches)
+        late = 2 * np.pi * (t.switches["period"] - exact.switches["period"]) + (
+            t.switches["phase"] - exact.switches["phase"]
+        )
+        errors.append(np.abs(late).mean())
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 0.9 < slope < 1.1
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("tol", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
+def test_muller_reaches_its_tolerance(tol):
+    """A switch is off by less than tol, times what one period passes on to the next (at most 20)."""
+    exact = vd.simulate(A=3.04, transient=0, periods=3)
+    t = vd.simulate(A=3.04, method="muller", dtau=0.01, tol=tol, transient=0, periods=3)
+    late = np.abs(t.switches["phase"] - exact.switches["phase"])
+    assert late.max() < max(20 * tol, 1e-13)
+
+
+def test_fixed_grid_is_never_accumulated():
+    """A switch time is τ0 + kΔτ for a whole k to the last bits, after a thousand periods as well."""
+    dtau = 0.1
+    t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=1000, periods=3)
+    for row in t.switches:
+        tau = math.fsum([2 * math.pi * int(row["period"]), 2.4492935982947064e-16 * int(row["period"]), row["phase"]])
+        assert abs(tau / dtau - round(tau / dtau)) * dtau < 4e-12
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
+    """The literal scan looks at blocks first: ξ and ξ' may both change sign within one, and back."""
+    sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
+    literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
+    assert np.array_equal(literal.section, skipping.section)
+    assert np.array_equal(literal.switches, skipping.switches)
+
+
+LEAPS: dict[str, dict[str, float]] = {
+    "H touches 1 at a grid point": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 1200, periods=5),
+    "the same, finer": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 12000, periods=5),
+    "the same, steeper": dict(
+        A=1.75, B=0.75, xi0=3.0, tau0=0.861587740205537, dtau=0.002129755515283362, periods=3
+    ),
+    "a budget of few switches": dict(
+        A=1.7287220708143323, B=0.7287220707685688, xi0=0.0833430610322381, tau0=0.48687829911216496,
+        dtau=0.004042611324263639, tol=4.53e-14, transient=40, periods=3, budget=4,
+    ),
+    "hardly any wait": dict(
+        A=1.000000001374711, B=0.0, xi0=2.0, dxi0=0.7062784193398164, dtau=1.8074693008481331e-06,
+        tol=0.0006628171063370612, periods=3, budget=4,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", LEAPS)
+def test_a_leap_sees_what_the_scan_sees(name):
+    """Sweeps leap over Muller's scans at ε = 0; a single trajectory is scanned."""
+    scene = {"method": "muller", "transient": 0, **LEAPS[name]}
+    alone = vd.simulate(**scene)
+    swept = vd.sweep(**{**scene, "A": [scene["A"]]})
+    assert np.array_equal(alone.section, swept.section[0], equal_nan=True)
+    assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[0])
+    assert (alone.margin, alone.status) == (swept.margin[0], swept.status[0])
+
+
+@pytest.mark.jit
+def test_a_leap_costs_the_same_for_every_step():
+    """Where a scan takes some steps more or less, and none of these motions comes back within the record."""
+    steps = (1e-5, 1e-4, 1e-3, 0.05)
+    sweep = dict(method="muller", tol=1e-7, transient=0, periods=60)
+    leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
+    scanned = {vd.simulate(A=3.055, dtau=dtau, **sweep).evaluations for dtau in steps}
+    assert len(leapt) == 1 < len(scanned)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "scene",
+    [
+        dict(A=56.334685138402385, B=1.9, tau0=np.pi / 2, xi0=1e-300, dtau=3.23769908526484, tol=1e-300, periods=1),
+        dict(
+            A=1.9850003906512026,
+            B=0.985,
+            tau0=4.5359423004019055,
+            xi0=4.440821210799109,
+            dtau=3.3299295262907394,
+            periods=1,
+        ),
+    ],
+)
+def test_a_grid_coarser_than_half_a_period(scene):
+    """ξ' is positive for a while between two grid points at which it is not."""
+    literal, skip = (
+        vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan) for scan in ("literal", "skip")
+    )
+    assert (literal.switches == skip.switches).all()

@@ -1,0 +1,221 @@
+"""What holds for every motion, over all parameters and starts (hypothesis; the same examples every time)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import vibrodrive as vd
+from tests.support import naive
+from tests.support.agreement import (
+    check_above_obstacle,
+    check_order,
+    flagged,
+    follow,
+    oscillator,
+    residual,
+    segments,
+    slide,
+    switching_functions,
+)
+from tests.support.reference import ETA, mp
+from vibrodrive import State, Status
+
+pytestmark = pytest.mark.jit
+
+bounded = settings(max_examples=300, derandomize=True, deadline=None)
+
+
+def powers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers spread evenly over powers of ten."""
+    return st.floats(low, high).map(lambda e: 10.0**e)
+
+
+SCENES = st.fixed_dictionaries(
+    {
+        "A": st.one_of(st.floats(0, 4), st.floats(1, 3.3), st.floats(0, 30), st.sampled_from([1e-3, 1e6])),
+        "B": st.one_of(st.just(0.1), st.floats(0, 1), st.floats(0, 3), st.sampled_from([0.0, 1.0])),
+        "eps": st.one_of(st.just(0.0), powers(-6, -3), powers(-6, 0)),
+        "eta": st.one_of(st.just(ETA), powers(-1, 2.5), st.integers(1, 12).map(float)),
+        "xi0": st.one_of(st.just(0.0), st.floats(0, 5), powers(-6, 3), st.sampled_from([1e-300, 1e12])),
+        "dxi0": st.one_of(st.just(0.0), st.floats(-4, 4), powers(-9, 2), powers(-9, 2).map(lambda v: -v)),
+        "tau0": st.one_of(st.just(0.0), st.floats(0, 7), st.floats(-1e9, 1e9)),
+    }
+)
+"""Any scene: the amplitudes of interest, level, steep and too steep inclines, all kinds of disturbance and start."""
+
+CALM = SCENES.map(lambda scene: scene | {"eps": 0.0})
+
+MODEST = SCENES.map(
+    lambda scene: (
+        scene
+        | {"A": min(scene["A"], 5.0), "tau0": scene["tau0"] % 7}
+        | {"dxi0": scene["dxi0"] if abs(scene["dxi0"]) > 1e-20 else 0.0}  # v² is to be seen in 50 digits
+    )
+)
+
+
+FAINT = st.fixed_dictionaries(
+    {
+        "A": st.floats(0.9, 12),
+        "B": st.one_of(st.just(0.0), st.floats(0, 1.3)),
+        "eps": powers(-9, -4),
+        "eta": st.sampled_from([37.0, ETA, 432.0, 1000.0, 1500.0]),
+        "xi0": powers(-1, 1.5),
+        "dxi0": st.one_of(st.just(0.0), powers(-1, 1.5).map(lambda v: -v), powers(-1, 1.5)),
+        "tau0": st.floats(-3, 3),
+    }
+)
+"""Disturbances that only the high derivatives of a switching function show."""
+
+
+def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
+    return vd.simulate(**scene, transient=0, periods=periods, budget=3000)
+
+
+@bounded
+@given(SCENES)
+def test_order_of_states(scene):
+    """Every switch is one of Fig. 2's, and begins in the state in which the last one ended."""
+    check_order(motion(scene, 20))
+
+
+@bounded
+@given(SCENES)
+def test_never_below_the_obstacle(scene):
+    check_above_obstacle(motion(scene))
+
+
+@bounded
+@given(SCENES)
+def test_every_switch_satisfies_its_switching_function(scene):
+    """To rounding, evaluated in 50 digits from the switch before."""
+    t = motion(scene)
+    model = oscillator(t)
+    mp.dps = 60
+    for s in segments(t)[:60]:
+        value, allowed = residual(model, s)
+        assert abs(value) <= allowed, s
+
+
+@bounded
+@given(SCENES)
+def test_no_switching_function_changes_sign_inside_a_segment(scene):
+    t = motion(scene)
+    mp.dps = 60
+    for s, values, noise in switching_functions(t)[:60]:
+        assert values.min() >= -noise, s
+
+
+@settings(max_examples=1000, derandomize=True, deadline=None)
+@given(FAINT)
+def test_faint_disturbance(scene):
+    """Every switch satisfies its switching function, and no other lies before it."""
+    t = motion(scene, 1)
+    mp.dps = 60
+    for s, values, noise in switching_functions(t)[:8]:
+        value, allowed = residual(oscillator(t), s)
+        assert abs(value) <= allowed, s
+        assert values.min() >= -noise, s
+
+
+@bounded
+@given(SCENES)
+def test_energy_never_rises_at_an_impact(scene):
+    """Whatever is lost is the kinetic energy it arrives with: ξ' < 0 before, 0 after, and ξ = 0 on both sides."""
+    t = motion(scene)
+    rows = t.switches
+    before = np.flatnonzero(rows["after"] == State.IMPACT)
+    assert (rows["dxi"][before] <= 0).all()
+    assert (rows["xi"][before] == 0).all()
+    leaving = np.flatnonzero(rows["before"] == State.IMPACT)
+    assert (rows["dxi"][leaving] == 0).all()
+    assert (rows["xi"][leaving] == 0).all()
+    np.testing.assert_array_equal(before + 1, leaving if len(leaving) == len(before) else [*leaving, len(rows)])
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(CALM)
+def test_work_is_what_the_forces_do(scene):
+    """Between two switches the kinetic energy changes by the work of H and friction along the way (Simpson's rule)."""
+    assume(scene["xi0"] < 1e6)
+    t = motion(scene, 3)
+    model = oscillator(t)
+    mp.dps = 30
+    for s in segments(t)[:6]:
+        if s.state not in (State.UP, State.DOWN) or s.h < 1e-3 or s.h > 20:
+            continue
+        path = slide(model, s)
+        sign = 1 if s.state == State.UP else -1
+        h = [s.h * k / 400 for k in range(401)]
+        power = np.array([float((model.H(s.tau + x) - sign) * path.at(x)[1]) for x in h])
+        work = float(s.h) / 1200 * (power[0] + power[-1] + 4 * power[1::2].sum() + 2 * power[2:-1:2].sum())
+        v0, v1 = float(path.at(0)[1]), float(path.at(s.h)[1])
+        size = np.abs(power).max() * float(s.h) + v0**2
+        assert abs((v1**2 - v0**2) / 2 - work) <= 1e-6 * size
+
+
+@settings(max_examples=400, derandomize=True, deadline=None)
+@given(MODEST)
+def test_certified_is_the_reference(scene):
+    """400 scenes: the states of the 50-digit reference wherever margins are above 1e-9; below, the same or a flag."""
+    assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # else a fall of a million periods
+    try:
+        found = follow(scene, most=16, periods=12)
+    except ArithmeticError:  # a zero of order three: no number of digits tells
+        assert flagged(motion(scene))
+        return
+    if found.agrees:
+        return
+    margins = [float(s.margin) for s in found.exact.switches[: found.same + 1]]
+    assert flagged(found.ours)
+    assert min([float(found.exact.margin), found.ours.margin, *margins]) <= 1e-9
+
+
+@bounded
+@given(MODEST, powers(-3, 0.3))
+def test_skipping_is_visiting(scene, dtau):
+    """Fixed and Muller: what `skip` jumps over carries no change of sign, so both scans agree to the bit."""
+    for method in ("fixed", "muller"):
+        skip, literal = (
+            vd.simulate(**scene, method=method, dtau=dtau, scan=scan, transient=0, periods=4, budget=10_000)
+            for scan in ("skip", "literal")
+        )
+        assert (skip.switches == literal.switches).all()
+        np.testing.assert_array_equal(skip.section, literal.section)
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(MODEST, powers(-2, 0.3))
+def test_fixed_is_the_literal_loop(scene, dtau):
+    """The same states at the same grid points as the obvious loop, up to where that loop sees a hair's breadth."""
+    assume(scene["xi0"] <= 1e3)
+    theirs = naive.fixed(**scene, dtau=dtau, periods=3).switches
+    ours = vd.simulate(**scene, method="fixed", dtau=dtau, transient=0, periods=3).switches
+    for a, b in zip(theirs, ours, strict=False):
+        if (a.before, a.after) != (b["before"], b["after"]) or abs(a.tau - _tau(b)) > dtau / 2:
+            # doubles differ in their last bits: only a value next to zero may tell the two apart
+            assert _hair(scene, a) < 1e-11
+            break
+
+
+def _tau(row: np.void) -> float:
+    return 2 * np.pi * int(row["period"]) + float(row["phase"])
+
+
+def _hair(scene: dict[str, float], s: naive.Switch) -> float:
+    """The smallest value that could have decided otherwise at a switch of the literal loop."""
+    model = naive.Model(scene["A"], scene["B"], scene["eps"], scene["eta"])
+    force = abs(abs(model.H(s.tau)) - 1)
+    return min(force, *(abs(v) for v in (s.xi, s.dxi)))
+
+
+@bounded
+@given(SCENES)
+def test_status_and_section_fit(scene):
+    """NaN in the section exactly where the budget ended the motion; margins are never negative, never NaN."""
+    t = motion(scene)
+    assert t.margin >= 0
+    assert np.isnan(t.section).any() <= (t.status == Status.BUDGET)

@@ -1,0 +1,108 @@
+"""A motion that comes back to where it was is not computed again (recurrence.py): the numbers are those that
+computing gives, to the bit, and they cost nothing. `simulate` computes them: it writes every switch down."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.kernels.engine import run
+from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.model.plan import make_plan
+
+RESTS, DRAWN_IN = 1.5, 3.0
+"""A motion that rests in each period, and one that never does again but is drawn in to the last bit."""
+
+
+def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
+    counts = np.bincount(one.switches["after"], minlength=5)
+    return (
+        np.array_equal(one.section, swept.section[index], equal_nan=True)
+        and np.array_equal(counts, swept.switches[index])
+        and (one.margin, one.status) == (swept.margin[index], swept.status[index])
+    )
+
+
+def evaluations(**arguments) -> float:
+    """How many a sweep of these arguments takes."""
+    plan = make_plan(arguments)
+    s, n = plan.settings, plan.n_points
+    work = np.empty(n)
+    w, k = new_lanes(1)
+    run(
+        w[0], k[0], plan.points(0, n), np.arange(n), np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods,
+        s.budget, np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
+        np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
+    )  # fmt: skip
+    return float(work.sum())
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("seed", range(4))
+def test_copied_equals_computed(seed):
+    """Windows that begin and end anywhere in a cycle, sections and starts at any phase."""
+    rng = np.random.default_rng(seed)
+    A = np.array([RESTS, DRAWN_IN, 1.2, 2.55, 3.06, 3.1, 3.17, *rng.uniform(1.05, 3.3, 13)])
+    window = dict(
+        transient=int(rng.integers(0, 400)),
+        periods=int(rng.integers(1, 300)),
+        tau0=float(rng.choice([0.0, rng.uniform(0, 6.28)])),
+        section_phase=float(rng.choice([0.0, rng.uniform(0, 6.28)])),
+    )
+    swept = vd.sweep(A=A, **window)
+    for k, a in enumerate(A):
+        assert same(swept, k, vd.simulate(A=a, **window)), (a, window)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("B", [0.0, 0.5, 0.985, 0.995, 1.2])
+def test_copied_equals_computed_on_any_slope(B):
+    A = np.linspace(1.1, 5.0, 12)
+    swept = vd.sweep(A=A, B=B, xi0=2.0, transient=37, periods=90)
+    for k, a in enumerate(A):
+        assert same(swept, k, vd.simulate(A=a, B=B, xi0=2.0, transient=37, periods=90)), a
+
+
+@pytest.mark.jit
+def test_the_refined_path_may_come_back_too():
+    A = np.linspace(1.1, 3.25, 12)
+    setting = dict(method="muller", dtau=1e-3, tol=1e-9, transient=20, periods=60)
+    swept = vd.sweep(A=A, **setting)
+    for k, a in enumerate(A):
+        assert same(swept, k, vd.simulate(A=a, **setting)), a
+    assert evaluations(A=[RESTS], **setting) < 0.3 * vd.simulate(A=RESTS, **setting).evaluations
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
+def test_what_repeats_costs_nothing(A):
+    few, many = (evaluations(A=[A], transient=400, periods=n) for n in (400, 100_000))
+    assert many <= few + 20
+    assert few < 0.5 * vd.simulate(A=A, transient=400, periods=400).evaluations
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
+def test_after_a_billion_periods(A):
+    """The transient is passed over as well; only its remainder by the cycle counts."""
+    late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
+    assert np.array_equal(late.section, early.section)
+    assert np.array_equal(late.switches, early.switches)
+
+
+@pytest.mark.jit
+def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
+    for setting in (dict(eps=2e-4), dict(method="fixed", dtau=0.01)):
+        swept = evaluations(A=[RESTS], transient=20, periods=20, **setting)
+        assert swept == vd.simulate(A=RESTS, transient=20, periods=20, **setting).evaluations
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
+def test_the_budget_of_a_period_is_kept(budget):
+    """Too small a budget for a later period ends the motion there, though its first period was cheaper."""
+    A = [RESTS, DRAWN_IN, 3.17]
+    swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)
+    for k, a in enumerate(A):
+        assert same(swept, k, vd.simulate(A=a, transient=3, periods=30, budget=budget)), a

@@ -1,0 +1,61 @@
+"""φ_up and φ_down: one formula for the engine and for the map of orbits, within two units in the last place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support.reference import mp
+from vibrodrive.kernels.release import release_down, release_up
+from vibrodrive.model.states import State
+from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
+
+
+def places(seed: int, n: int) -> np.ndarray:
+    """(n, 2) pairs (A, B) with A > 1 + B, half of them with B > 1."""
+    rng = np.random.default_rng(seed)
+    B = np.where(rng.random(n) < 0.5, rng.uniform(0.0, 1.0, n), 10.0 ** rng.uniform(0.0, 3.0, n))
+    return np.column_stack(((1.0 + B) * (1.0 + 10.0 ** rng.uniform(-3.0, 2.0, n)), B))
+
+
+def waits_end(A: float, B: float) -> tuple[float, float]:
+    """The phases at which the engine ends a sticking that begins at H = 0, as H rises and as it falls."""
+    middle = math.asin(B / A)
+    up, down = (
+        vd.simulate(A=A, B=B, xi0=1.0, tau0=start, transient=0, periods=1).switches[0]
+        for start in (middle, math.pi - middle)
+    )
+    assert (up["before"], up["after"]) == (State.STICK, State.UP)
+    assert (down["before"], down["after"]) == (State.STICK, State.DOWN)
+    return float(up["phase"]), float(down["phase"])
+
+
+@pytest.mark.jit
+def test_the_engine_and_the_map_agree_to_the_bit():
+    """A case that once differed in the last bit: φ_down, for some B > 1."""
+    seen = 0
+    for A, B in places(1, 2000).tolist():
+        ends = waits_end(A, B)
+        assert ends == (release_up(A, B)[0], release_down(A, B)[0])
+        slides = np.full((16, 3), np.nan)
+        flight(ends[0], A, B, 4, NO_WORD, slides)
+        assert slides[0, 0] == ends[0]
+        if slides[1, 2] == FROM_STICK:
+            assert slides[1, 0] == ends[1]
+            seen += B > 1.0
+    assert seen > 50
+
+
+def test_against_fifty_digits():
+    """Both phases, and A cos φ there, are within two units in the last place."""
+    with mp.workdps(50):
+        for A, B in places(3, 2000).tolist():
+            a, b = mp.mpf(A), mp.mpf(B)
+            up, down = mp.asin((1 + b) / a), mp.pi + mp.asin((1 - b) / a)
+            found = np.array([*release_up(A, B), *release_down(A, B)])
+            exact = [up, a * mp.cos(up), down, a * mp.cos(down)]
+            apart = [float(abs(x - y)) for x, y in zip(found.tolist(), exact, strict=True)]
+            assert (apart <= np.spacing(np.abs(found)) * 2.0).all(), (A, B)

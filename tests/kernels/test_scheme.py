@@ -1,0 +1,65 @@
+"""Fig. 2: the table of transitions is what the kernels decide, and all that motions show."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.kernels.switch import decide
+from vibrodrive.kernels.switching import S1, S2, S3, S4, S5
+from vibrodrive.model.states import TRANSITIONS
+
+FUNCTIONS = {"S1": S1, "S2": S2, "S3": S3, "S4": S4, "S5": S5}
+ENDED_BY = {vd.State.UP: ["S3"], vd.State.DOWN: ["S1", "S2"], vd.State.STICK: ["S4"], vd.State.REST: ["S5"]}
+
+FORCES = {
+    "H > 1": (math.nextafter(1, 2), 1.5, math.inf),
+    "H <= 1": (1.0, 0.0, -1.0, -7.0, -math.inf),
+    "H < -1": (math.nextafter(-1, -2), -1.5, -math.inf),
+    "|H| <= 1": (1.0, 0.3, -1.0),
+    "H = 1": (1.0,),
+    "H = -1": (-1.0,),
+    "": (1.0,),
+}
+
+
+@pytest.mark.jit
+def test_every_decision_is_that_of_the_table():
+    from numba import njit
+
+    decides = njit(lambda which, side, force: decide(which, side, force))
+    for state, name, condition, after in TRANSITIONS:
+        # an impact is decided at once: its force is that at the zero of S1
+        which = FUNCTIONS.get(name, S1)
+        if after == vd.State.IMPACT:
+            continue  # the zero of S1 itself
+        side = 1.0 if condition == "H = -1" else -1.0
+        for force in FORCES[condition]:
+            assert decides(which, side, force) == after, (state, name, condition, force)
+
+
+def test_the_table_is_complete():
+    """Every end of every state is in it, and with it every value of H."""
+    for state, names in ENDED_BY.items():
+        assert sorted({name for s, name, _, _ in TRANSITIONS if s == state}) == names
+    for state, *forbidden in ((vd.State.IMPACT, "H > 1", "H <= 1"),):
+        assert [c for s, _, c, _ in TRANSITIONS if s == state] == forbidden
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 1e-4])
+def test_motions_show_no_other_transition(eps):
+    allowed = {(int(state), int(after)) for state, _, _, after in TRANSITIONS}
+    seen = set()
+    draw = np.random.default_rng(2)
+    for _ in range(60):
+        motion = vd.simulate(
+            A=draw.uniform(1, 8), B=draw.uniform(0, 1.5), eps=eps, xi0=draw.uniform(0, 3), dxi0=draw.uniform(-2, 2),
+            transient=0, periods=8,
+        )  # fmt: skip
+        seen |= set(zip(motion.switches["before"].tolist(), motion.switches["after"].tolist(), strict=True))
+    assert seen <= allowed
+    assert len(seen) >= 9

@@ -1,0 +1,116 @@
+"""The boundary: what passes, what it is cast to, what is refused and how; and the scene in SI units."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from vibrodrive.model import parameters
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status, check, check_choice, check_count
+from vibrodrive.model.physical import Physical
+
+
+def test_numbers_become_float64():
+    for value in (3, 3.0, np.float32(3), np.int8(3), Fraction(3), np.float64(3)):
+        x = check("A", value)
+        assert type(x) is float
+        assert x == 3.0
+
+
+def test_minus_zero_becomes_zero():
+    assert math.copysign(1.0, check("xi0", -0.0)) == 1.0
+    assert math.copysign(1.0, check("tau0", -0.0)) == 1.0
+
+
+@pytest.mark.parametrize("name", list(PARAMETERS))
+def test_both_ends_of_every_range(name):
+    p = PARAMETERS[name]
+    assert check(name, p.high) == p.high
+    low = math.nextafter(p.low, math.inf) if p.open_low else p.low
+    assert check(name, low) == low
+    for outside in (math.nextafter(p.high, math.inf), math.nextafter(p.low, -math.inf), math.nan, math.inf, 10**400):
+        with pytest.raises(ValueError, match=f"^{name} = .*: must be ") as caught:
+            check(name, outside)
+        assert p.allowed in str(caught.value)
+    for no_number in ("3", None, True, np.True_, 3 + 0j, [3]):
+        with pytest.raises(TypeError, match=f"^{name} = .*: must be a number"):
+            check(name, no_number)
+    if p.default is not None and not math.isnan(p.default):
+        assert check(name, p.default) == p.default
+
+
+def test_counts():
+    assert check_count("periods", np.int32(5), 1) == 5
+    for wrong in (0, -3, 2**41):
+        with pytest.raises(ValueError, match=f"^periods = {wrong}: must be a whole number >= 1"):
+            check_count("periods", wrong, 1)
+    for wrong in (2.0, "2", None, True):
+        with pytest.raises(TypeError, match=r"^periods = .*: must be a whole number >= 1"):
+            check_count("periods", wrong, 1)
+
+
+def test_choices():
+    assert check_choice("method", "Certified", Method) == 2
+    assert check_choice("method", Method.FIXED, Method) == 0
+    assert type(check_choice("scan", Scan.LITERAL, Scan)) is int
+    with pytest.raises(ValueError, match=r"^method = 'newton': must be one of fixed, muller, certified"):
+        check_choice("method", "newton", Method)
+    for wrong in (2, None, Scan.LITERAL):
+        with pytest.raises(TypeError, match=r"^method = "):
+            check_choice("method", wrong, Method)
+
+
+def test_every_status_has_advice_of_its_own():
+    advice = [s.advice for s in Status]
+    assert len(set(advice)) == len(Status)
+    assert all(advice)
+
+
+def test_eta_is_that_of_the_paper():
+    assert pytest.approx(10 * math.sqrt(102), rel=1e-15) == parameters.ETA
+
+
+SCENE = {"a0": 0.004, "omega0": 150.0, "mass": 250.0, "mu": 0.6, "alpha": 10.0, "g": 9.81}
+
+
+def test_dimensionless_numbers_of_a_scene():
+    scene = Physical(**SCENE)
+    friction = 0.6 * 9.81 * math.cos(math.radians(10.0))
+    assert pytest.approx(150.0**2 * 0.004 / friction, rel=1e-14) == scene.A
+    assert pytest.approx(math.tan(math.radians(10.0)) / 0.6, rel=1e-14) == scene.B
+
+
+def test_lengths_velocities_times_and_forces_fit_together():
+    """The free flight of the model, ξ'' = H ∓ 1, is Newton's law in SI units."""
+    scene = Physical(**SCENE)
+    h = 1e-3
+    xi = scene.A * math.sin(0.5) * h**2 / 2
+    t = scene.time(h)
+    assert scene.length(xi) == pytest.approx(0.5 * 0.004 * 150.0**2 * math.sin(0.5) * t**2, rel=1e-12)
+    assert scene.length(xi) / t == pytest.approx(scene.velocity(xi / h), rel=1e-12)
+    weight = 250.0 * 9.81 * math.sin(math.radians(10.0))
+    assert scene.force(scene.B) == pytest.approx(weight, rel=1e-12)
+    np.testing.assert_allclose(scene.length(np.array([1.0, 2.0])), scene.friction / 150.0**2 * np.array([1.0, 2.0]))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "error"),
+    [
+        ("a0", -0.001, ValueError),
+        ("omega0", 0.0, ValueError),
+        ("mu", 0, ValueError),
+        ("mass", math.nan, ValueError),
+        ("g", math.inf, ValueError),
+        ("alpha", 90.0, ValueError),
+        ("alpha", -1, ValueError),
+        ("alpha", math.nan, ValueError),
+        ("a0", "4 mm", TypeError),
+        ("alpha", True, TypeError),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused(key, value, error):
+    with pytest.raises(error, match=f"^{key} = .*: must be "):
+        Physical(**(SCENE | {key: value}))

@@ -1,0 +1,107 @@
+"""A sweep before it runs: axes in order, points, blocks that tile them, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibrodrive.model.parameters import COLUMNS, ETA, Method
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, Plan, Settings, make_plan
+
+
+def test_axes_stand_in_the_order_written():
+    plan = make_plan({"eps": [0.0, 2e-4], "A": np.array([1, 2, 3]), "B": 0.2, "periods": 7})
+    assert list(plan.axes) == ["eps", "A"]
+    assert plan.shape == (2, 3)
+    assert plan.axes["A"].dtype == np.float64
+    assert plan.scalars["B"] == 0.2
+    assert plan.scalars["eta"] == ETA
+    assert math.isnan(plan.scalars["dtau"])
+    assert plan.settings == Settings(periods=7)
+
+
+def test_points_are_the_product_of_the_axes():
+    plan = make_plan({"A": [1.0, 2.0], "xi0": [0.0, 0.5, 1.0]})
+    points = plan.points(0, 6)
+    pairs = points[:, [COLUMNS.index("A"), COLUMNS.index("xi0")]].tolist()
+    assert pairs == [list(p) for p in itertools.product([1.0, 2.0], [0.0, 0.5, 1.0])]
+    np.testing.assert_array_equal(plan.points(2, 5), points[2:5])
+
+
+def test_one_point_has_no_axis():
+    plan = make_plan({"A": 3.04})
+    assert (plan.shape, plan.n_points, plan.chunk, plan.blocks()) == ((), 1, (), [(0, 1)])
+    assert plan.points(0, 1)[0, 0] == 3.04
+
+
+def test_an_axis_of_one_value_stays_an_axis():
+    assert make_plan({"A": [3.04]}).shape == (1,)
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(
+    shape=st.lists(st.integers(1, 3000), min_size=1, max_size=4).filter(lambda s: math.prod(s) <= 10**6),
+    periods=st.integers(1, 10**6),
+)
+def test_blocks_tile_the_points_and_are_chunks(shape, periods):
+    axes = {name: np.zeros(n) for name, n in zip(COLUMNS, shape, strict=False)}
+    plan = Plan(axes, {}, Settings(periods=periods))
+    blocks = plan.blocks()
+    assert [stop for _, stop in blocks[:-1]] == [start for start, _ in blocks[1:]]
+    assert (blocks[0][0], blocks[-1][1]) == (0, plan.n_points)
+    points = math.prod(plan.chunk)
+    assert points <= BLOCK_POINTS
+    assert points == 1 or points * periods * 16 <= BLOCK_BYTES
+    assert len(blocks) == math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
+    for start, stop in (blocks[0], blocks[-1]):
+        index = np.array(np.unravel_index(np.arange(start, stop), plan.shape)).T
+        low, high = index.min(axis=0), index.max(axis=0)
+        assert math.prod(high - low + 1) == stop - start, "a box"
+        assert (low % plan.chunk == 0).all()
+        assert (low // plan.chunk == high // plan.chunk).all(), "in one chunk"
+
+
+def test_a_given_tiling_stays():
+    plan = Plan({"A": np.zeros(10)}, {}, Settings(), tiling=(3,))
+    assert plan.blocks() == [(0, 3), (3, 6), (6, 9), (9, 10)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({}, ["A is missing"]),
+        ({"B": 0.1}, ["A is missing"]),
+        ({"A": None}, ["A = None", "number"]),
+        ({"A": 3, "colour": 1}, ["argument = 'colour'", "section_phase", "periods"]),
+        ({"A": "3"}, ["A = '3'", "number"]),
+        ({"A": []}, ["A = []", "at least one"]),
+        ({"A": [[1, 2]]}, ["A", "(1, 2)", "one-dimensional"]),
+        ({"A": [1, math.nan]}, ["A[1] = nan", "number"]),
+        ({"A": [1, -1]}, ["A[1] = -1", ">= 0"]),
+        ({"A": [1, "x"]}, ["A = ", "number"]),
+        ({"A": [True, False]}, ["A = True", "number"]),
+        ({"A": [1, 2 + 3j]}, ["A = ", "number"]),
+        ({"A": 3, "tol": [1e-7, 0.0]}, ["tol[1] = 0.0", "> 0"]),
+        ({"A": 3, "method": "fixed"}, ["dtau is missing", "'fixed'"]),
+        ({"A": 3, "method": "newton"}, ["method = 'newton'", "certified"]),
+        ({"A": 3, "scan": "quick"}, ["scan = 'quick'", "literal"]),
+        ({"A": 3, "periods": 0}, ["periods = 0", ">= 1"]),
+        ({"A": 3, "transient": 1.5}, ["transient = 1.5", "whole"]),
+    ],
+)
+def test_what_is_refused_is_named(arguments, words):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        make_plan(arguments)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert [w for w in words if w not in message] == []
+
+
+def test_a_grid_may_be_an_axis():
+    plan = make_plan({"A": 3, "method": Method.FIXED, "dtau": [0.1, 0.2]})
+    assert plan.axes["dtau"].tolist() == [0.1, 0.2]

@@ -1,0 +1,110 @@
+"""What makes no sense is refused in one sentence: the key, the value, what is allowed. Nobody who gives a public
+function something wrong meets an error of Python's or NumPy's own, a hang, or a number."""
+
+from __future__ import annotations
+
+import decimal
+import math
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+
+SHORT = dict(transient=1, periods=3)
+JUDGED = dict(transient=20, periods=10)
+SCENE = dict(a0=0.004, omega0=150.0, mu=0.6, alpha=10.0, mass=250.0)
+IN_SI = vd.Physical(**SCENE)
+
+NOT_NUMBERS = [
+    True, "3", "", "x" * 500, b"3", 3 + 1j, decimal.Decimal(3), {}, {"a": 1}, set(), object(), float, len, ...,
+    slice(1), iter([3.0]), np.array(["a"]), np.array([None]), np.datetime64("2020"), [None], ["a"], [[3], [3, 4]],
+]  # fmt: skip
+OUTSIDE = [math.nan, math.inf, -math.inf, 10**400, -(10**400), 10**5000, Fraction(10**400, 3)]
+SEQUENCES = [[], (), [3.0, 3.1], [[3.0]], np.array([]), np.zeros((20, 2)), range(3), range(10**15)]
+NUMBER = [None, *NOT_NUMBERS, *OUTSIDE, *SEQUENCES, -1.0]
+OPTIONAL = [*NOT_NUMBERS, *OUTSIDE, *SEQUENCES]
+COUNT = [*OPTIONAL, None, 0, -1, 2.0, 2**70]
+AXIS = [*NOT_NUMBERS, *OUTSIDE, [], (), [[3.0]], np.zeros((20, 2)), range(10**15), [3.0, math.nan], [3.0, "3"], -1.0]
+TEXT = [None, True, 3, 3.0, math.nan, b"3", "", "newton", [], ["eps"], {}, set(), object(), np.zeros((20, 2)), str]
+
+REFUSED = {
+    "simulate A": ("A", lambda v: vd.simulate(A=v, **SHORT), NUMBER),
+    "simulate B": ("B", lambda v: vd.simulate(A=3, B=v, **SHORT), [*OPTIONAL, -1.0]),
+    "simulate dxi0": ("dxi0", lambda v: vd.simulate(A=3, dxi0=v, **SHORT), OPTIONAL),
+    "simulate dtau": ("dtau", lambda v: vd.simulate(A=3, method="fixed", dtau=v, **SHORT), [*OPTIONAL, 0.0]),
+    "simulate method": ("method", lambda v: vd.simulate(A=3, method=v), TEXT),
+    "simulate scan": ("scan", lambda v: vd.simulate(A=3, scan=v), TEXT),
+    "simulate periods": ("periods", lambda v: vd.simulate(A=3, periods=v), [*COUNT, 10**12]),
+    "simulate budget": ("budget", lambda v: vd.simulate(A=3, budget=v), COUNT),
+    "sample": ("points_per_period", lambda v: vd.simulate(A=3, **SHORT).sample(v), COUNT),
+    "sample of many": ("points_per_period", lambda v: vd.simulate(A=1, periods=10**5).sample(v), [10**8]),
+    "sweep A": ("A", lambda v: vd.sweep(A=v, **SHORT), [None, *AXIS]),
+    "sweep eps": ("eps", lambda v: vd.sweep(A=[3, 3.1], eps=v, **SHORT), AXIS),
+    "sweep threads": ("threads", lambda v: vd.sweep(A=[3], threads=v), [*OPTIONAL, 0, -1, 2.0, 10**6]),
+    "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
+    "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.11]),
+    "select the one": ("eps", lambda v: swept().select(eps=v), [*NUMBER, 1e-4]),
+    "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b"]),
+    "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
+    "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
+    "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), TEXT),
+    "limit method": ("method", lambda v: vd.limit(3.04, method=v, **JUDGED), TEXT[1:]),
+    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), TEXT),
+    "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
+    "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1]),
+    "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),
+    "orbits A": ("A", vd.orbits, NUMBER),
+    "orbits max_period": ("max_period", lambda v: vd.orbits(3.04, max_period=v), COUNT),
+    "bifurcations A": ("A", vd.bifurcations, [None, *NOT_NUMBERS, *OUTSIDE, [], 3, (3.1, 3.0), (1, 2, 3), range(3)]),
+    "bifurcations from": ("A", lambda v: vd.bifurcations((v, 3.0)), NUMBER),
+    "bifurcations to": ("A", lambda v: vd.bifurcations((3.0, v)), NUMBER),
+    "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0]),
+    "impact_map A": ("A", vd.impact_map, NUMBER),
+    "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
+    "Physical omega0": ("omega0", lambda v: vd.Physical(**{**SCENE, "omega0": v}), [*NUMBER, 0]),
+    "Physical alpha": ("alpha", lambda v: vd.Physical(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
+    "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Physical(**{**SCENE, **v}).A), [
+        {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}
+    ]),
+    "length": ("xi", IN_SI.length, [None, *NOT_NUMBERS, range(10**15)]),
+    "force": ("h", IN_SI.force, [None, *NOT_NUMBERS]),
+}  # fmt: skip
+"""What is called, the key its sentence names, and the values that are refused."""
+
+
+def swept():
+    return vd.sweep(A=[3.0, 3.1], eps=[0.0], **SHORT)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
+    key, call, values = REFUSED[name]
+    for value in values:
+        with pytest.raises((TypeError, ValueError), match=rf"^{key}(\[\d+\])? = .+: must be .+$") as caught:
+            print(name, type(value), call(value))  # what came out instead
+        assert "\n" not in str(caught.value)
+        assert len(str(caught.value)) < 300
+
+
+def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
+    with pytest.raises(TypeError, match=r"^A = \[3, 3\.1\]: must be a number >= 0 and <= 1e\+09$"):
+        vd.limit([3, 3.1])
+    with pytest.raises(TypeError, match=r"^B = 'array of 2 values': must be a single number: only A may be an axis$"):
+        vd.limit(3.04, B=[0.1, 0.2])
+    with pytest.raises(ValueError, match=r"^A = 99: must be a number between 3 and 3\.1, the ends of this axis$"):
+        swept().select(A=99)
+    with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 16\.0 TB, .* are available$"):
+        vd.simulate(A=3.04, periods=10**12)
+
+
+@pytest.mark.jit
+def test_too_few_periods_to_judge_are_refused():
+    """Two periods of the orbit show each of its gaps between impacts once: less shows nothing (k2 was 1.7e-14)."""
+    with pytest.raises(ValueError, match=r"^periods = 1: must be a whole number >= 2$"):
+        vd.limit(A=1.5, periods=1, transient=10)
+    with pytest.raises(ValueError, match=r"^periods = 7: must be >= 8, twice the period .* at A = 3.1$"):
+        vd.limit(A=3.1, periods=7, transient=10)
+    assert vd.limit(A=3.1, periods=8, transient=10).k2 > 1e-6

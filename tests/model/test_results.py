@@ -1,0 +1,105 @@
+"""Results: named axes, the nearest value, the arrays of a sweep in memory and of its file."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support import fake
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
+from vibrodrive.model.size import TooLarge
+
+
+@pytest.fixture
+def plan():
+    return make_plan({"A": [1.0, 2.0, 3.0, 4.0], "eps": [0, 1e-4], "periods": 5, "transient": 0})
+
+
+def collected(plan):
+    return Results.collect(plan, fake.run_blocks(plan))
+
+
+def test_every_block_is_in_its_place(plan):
+    r = collected(plan)
+    assert r.section.shape == (4, 2, 5, 2)
+    assert r.switches.shape == (4, 2, 5)
+    flat = r.section.reshape(-1, 5, 2)
+    for k, (start, stop) in enumerate(plan.blocks()):
+        np.testing.assert_array_equal(flat[start:stop], fake.block(plan, k).section)
+    # point 5 of the product is A = 3, ε = 1e-4
+    assert r.section[2, 1, 0, 0] == np.sin(3.0 * 1 + 5)
+    assert r.computed == 1.0
+
+
+def test_what_is_not_computed_is_marked(plan):
+    r = Results.collect(plan, [])
+    assert np.isnan(r.section).all()
+    assert (r.status == Status.NOT_COMPUTED).all()
+    assert r.computed == 0.0
+
+
+def test_select_takes_the_nearest_value_and_drops_the_axis(plan):
+    r = collected(plan)
+    part = r.select(A=2.9)
+    assert list(part.axes) == ["eps"]
+    assert part.scalars["A"] == 3.0
+    np.testing.assert_array_equal(part.section, r.section[2])
+    point = part.select(eps=9e-5)
+    np.testing.assert_array_equal(point.section, r.section[2, 1])
+    np.testing.assert_array_equal(r.select(eps=0, A=1).margin, r.margin[0, 0])
+    with pytest.raises(ValueError, match="axis = 'B': must be one of A, eps"):
+        r.select(B=1)
+
+
+def test_an_end_of_an_axis_is_met_within_rounding(plan):
+    """0.1 · 3 is more than 0.3: still the end of an axis that ends there."""
+    r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
+    assert r.select(A=0.1 * 3).margin == 2.0
+
+
+@pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
+def test_pickled_and_copied_results_are_the_same(plan, chosen):
+    """And of a selection nothing but itself is pickled."""
+    whole = collected(plan)
+    r = whole.select(**chosen)
+    for again in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r), copy.copy(r)):
+        assert repr(again) == repr(r)
+        assert again.settings == r.settings
+        for name in ("section", "status", "margin", "switches"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(r, name))
+    if chosen:
+        assert len(pickle.dumps(r)) < len(pickle.dumps(whole))
+
+
+def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the_same():
+    one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
+    other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)
+    assert (one == same) is True
+    assert (one != same) is False
+    assert (one == other) is False
+    assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
+    assert one != 3
+    assert one in [other, same]
+    assert pickle.loads(pickle.dumps(one)) == one, "its Δτ is NaN"
+    assert (one.sample(5) == same.sample(5)) is True
+    assert (one.sample(5) != other.sample(5)) is True
+    assert (one.sample(5) == one.sample(6)) is False
+    given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
+    assert np.isnan(given_up[0].section).any()
+    assert given_up[0] == given_up[1], "NaN is where NaN is"
+
+
+def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():
+    plan = make_plan({"A": np.linspace(1, 2, 100_000), "B": np.linspace(0, 1, 10_000), "periods": 10**6})
+    with pytest.raises(TooLarge, match=r"1000000000 points x 1000000 periods.* take .*PB.* available"):
+        Results.collect(plan, [])
+
+
+def test_its_name_says_what_it_holds(plan):
+    assert repr(collected(plan)) == "<Results A 1…4 (4), eps 0…0.0001 (2): certified, 0 + 5 periods>"

@@ -1,0 +1,191 @@
+"""The paper's claims are computed: the files are there, and another configuration gives another verdict."""
+
+import json
+import math
+import shutil
+
+import numpy as np
+import pytest
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.figures.model import ALPHA, drawing
+from vibrodrive.figures.scheme import scheme
+from vibrodrive.model.states import TRANSITIONS, State
+from vibrodrive.paper import claims_physical as paper_claims_physical  # noqa: F401
+from vibrodrive.paper.claim import CLAIMS, Verdict, plain
+from vibrodrive.paper.figures import FIGURES, Slip, find_slip
+from vibrodrive.paper.run import Desk, configurations, run_paper
+from vibrodrive.store.reader import load
+
+
+def test_every_figure_and_enough_claims():
+    assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
+    assert len(CLAIMS) >= 12
+    assert len({c.id for c in CLAIMS}) == len(CLAIMS)
+    assert {c.figure for c in CLAIMS} <= set(FIGURES)
+
+
+def test_the_drawing_shows_each_quantity_and_which_way_it_counts():
+    ax = drawing().axes[0]
+    labels = " ".join(t.get_text() for t in ax.texts)
+    for shown in ("gap $x$", r"\xi", "F_H", r"\mu", r"\alpha", "mg", r"a_0 \sin", "obstacle", "$m$"):
+        assert shown in labels, shown
+    # an annotation's xy is the head of its arrow, xyann the tail
+    ways = [
+        math.degrees(math.atan2(a.xy[1] - a.xyann[1], a.xy[0] - a.xyann[0]))
+        for a in ax.texts
+        if getattr(a, "arrow_patch", None) is not None
+    ]
+    # ξ, ξ' and y upwards along the incline, the adhesive force down along it, the weight straight down
+    assert sorted(ways) == pytest.approx([ALPHA - 180, -90, ALPHA, ALPHA, ALPHA])
+
+
+def test_the_scheme_shows_every_transition_and_only_those():
+    ax = scheme({(State.UP, State.STICK)}).axes[0]
+    arrows = [a for a in ax.texts if getattr(a, "arrow_patch", None) is not None]
+    assert len(arrows) == len(TRANSITIONS)
+    thick = [a for a in arrows if a.arrow_patch.get_linewidth() > 1]
+    assert len(thick) == 1
+    labels = [t.get_text() for t in ax.texts]
+    for function in ("S_1", "S_2", "S_3", "S_4", "S_5"):
+        assert any(function in text for text in labels)
+
+
+def test_numbers_become_json():
+    numbers = [
+        np.float64(1.5),
+        np.int64(2),
+        np.bool_(True),
+        np.nan,
+        [np.inf, (1,)],
+        np.array([1.0, np.nan]),
+        np.array(3),
+    ]
+    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
+    json.dumps(plain(numbers), allow_nan=False)
+
+
+def test_an_unknown_figure_is_named_and_nothing_is_written(tmp_path):
+    with pytest.raises(ValueError, match=r"figure = 'fig99': must be one of fig01, "):
+        run_paper(tmp_path / "out", ["fig99"])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def some(tmp_path_factory):
+    """The quick figures, from the configurations as they are."""
+    out = tmp_path_factory.mktemp("paper")
+    lines = []
+    return out, run_paper(out, ["fig02", "fig04", "fig08", "fig09", "fig12"], lines.append), lines
+
+
+def verdicts(result):
+    return {j.claim.id: j.outcome.verdict for j in result.claims}
+
+
+@pytest.mark.jit
+def test_files_are_written_and_can_be_read(some):
+    out, result, lines = some
+    for name in ("fig02", "fig04", "fig08", "fig09", "fig12"):
+        for ending in (".png", ".pdf"):
+            assert (out / f"{name}{ending}").stat().st_size > 1000
+    assert all(path.exists() for path in result.files)
+    sections = load(out / "fig09.h5")
+    assert sections.section.shape == (3, 1500, 2)
+    assert any(line.startswith("fig09") for line in lines)
+    assert any("near-limit" in line for line in lines)
+    table = (out / "claims.md").read_text()
+    for judged in result.claims:
+        assert judged.claim.says in table
+    document = json.loads((out / "claims.json").read_text())
+    assert [c["id"] for c in document["claims"]] == [j.claim.id for j in result.claims]
+    assert all(c["verdict"] in list(Verdict) for c in document["claims"])
+
+
+@pytest.mark.jit
+def test_what_came_out(some):
+    _, result, _ = some
+    found = verdicts(result)
+    assert found["two-solutions"] == Verdict.REPRODUCED
+    assert found["step-kept"] == Verdict.REPRODUCED
+    assert found["step-lost"] == Verdict.REPRODUCED
+    assert found["near-limit"] == Verdict.CORRECTED
+    assert found["basic-motion"] == Verdict.REPRODUCED
+    assert found["transient"] == Verdict.REPRODUCED
+    near = next(j for j in result.claims if j.claim.id == "near-limit").outcome.numbers
+    assert near["rho"] == pytest.approx(0.87, abs=0.005)
+    assert (near["kept_printed"], near["kept_drawn"]) == (False, True)
+
+
+@pytest.mark.jit
+def test_another_configuration_gives_another_verdict(some, tmp_path):
+    configs = tmp_path / "configs"
+    shutil.copytree(configurations(), configs)
+
+    def change(name, old, new):
+        path = configs / f"{name}.toml"
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+
+    change("fig04", "xi0 = [0.0, 2.0]", "xi0 = [0.0, 0.1]")
+    change("fig08", "dtau = [0.5, 0.7]", "dtau = [0.5, 0.6]")
+    change("fig09", "dtau = [0.01, 0.05, 0.242]", "dtau = [0.01, 0.07, 0.242]")
+    change("fig12", "dtau = 0.1", "dtau = 0.09")
+    before, after = (
+        verdicts(some[1]),
+        verdicts(run_paper(tmp_path / "out", ["fig04", "fig08", "fig09", "fig12"], configs=configs)),
+    )
+    assert before["two-solutions"] != after["two-solutions"] == Verdict.NOT
+    assert before["step-lost"] != after["step-lost"] == Verdict.NOT
+    assert before["near-limit"] != after["near-limit"] == Verdict.NOT
+    assert before["basic-motion"] != after["basic-motion"] == Verdict.NOT
+    assert before["step-kept"] == after["step-kept"] == Verdict.REPRODUCED
+
+
+@pytest.mark.jit
+def test_a_configuration_without_a_period_is_no_crash(tmp_path):
+    configs = tmp_path / "configs"
+    shutil.copytree(configurations(), configs)
+    path = configs / "fig12.toml"
+    path.write_text(path.read_text().replace("transient = 1000", "transient = 0").replace("A = 3.04", "A = 3.057"))
+    desk = Desk(configs, tmp_path, lambda line: None)
+    claim = next(c for c in CLAIMS if c.id == "basic-motion")
+    from vibrodrive.paper.claim import judge
+
+    outcome = judge(claim, desk).outcome
+    assert outcome.verdict == Verdict.NOT
+    assert "no period" in outcome.text
+
+
+@pytest.mark.jit
+def test_the_slip_of_fig_12_has_a_basic_motion_on_either_side():
+    motion = simulate(A=3.04, method="fixed", dtau=0.1, periods=300)
+    slip = find_slip(motion, speed=2.1287)
+    assert isinstance(slip, Slip)
+    assert (slip.usual, slip.odd, slip.basic) == (2, 3, 6)
+    spans = [np.diff(s)[0] / (2 * np.pi) for s in (slip.before, slip.during, slip.after)]
+    assert np.round(spans).tolist() == [6, 3, 6]
+    assert slip.before[1] == slip.during[0]
+    assert slip.during[1] == slip.after[0]
+
+
+@pytest.mark.jit
+@pytest.mark.slow
+def test_the_whole_paper(tmp_path):
+    result = run_paper(tmp_path)
+    assert len(result.claims) == len(CLAIMS)
+    found = verdicts(result)
+    assert all("cannot be tested" not in j.outcome.text for j in result.claims)
+    for name in (
+        "interruptions",
+        "two-points",
+        "small-epsilon",
+        "limit-epsilon",
+        "unique",
+        "n-solutions",
+        "why-six",
+    ):
+        assert found[name] == Verdict.REPRODUCED, name
+    for name in ("structure-kept", "near-limit", "precision"):
+        assert found[name] == Verdict.CORRECTED, name

@@ -1,0 +1,239 @@
+"""What the paper shows, number by number: the onsets of Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to
+10, the motion on a coarse grid of Figs. 11 and 12. The numbers come from a program that shares nothing with this one.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive import State
+from vibrodrive.model import config
+
+pytestmark = pytest.mark.jit
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+POINTS = np.array([[2.7733816327, -2.6101762195], [1.2155473776, -2.8904206661]])
+"""Section points of the two-periodic motion at A = 3.04, at τ = 2πk."""
+
+
+def swept(name):
+    """The sweep of a configuration, its section put where the numbers below were taken: τ = 2πk."""
+    return vd.sweep(**config.read(CONFIGS / f"{name}.toml", ["section_phase=0.0"]).arguments)
+
+
+def period(points, longest=64, close=1e-8):
+    """The period of a row of section points in excitation periods, 0 if it is longer than `longest`."""
+    for n in range(1, longest + 1):
+        if np.abs(points[n:] - points[:-n]).max() < close:
+            return n
+    return 0
+
+
+def follows(points, orbit):
+    """Whether the nearest point of an orbit advances by one every period."""
+    nearest = np.linalg.norm(points[:, None] - orbit, axis=-1).argmin(axis=1)
+    return bool((np.diff(nearest) % len(orbit) == 1 % len(orbit)).all())
+
+
+def strong_impacts(motion):
+    """Impacts faster than a tenth of the fastest one."""
+    impacts = motion.switches[motion.switches["after"] == State.IMPACT]
+    return impacts[np.abs(impacts["dxi"]) > 0.1 * np.abs(impacts["dxi"]).max()]
+
+
+# Fig. 3: the route to chaos
+
+
+def periods(A, transient=3000):
+    """Periods over A of the motion, seen at a phase at which the mass never rests for long."""
+    found = vd.sweep(A=A, transient=transient, periods=160, section_phase=2.0)
+    assert (found.status == vd.Status.OK).all()
+    return [period(points) for points in found.section]
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "changes"),
+    [
+        (2.6035, 2.6045, (1, 2)),
+        (3.0565, 3.0575, (2, 4)),
+        (3.1892, 3.1900, (None, 3)),
+    ],
+)
+def test_fig03_onsets(below, above, changes):
+    before, after = periods([below, above], transient=20_000)
+    assert after == changes[1]
+    assert before == changes[0] if changes[0] else before != changes[1]
+
+
+def test_fig03_between_the_onsets():
+    for low, high, n in ((1.12, 2.60, 1), (2.61, 3.05, 2), (3.06, 3.15, 4), (3.19, 3.25, 3)):
+        assert set(periods(np.linspace(low, high, 60))) == {n}
+
+
+def test_fig03_at_rest_below_the_first_onset():
+    found = vd.sweep(A=[0.5, 1.0, 1.099], transient=10, periods=5)
+    assert (found.status == vd.Status.NEVER_LEAVES).all()
+    assert not found.section.any()
+    assert not found.switches[:, State.IMPACT].any()
+
+
+def test_fig03_one_impact_in_two_periods():
+    found = vd.sweep(A=[2.61, 2.65, 2.68, 2.70, 2.80, 3.0], transient=3000, periods=100)
+    assert found.switches[:, State.IMPACT].tolist() == [100, 100, 100, 50, 50, 50]
+
+
+def test_fig03_windows_of_every_period_from_5_to_36():
+    found = periods(np.linspace(3.156, 3.190, 4001))  # the narrowest of them take a few of these steps
+    assert set(range(5, 37)) <= set(found)
+
+
+# Figs. 4 and 6: two solutions, one orbit
+
+
+def test_fig04_and_fig06_two_solutions_shifted_by_one_period():
+    found = vd.sweep(A=3.04, xi0=[0.0, 0.5, 2.0, 5.0, 11.0], transient=1000, periods=1500).section
+    shifts = []
+    for points in found:
+        shift = int(np.abs(points[0] - POINTS).sum(axis=1).argmin())
+        expected = np.roll(POINTS, -shift, axis=0)[np.arange(1500) % 2]
+        np.testing.assert_allclose(points, expected, rtol=0, atol=1e-10)
+        shifts.append(shift)
+    assert set(shifts) == {0, 1}
+
+
+def test_fig06_the_limit_lies_between_153e_6_and_177e_6():
+    found = vd.sweep(A=3.04, eps=[0.5e-4, 1.0e-4, 1.53e-4, 1.77e-4, 2.5e-4], transient=1000, periods=1500)
+    assert [follows(points, POINTS) for points in found.section] == [True, True, True, False, False]
+    rho = [np.linalg.norm(points[:, None] - POINTS, axis=-1).min(axis=1).max() for points in found.section]
+    assert rho[0] < 0.2, "near the two points"
+    assert rho[-1] > 5 * rho[0], "a cloud"
+
+
+# Fig. 5: a broad band of the same coarse motion
+
+
+@pytest.mark.parametrize(("eps", "switches"), [(0.0, 4.0), (5e-4, 83.0)])
+def test_fig05_switches_a_period(eps, switches):
+    motion = vd.simulate(A=1.5, eps=eps, transient=1000, periods=250)
+    lasting = motion.switches["after"] != State.IMPACT  # an impact is over at once: no state that lasts
+    assert lasting.sum() / 250 == pytest.approx(switches, abs=0.5)
+    main = vd.simulate(A=1.5, transient=10, periods=1).switches["dxi"].min()
+    fast = (motion.switches["after"] == State.IMPACT) & (motion.switches["dxi"] < 0.8 * main)
+    assert (np.diff(motion.switches["period"][fast]) == 1).all(), "one main impact a period"
+    assert fast.sum() == 250
+
+
+# Figs. 7 and 10: the same disturbance seen twice
+
+
+@pytest.fixture(scope="module")
+def diagrams():
+    """A, the period of the undisturbed motion, and the section points: undisturbed, ε = 2e-4, Δτ = 0.1."""
+    physical, numerical = swept("fig07"), swept("fig10")
+    for results in (physical, numerical):
+        assert (results.status == vd.Status.OK).all()
+    assert physical.axes["A"].tolist() == numerical.axes["A"].tolist()
+    calm = physical.section[:, 0]
+    n = np.array([period(points) for points in calm])
+    return physical.axes["A"], n, calm, physical.section[:, 1], numerical.section
+
+
+def structure_kept(n, calm, disturbed):
+    """Where the disturbed motion follows the undisturbed orbit; False where that has no period."""
+    return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, calm, disturbed, strict=True)])
+
+
+def test_fig07_undisturbed(diagrams):
+    A, n, *_ = diagrams
+    for low, high, expected in ((3.0, 3.05, 2), (3.06, 3.15, 4), (3.19, 3.25, 3)):
+        assert set(n[np.searchsorted(A, low) : np.searchsorted(A, high)].tolist()) == {expected}
+
+
+def test_fig07_lines_become_bands_until_the_structure_is_lost(diagrams):
+    A, n, calm, loud, _ = diagrams
+    kept = structure_kept(n, calm, loud)
+    assert kept[A < 3.02].all()
+    assert not kept[(A > 3.03) & (A < 3.15)].any()
+    band = [
+        np.linalg.norm(x[:, None] - orbit[:2], axis=-1).min(axis=1).max()
+        for x, orbit in zip(loud[A < 3.02], calm[A < 3.02], strict=True)
+    ]
+    assert max(band) < 1.3
+    assert min(band) > 0.3
+
+
+def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
+    A, n, calm, loud, grid = diagrams
+    assert not structure_kept(n, calm, grid).any(), "Δτ = 0.1 is beyond the limit for every A > 3"
+
+    edges = np.linspace(-3.5, 0.5, 41)
+
+    def filled(points):
+        """How many of 40 bins of the velocity are met, for each A."""
+        return np.array([np.count_nonzero(np.histogram(row, edges)[0]) for row in points[..., 1]])
+
+    lost = (A > 3.03) & (A < 3.15)
+    lines, physical, numerical = (np.median(filled(x[lost])) for x in (calm, loud, grid))
+    assert lines <= 4
+    assert min(physical, numerical) > 2 * lines, "clouds, both"
+    apart = [np.histogram(x[..., 1], edges)[0] / x[..., 1].size for x in (loud, grid)]
+    assert 0.5 * np.abs(apart[0] - apart[1]).sum() < 0.25, "over the same velocities"
+
+
+# Fig. 8: a coarse grid
+
+
+@pytest.mark.parametrize(("dtau", "kept"), [(0.5, True), (0.65, True), (0.7, False)])
+def test_fig08_the_word_of_the_simplest_motion(dtau, kept):
+    motion = vd.simulate(A=1.5, method="fixed", dtau=dtau, transient=999, periods=100)
+    after = motion.switches["after"]
+    word = [int(s) for s in after if s != State.IMPACT]
+    first = word.index(State.UP)
+    simplest = [State.UP, State.STICK, State.DOWN, State.REST]
+    expected = (simplest * (len(word) // 4 + 1))[: len(word) - first]
+    assert (word[first:] == expected) is kept
+
+
+# Fig. 9: the printed 0.5 must be 0.05
+
+
+def test_fig09_near_the_limit():
+    found = vd.sweep(A=3.04, method="fixed", dtau=[0.01, 0.05, 0.055, 0.1, 0.5], transient=1000, periods=1500)
+    assert [follows(points, POINTS) for points in found.section] == [True, True, False, False, False]
+    near = found.section[1]
+    start = int(np.linalg.norm(near[0] - POINTS, axis=-1).argmin())
+    shifted = np.roll(POINTS, -start, axis=0)[np.arange(1500) % 2]
+    assert np.linalg.norm(near - shifted, axis=-1).max() == pytest.approx(0.87, abs=0.005)
+
+
+# Figs. 11 and 12: one motion of 6×2π pieces
+
+
+def test_fig11_the_motion_does_not_depend_on_the_start():
+    found = vd.sweep(
+        A=3.04, method="fixed", dtau=0.1, xi0=[0.0, 0.5, 2.0, 5.0, 11.0, 17.3], transient=1000, periods=1500
+    )
+    for k in range(1, 6):
+        assert found.section[k].tobytes() == found.section[0].tobytes()
+    assert period(found.section[0]) == 0, "and it is no short orbit"
+
+
+def test_fig12_basic_motions_of_6_periods_and_transients_of_one():
+    motion = vd.simulate(A=3.04, method="fixed", dtau=0.1, transient=1000, periods=1500)
+    impacts = strong_impacts(motion)
+    tau = 2 * np.pi * impacts["period"] + impacts["phase"]
+    gaps = np.rint(np.diff(tau) / (2 * np.pi)).astype(int)
+    assert set(gaps.tolist()) == {2, 3}
+    threes = np.flatnonzero(gaps == 3)
+    assert 5 <= len(threes) <= 30
+    assert np.diff(threes).min() > 3, "single: basic motions lie between"
+    steps = np.rint(tau / 0.1).astype(int)
+    basic = steps[3:] - steps[:-3]
+    values, counts = np.unique(basic, return_counts=True)
+    assert values[counts.argmax()] == 377, "three gaps of 2 periods, 377 steps of 0.1: 6×2π is 376.99"
+    assert counts.max() > 0.6 * len(basic)

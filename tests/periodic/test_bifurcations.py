@@ -1,0 +1,190 @@
+"""Bifurcations: their conditions in 50 digits, the paper's values, and completeness against a finer grid."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.mp_flight import orbit_phase, slope
+from tests.support.reference import IMPACT, mp, reference
+from vibrodrive.periodic import bifurcations as orbit_bifurcations
+from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
+from vibrodrive.periodic.continuation import Path
+from vibrodrive.periodic.search import orbits
+
+pytestmark = pytest.mark.jit  # hundreds of searches
+
+PAPER = (1.05, 3.25)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return bifurcations(PAPER, 0.1, 4)
+
+
+def of_kind(found, kind):
+    return [b for b in found if b.kind == kind]
+
+
+def test_the_paper_s_route(found):
+    """Onset at A = 1 + B; 2-periodic from 2.604, one impact in two periods from 2.69, 4-periodic from 3.057,
+    3-periodic from 3.19: two doublings, a grazing, a fold."""
+    assert [b.A for b in of_kind(found, "onset")] == [1.1]
+    doublings = [b.A for b in of_kind(found, "period doubling")]
+    assert doublings[:2] == pytest.approx([2.604, 3.057], abs=5e-4)
+    grazing = of_kind(found, "grazing")[0].A
+    assert grazing == pytest.approx(2.69, abs=5e-3)
+    assert [b.A for b in of_kind(found, "fold")] == pytest.approx([3.19], abs=1e-3)
+
+
+def test_doublings_in_the_reference(found):
+    """The multiplier, by differences of 50-digit flights, is -1."""
+    for b in of_kind(found, "period doubling"):
+        n = b.orbit.impacts
+        phi = orbit_phase(b.A, b.B, float(b.orbit.phases[0]), n, b.orbit.period)
+        assert float(slope(b.A, b.B, phi, n)) == pytest.approx(-1.0, abs=1e-10)
+        assert b.multiplier_below == pytest.approx(-1.0, abs=1e-5)
+        assert b.multiplier_above == pytest.approx(-1.0, abs=1e-5)
+        twice = [o for o in orbits(b.A + 1e-7, b.B, 2 * b.orbit.period) if o.name == b.orbit.name * 2]
+        assert [o.kind for o in twice] == ["stable"]
+
+
+def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
+    for b in of_kind(found, "fold"):
+        pairs = [[o for o in orbits(b.A + d, b.B, b.orbit.period) if o.name == b.orbit.name] for d in (-1e-7, 1e-7)]
+        (one, other), none = sorted(pairs, key=len, reverse=True)
+        assert none == []
+        assert one.multiplier * other.multiplier == pytest.approx(1.0, abs=1e-3)
+        assert {one.kind, other.kind} == {"stable", "unstable"}
+        # a square root: twice as close at a quarter of the distance
+        closer = [o for o in orbits(b.A + 0.25e-7, b.B, b.orbit.period) if o.name == b.orbit.name]
+        apart = np.abs(one.phases - other.phases)
+        assert np.abs(closer[0].phases - closer[1].phases) == pytest.approx(0.5 * apart, rel=1e-2)
+
+
+def gap_at_closest(A, b):
+    """By the reference: over one period of the orbit, the decision that is closest to going the other way."""
+    run = reference(A, b.B, tau0=float(b.orbit.phases[0]), periods=b.orbit.period + 1)
+    return min(float(s.margin) for s in run.switches)
+
+
+def test_borders_grazings_and_sticks_in_the_reference(found):
+    """At the bifurcation some decision of the orbit hangs in the balance, and beside it none does."""
+    for kind in ("border", "grazing", "stick"):
+        for b in of_kind(found, kind):
+            here = gap_at_closest(b.A, b)
+            assert here < 1e-9, (kind, b.A)
+            assert gap_at_closest(b.A - 1e-5, b) > 100 * here
+            assert gap_at_closest(b.A + 1e-5, b) > 100 * here
+
+
+def test_grazing_touches_and_border_meets_the_window(found):
+    for b in of_kind(found, "border"):
+        up = math.asin((1 + b.B) / b.A)
+        ends = np.array([up, math.pi - up])
+        assert np.abs(b.orbit.phases[:, None] - ends).min() < 1e-8
+    for b in of_kind(found, "grazing"):
+        run = reference(b.A, b.B, tau0=float(b.orbit.phases[0]), periods=b.orbit.period + 1)
+        lowest = min((s.margin for s in run.switches if s.after == IMPACT or s.xi > 0), default=mp.inf)
+        assert float(lowest) < 1e-9
+
+
+def test_a_finer_grid_finds_no_more(found):
+    finer = bifurcations(PAPER, 0.1, 4, step=1 / 1500)
+    assert [b.kind for b in finer] == [b.kind for b in found]
+    np.testing.assert_allclose([b.A for b in finer], [b.A for b in found], rtol=0, atol=1e-12)
+
+
+def test_between_bifurcations_nothing_changes(found):
+    values = [b.A for b in found]
+    for low, high in itertools.pairwise(values):
+        names = {
+            tuple(sorted((o.name, o.kind) for o in orbits(A, 0.1, 4))) for A in np.linspace(low, high, 7)[1:-1].tolist()
+        }
+        assert len(names) == 1
+
+
+def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
+    """An orbit of three impacts and one of two, whose longer flight passes the obstacle, die together: there
+    the former's multiplier is infinite, and its last float of A is 2e-8 away."""
+    (b,) = (b for b in bifurcations((3.25, 3.26), 0.05, 6) if b.kind == "grazing")
+    assert b.orbit.impacts == 2
+    assert gap_at_closest(b.A, b) < 1e-9
+    there = [o for o in orbits(b.A + 1e-6, b.B, 6) if (o.period, o.impacts) == (6, 3)]
+    (lands,) = (o for o in there if gap_between(o, b.orbit) < 1e-2)
+    assert abs(lands.multiplier) > 100
+    A, kind, last = Path.of(lands).end(lands.A, b.A - 1e-6)
+    assert kind == "grazing"
+    assert abs(last - b.A) > 1e-9
+    assert pytest.approx(b.A, abs=1e-12) == A
+
+
+@pytest.mark.parametrize("window", [(3.0, 2.0), (3.0, 3.0), (math.nan, 3.0), ("a", 3.0)])
+def test_bad_range(window):
+    with pytest.raises((TypeError, ValueError), match="A = "):
+        bifurcations(window)
+
+
+def test_nothing_below_the_onset():
+    assert bifurcations((0.5, 1.0)) == []
+
+
+def test_on_the_level_the_touching_orbit_changes_once():
+    """B = 0: a search that once did not return."""
+    assert bifurcations((2.9, 3.0), 0.0, 2) == []
+    onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
+    assert (onset.A, onset.kind) == (1.0, "onset")
+    assert (stick.A, stick.kind) == (pytest.approx(math.sqrt(1.0 + 0.25 * math.pi**2), abs=1e-14), "stick")
+    assert {onset.orbit.kind, stick.orbit.kind} == {"touching"}
+
+
+@pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9])
+def test_close_to_the_level_only_the_orbit_that_rests_changes(B):
+    found = bifurcations((0.9, 3.25), B, 2)
+    assert [b.kind for b in found] == ["onset", "stick", "border"]
+    assert abs(found[-1].A - math.sqrt(1.0 + 0.25 * math.pi**2)) < 1e-3
+    assert {b.orbit.kind for b in found} == {"superstable"}
+
+
+def test_close_to_the_level_nothing_changes_by_rounding():
+    """B = 1e-6: hundreds of bifurcations were once found where there is none."""
+    assert bifurcations((1.9, 2.4), 1e-6, 3) == []
+
+
+@pytest.mark.parametrize("step", [None, 4.0])
+def test_far_out_distances_grow_with_A(step):
+    """Steps and tolerances in A once were absolute, far below the last bit of A."""
+    for B in (1e3, 1e6):
+        scale = 1e-3 * B
+        border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)
+        assert (border.kind, doubling.kind) == ("border", "period doubling")
+        assert np.abs(border.orbit.phases - math.asin((1.0 + B) / border.A)).min() < 1e-8
+        for side in (-1e-9, 1e-9):
+            (orbit,) = (o for o in orbits(doubling.A * (1.0 + side), B, 1) if o.kind != "superstable")
+            assert orbit.multiplier == pytest.approx(-1.0, abs=1e-7)
+
+
+def test_a_wide_range_has_a_grid_that_follows_it():
+    """Where 1/256 apart they would be more than there is memory for."""
+    values = spread(1.05, 1e9, None)
+    assert len(values) < 25_000
+    assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))
+    np.testing.assert_array_equal(spread(1.05, 3.25, None), np.linspace(1.05, 3.25, 1 + math.ceil(2.2 * 256)))
+    assert bifurcations((1e8, 1e9), max_period=1) == []
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf, 1e-9, "1", True])
+def test_bad_step(step):
+    with pytest.raises((TypeError, ValueError), match=r"step = .*: must be a number >= 2\.2e-05"):
+        bifurcations(step=step)
+
+
+def test_too_much_is_refused_before_it_begins(monkeypatch):
+    with pytest.raises(ValueError, match=r"max_period = 101: must be a whole number >= 1 and <= 100"):
+        bifurcations(max_period=101)
+    monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
+    with pytest.raises(ValueError, match=r"max_period = 4: must be smaller: .* at each of 552 values of A"):
+        bifurcations(max_period=4)

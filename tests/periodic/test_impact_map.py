@@ -1,0 +1,190 @@
+"""The impact-phase map against 50 digits, its limits, and its breakpoints."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from tests.support.mp_flight import next_impact, slope
+from vibrodrive.periodic.impact_map import impact_map
+
+PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.02), (3.3, 0.5), (2.5, 1.0),
+          (3.0, 1.3), (9.0, 2.0)]  # fmt: skip
+"""(A, B): the paper's range and beyond; B = 1 and B > 1, where the mass slides down by itself."""
+
+
+def inner(system, count: int, seed: int) -> np.ndarray:
+    """Phases all around the circle, half of them in the window, none closer than 1e-4 to a breakpoint."""
+    rng = np.random.default_rng(seed)
+    phi = np.concatenate([rng.uniform(0, 2 * math.pi, count), rng.uniform(*system.window, count)])
+    return phi[np.abs(phi[:, None] - system.breakpoints).min(axis=1) > 1e-4]
+
+
+@pytest.mark.parametrize(("A", "B"), PLACES)
+def test_next_impact_is_that_of_the_reference(A, B):
+    system = impact_map(A, B)
+    phi = inner(system, 6, 1)
+    found = system(phi)
+    for i, start in enumerate(phi.tolist()):
+        exact = next_impact(A, B, start)
+        assert found.periods[i] == exact.periods
+        assert found.phase[i] == pytest.approx(float(exact.phase), abs=1e-12)
+        assert found.speed[i] == pytest.approx(-float(exact.velocity), abs=1e-12)
+        assert found.word[i] == exact.word
+
+
+@pytest.mark.parametrize(("A", "B"), PLACES)
+def test_derivative_is_the_difference_quotient_of_the_reference(A, B):
+    system = impact_map(A, B)
+    phi = inner(system, 5, 2)
+    found = system(phi)
+    assert found.periods.min() >= 0
+    for i, start in enumerate(phi.tolist()):
+        assert found.derivative[i] == pytest.approx(float(slope(A, B, start)), rel=1e-9, abs=1e-12)
+
+
+def test_a_rest_forgets_everything_a_stick_keeps_the_gap():
+    system = impact_map(3.04)
+    rests, sticks, slides = system([5.0, 2.5, 1.0]), system(2.5), system(1.0)
+    assert rests.word[0].startswith("REST")
+    assert rests.derivative[0] == 0.0
+    assert str(sticks.word) == "UP STICK DOWN IMPACT"
+    assert sticks.derivative < -1.0
+    assert "STICK" not in str(slides.word)
+
+
+@pytest.mark.parametrize(("A", "B"), [(3.04, 0.1), (2.0, 0.4), (4.0, 1.5)])
+def test_limits_at_the_ends_of_the_window(A, B):
+    """At φ_up the slope tends to 0; at π - φ_up the hop vanishes and the slope tends to -(4 k/m)^⅓.
+
+    There ξ'' = -k (τ - π + φ_up) up to a gap of (2/3) k δ³, then, from H = -1, ξ'' = -m (τ - φ_down) down.
+    """
+    system = impact_map(A, B)
+    up, end = system.window
+    assert abs(float(system(up + 1e-7).derivative)) < 1e-5
+    k = A * math.cos(up)
+    m = math.sqrt(A**2 - (1 - B) ** 2)
+    assert float(system(end - 1e-5).derivative) == pytest.approx(-((4 * k / m) ** (1 / 3)), rel=1e-3)
+    down = math.pi + math.asin((1 - B) / A)
+    assert float(system(end - 1e-9).phase) == pytest.approx(down, abs=1e-8)
+
+
+@pytest.mark.parametrize(("A", "B"), PLACES)
+def test_between_breakpoints_one_word_and_a_falling_map(A, B):
+    system = impact_map(A, B)
+    points = system.breakpoints
+    assert points[0] == system.window[0]
+    assert points[-1] == system.window[1]
+    assert np.all(np.diff(points) > 0)
+    for a, b, word in zip(points[:-1], points[1:], system.words, strict=True):
+        inside = system(np.linspace(a, b, 1003)[1:-1])
+        assert set(inside.word) == {word}
+        assert np.all(np.diff(2 * math.pi * inside.periods + inside.phase) < 0)
+        assert inside.derivative.max() < 0
+
+
+@pytest.mark.parametrize(("A", "B"), [(3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (9.0, 2.0)])
+def test_breakpoints_are_where_the_reference_changes_its_word(A, B):
+    system = impact_map(A, B)
+    inner_points = zip(system.breakpoints[1:-1], system.kinds[1:-1], strict=True)
+    for point, kind in inner_points:
+        before, behind = (next_impact(A, B, point + d) for d in (-1e-12, 1e-12))
+        assert before.word != behind.word
+        jump = abs(float(before.phase - behind.phase) + 2 * math.pi * (before.periods - behind.periods))
+        assert (jump > 0.1) == (kind == "grazing")
+
+
+def test_the_mass_that_never_leaves_has_no_next_impact():
+    system = impact_map(1.05, 0.1)
+    found = system([0.3, 1.5])
+    assert np.isnan(found.phase).all()
+    assert (found.periods == -1).all()
+    assert set(found.word) == {"REST"}
+    assert len(system.breakpoints) == 0
+
+
+def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
+    """B = 0: slides up and down equal each other out, unless the first slide down ends in an impact."""
+    found = impact_map(2.0, 0.0)([0.55, 0.9])
+    assert found.periods.tolist() == [-1, 1]
+    assert found.word[0].startswith("UP DOWN UP DOWN")
+    assert np.isnan(found.derivative[0])
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
+def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
+    """B = 0: which, is told by A cos ψ = π/2 alone, and the last bits of ψ have their say only there."""
+    system = impact_map(A, 0.0)
+    low, high = system.window
+    edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
+    before, after = np.linspace(low, edge - 1e-12, 200)[1:], np.linspace(edge + 1e-12, high, 200)[:-1]
+    assert (system(before[before < edge]).periods == -1).all() or edge == low
+    landed = system(after)
+    assert np.isin(landed.word, ["UP DOWN IMPACT", "UP STICK DOWN IMPACT"]).all()
+    assert (landed.derivative <= 0.0).all()
+    rested = system(0.0)
+    assert float(rested.speed) == 0.0 if edge == low else int(rested.periods) == -1
+    kinds = {"grazing", "stick"} if edge > low else set()
+    assert set(system.kinds[1:-1]) == kinds
+
+
+@pytest.mark.jit
+def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
+    """One for every period that a flight may last, tens of thousands of them: those were once all sought."""
+    points = impact_map(3.0, 1e-5).breakpoints
+    assert 90 < len(points) < 220
+    assert np.all(np.diff(points) > 0)
+
+
+def test_any_shape_any_turn_and_the_same_bits():
+    system = impact_map(3.17)
+    phi = np.linspace(0, 2 * math.pi, 12, endpoint=False).reshape(3, 4)
+    found = system(phi)
+    assert found.phase.shape == found.word.shape == found.derivative.shape == (3, 4)
+    assert float(system(phi[1, 2]).phase) == found.phase[1, 2]
+    np.testing.assert_allclose(system(phi + 20 * math.pi).phase, found.phase, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"), [((math.nan,), ValueError), ((-1.0,), ValueError), (("3",), TypeError)]
+)
+def test_bad_parameters(arguments, error):
+    with pytest.raises(error, match="A = "):
+        impact_map(*arguments)
+
+
+@pytest.mark.jit
+def test_a_million_evaluations_take_well_under_a_second():
+    system = impact_map(3.04)
+    phi = np.linspace(0, 2 * math.pi, 1_000_000)
+    system(phi[:10])
+
+    def once() -> float:
+        start = time.process_time()
+        system(phi)
+        return time.process_time() - start
+
+    assert min(once() for _ in range(3)) < 0.8
+
+
+@pytest.mark.jit
+def test_each_kernel_is_compiled_once(tmp_path):
+    """In a process of its own, whose cache is empty: what other tests have compiled does not count."""
+    script = (
+        "from vibrodrive.periodic import attractors, fixed_points, flight, impact_map, itineraries, search\n"
+        "search.orbits(3.04); search.orbits(3, 0, 2); attractors.attractors([3, 3.04], limit=100)\n"
+        "impact_map.impact_map(3)([1, 2]).word; impact_map.impact_map(3.04).breakpoints\n"
+        "kernels = (flight.flight, itineraries.flights, itineraries.split, fixed_points.roots,\n"
+        "           impact_map.impacts, impact_map.place, impact_map.opening, attractors.follow_rests)\n"
+        "print([len(k.signatures) for k in kernels])\n"
+    )
+    fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    run = subprocess.run([sys.executable, "-c", script], env=fresh, capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["[1,", *["1,"] * 6, "1]"]

@@ -1,0 +1,123 @@
+"""What the motion ends in: by brute force, by the map, and the answers to the three questions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.periodic.attractors import KINDS, attractors
+from vibrodrive.periodic.bifurcations import bifurcations
+from vibrodrive.periodic.family import section
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.questions import (
+    chaos,
+    distance,
+    kinds_of,
+    rank_correlation,
+    surroundings,
+    what_sets_limit,
+)
+from vibrodrive.periodic.search import Orbit, orbits, resting
+
+SEARCHED = 8
+"""Longest period up to which all orbits are searched; one that rests is followed, whatever its period."""
+
+
+TRANSIENT = 1500
+
+
+def follows(points: np.ndarray, orbit: Orbit) -> bool:
+    """Whether section points (n, 2) lie on the orbit, to 1e-7 and what is left of the transient."""
+    left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
+    apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
+    visited = np.argmin(apart, axis=1)
+    return bool(
+        apart.min(axis=1).max() < 1e-7 + left
+        and np.all((visited[1:] - visited[:-1]) % orbit.period == 1 % orbit.period)
+    )
+
+
+@pytest.mark.jit
+def test_every_attractor_of_brute_force_is_among_the_orbits():
+    """2000 values of A in 1.12-3.25. An orbit that rests is followed over any period; all others are searched
+    up to SEARCHED; an attractor that doesn't rest and has a longer period would be counted: there is none."""
+    values = np.linspace(1.12, 3.25, 2000)
+    motion = sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
+    longer = []
+    for A, points in zip(values.tolist(), motion, strict=True):
+        known = list(resting(ImpactMap(A), 160))
+        known += [o for o in orbits(A, 0.1, 2) if abs(o.multiplier) < 1]
+        if not any(follows(points, o) for o in known):
+            known = orbits(A, 0.1, SEARCHED)
+            if not any(follows(points, o) for o in known if abs(o.multiplier) < 1):
+                longer.append(A)
+    assert longer == []
+
+
+@pytest.mark.jit
+def test_no_chaos_between_3_15_and_3_19():
+    """98 % of A is superstable; the rest are windows of stable orbits: every exponent is negative."""
+    answer = chaos(num=1001)
+    assert answer.shares["irregular"] == 0.0
+    assert answer.shares["superstable"] == pytest.approx(0.98, abs=0.01)
+    assert sum(answer.shares.values()) == pytest.approx(1.0)
+    assert answer.exponent < 0.0
+
+
+def test_attractors_are_the_stable_orbits():
+    found = attractors([1.0, 1.5, 3.04, 3.15])
+    assert [KINDS[k] for k in found.kind] == ["never leaves", "superstable", "stable", "superstable"]
+    assert found.period.tolist() == [0, 1, 2, 4]
+    (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
+    assert found.exponent[2] == pytest.approx(np.log(abs(stable.multiplier)) / 2, abs=1e-12)
+
+
+@pytest.mark.jit
+def test_the_paper_s_bifurcations_by_kind():
+    seen = [1.1, 2.604, 2.69, 3.057, 3.19]
+    answer = kinds_of(seen, bifurcations(max_period=3))
+    assert [b.kind for b in answer.values()] == [
+        "onset",
+        "period doubling",
+        "grazing",
+        "period doubling",
+        "fold",
+    ]
+    for a, b in answer.items():
+        assert abs(b.A - a) < 1e-3
+
+
+def test_surroundings_of_a_known_orbit():
+    around = surroundings([1.05, 3.04])
+    assert around.period.tolist() == [0, 2]
+    found = orbits(3.04, 0.1, 6)
+    (stable,) = (o for o in found if o.kind == "stable")
+    assert around.multiplier[1] == abs(stable.multiplier)
+    apart = [np.abs(o.phases[:, None] - stable.phases).min() for o in found if o.kind == "unstable"]
+    assert around.unstable[1] == min(apart)
+    system = ImpactMap(3.04)
+    assert around.border[1] == pytest.approx(stable.phases[0] - system.window[0])
+    assert around.grazing[1] == pytest.approx(system.breakpoints[1] - stable.phases[0])
+    assert around.nearest[1] == min(around.unstable[1], around.border[1], around.grazing[1])
+    assert np.isnan(around.multiplier[0])
+    assert np.isnan(around.nearest[0])
+
+
+def test_correlation_of_limits():
+    A = np.array([2.8, 3.0, 3.03, 3.04, 3.05])
+    measure = surroundings(A).multiplier
+    answer = what_sets_limit(A, 1.0 - measure)
+    assert answer["multiplier"] == (-1.0, 5)
+    assert what_sets_limit(A, [np.nan, np.inf, 1, 2, 3])["multiplier"] == (1.0, 3)
+    with pytest.raises(ValueError, match="k2"):
+        what_sets_limit(A, [1.0])
+
+
+def test_rank_correlation_and_distance():
+    x = np.array([3.0, 1.0, 2.0, 2.0])
+    assert rank_correlation(x, np.exp(x)) == pytest.approx(1.0)
+    assert rank_correlation(x, -x) == pytest.approx(-1.0)
+    assert np.isnan(rank_correlation(x, np.ones(4)))
+    assert distance([0.1], [6.2]) == pytest.approx(0.1 + 2 * np.pi - 6.2)
+    assert np.isnan(distance([0.1], []))

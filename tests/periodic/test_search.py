@@ -1,0 +1,182 @@
+"""Periodic orbits against 50 digits, against a dense sampling of the map, and against brute force."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support.mp_flight import next_impact, orbit_phase, slope
+from tests.support.reference import mp, reference
+from vibrodrive.periodic import search as orbit_search
+from vibrodrive.periodic.impact_map import impact_map
+from vibrodrive.periodic.search import orbits
+
+SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
+             (3.25, 0.1), (3.6, 0.1), (4.3, 0.1), (3.4, 0.5), (5.0, 1.0), (8.0, 0.5), (3.0, 1.3),
+             (9.0, 2.0)]  # fmt: skip
+"""(A, B) with one to eight orbits of up to three periods, of every kind."""
+
+
+@pytest.mark.parametrize(("A", "B"), SOMEWHERE)
+def test_orbits_close_in_the_reference(A, B):
+    found = orbits(A, B, 3)
+    assert found
+    for orbit in found:
+        n = orbit.impacts
+        assert orbit.gaps.sum() == orbit.period
+        phi = float(orbit.phases[0])
+        words = []
+        for i in range(n):
+            landing = next_impact(A, B, phi)
+            words.append(landing.word)
+            assert landing.periods == orbit.gaps[i]
+            phi = landing.phase
+            assert float(phi) == pytest.approx(orbit.phases[(i + 1) % n], abs=1e-11)
+            assert -float(landing.velocity) == pytest.approx(orbit.speeds[(i + 1) % n], abs=1e-11)
+        assert " ".join(words) == orbit.word
+        if orbit.kind == "superstable":
+            assert orbit.multiplier == 0.0
+            assert "REST" in orbit.word
+        else:
+            exact = orbit_phase(A, B, float(orbit.phases[0]), n, orbit.period)
+            assert float(exact) == pytest.approx(orbit.phases[0], abs=1e-12)
+            assert orbit.multiplier == pytest.approx(float(slope(A, B, exact, n)), rel=1e-8)
+            assert orbit.kind == ("stable" if abs(orbit.multiplier) < 1 else "unstable")
+            assert (orbit.multiplier < 0) == (n % 2 == 1)
+
+
+def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Between which neighbours of `phi` the n-fold map is smooth and `period` periods long, and where it then
+    crosses the diagonal: bool (len(phi) - 1,) each."""
+    system = impact_map(A, B)
+    low, high = system.window
+    time, alive, words = phi.copy(), np.ones(len(phi), bool), np.zeros(len(phi), dtype="<U400")
+    total = np.zeros(len(phi), dtype=np.int64)
+    for _ in range(n):
+        step = system(time)
+        alive &= (step.phase > low) & (step.phase < high)
+        total += step.periods
+        words = np.char.add(words, step.word)
+        time = step.phase
+    smooth = alive[1:] & alive[:-1] & (words[1:] == words[:-1]) & (total[1:] == period) & (total[:-1] == period)
+    ahead = time - phi
+    return smooth, smooth & (ahead[1:] * ahead[:-1] < 0)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("A", "B"), SOMEWHERE)
+def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
+    """And none is found that the sampling excludes; narrower branches than its spacing it does not see."""
+    found = orbits(A, B, 3)
+    phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
+    for period in (1, 2, 3):
+        for n in range(1, period + 1):
+            smooth, crossed = sampled(A, B, n, period, phi)
+            launches = [
+                p for o in found for p in o.phases
+                if o.kind != "superstable" and n % o.impacts == 0 and o.period * (n // o.impacts) == period
+            ]  # fmt: skip
+            cells = np.searchsorted(phi, launches) - 1
+            assert set(np.flatnonzero(crossed)) == {c for c in cells if smooth[c]}
+
+
+def test_the_two_periodic_motion_of_the_paper():
+    """A = 3.04: one impact in two periods; the section points of the undisturbed motion are known."""
+    (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
+    assert (stable.period, stable.impacts) == (2, 1)
+    section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
+    known = [(2.7733816327, -2.6101762195), (1.2155473776, -2.8904206661)]
+    np.testing.assert_allclose(np.array(section, dtype=float), known, atol=1e-9)
+
+
+def test_a_rest_makes_superstable_whatever_follows():
+    (orbit,) = orbits(1.5)
+    assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
+    assert orbits(1.1) == orbits(0.0) == []
+
+
+def test_longer_periods_contain_the_shorter_ones():
+    short, long = orbits(3.17, 0.1, 3), orbits(3.17, 0.1, 6)
+    assert [o.phases.tolist() for o in long if o.period <= 3] == [o.phases.tolist() for o in short]
+    assert len({o.name for o in long}) == len(long)
+
+
+@pytest.mark.parametrize("limit", [0, -1, 2.0, "3"])
+def test_bad_period(limit):
+    with pytest.raises((TypeError, ValueError), match="max_period"):
+        orbits(3.04, 0.1, limit)
+
+
+STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
+"""B = 0: up to this A the mass that leaves from a rest sticks before it comes down."""
+
+
+@pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
+def test_on_the_level_one_orbit_touches(A):
+    """B = 0: two of these A were once said to have a superstable or an unstable orbit, as rounding would have it."""
+    (orbit,) = orbits(A, 0.0, 2)
+    assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
+    assert orbit.speeds.tolist() == [0.0]
+    assert math.isnan(orbit.multiplier)
+    assert vd.simulate(A=A, B=0.0, tau0=float(orbit.phases[0]), transient=0, periods=3).status.name == "TOO_CLOSE"
+    assert orbit.word == ("REST UP STICK DOWN IMPACT" if A < STICKS else "UP DOWN IMPACT")
+    if A > STICKS:
+        assert A * math.cos(orbit.phases[0]) == pytest.approx(0.5 * math.pi, rel=1e-9)
+
+
+@pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
+def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
+    """In the reference: with a gap added it comes back to that gap; launched later it lands, earlier it does not."""
+    (orbit,) = orbits(A, 0.0, 1)
+    phase, gap = float(orbit.phases[0]), 1e-3
+    run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)
+    assert min(float(s.xi) for s in run.switches) == pytest.approx(gap, abs=1e-15)
+    launch = phase if A > STICKS else math.asin(1.0 / A)
+    later = next_impact(A, 0.0, mp.mpf(launch) + mp.mpf(1e-6))
+    assert 0.0 < -later.velocity < 1e-2
+    if A > STICKS:
+        with pytest.raises(AssertionError, match="no impact"):
+            next_impact(A, 0.0, mp.mpf(launch) - mp.mpf(1e-6))
+
+
+@pytest.mark.jit
+def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
+    """Whatever rounding makes of a depth of 1e-17: gravity has it that the mass falls farther than it rose."""
+    for A in np.linspace(1.01, 1.85, 85).tolist():
+        for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
+            (orbit,) = orbits(A, B, 1)
+            assert orbit.word == "REST UP STICK DOWN IMPACT"
+            assert orbit.kind == ("superstable" if B > 0.0 else "touching")
+            assert orbit.speeds[0] < 1e2 * math.sqrt(B) + 1e-6
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9, 1e-8, 1e-6, 1e-5, 1e-4])
+def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
+    """Orbits used to be listed that came and went with the last bit of A, with a speed below 0 among them."""
+    for A in np.linspace(1.9, 4.0, 22).tolist():
+        names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
+        assert all(there == names[0] for there in names)
+        for orbit in orbits(A, B, 3):
+            assert orbit.speeds.min() > B
+            assert orbit.multiplier < 0.0 if orbit.impacts % 2 == 1 else orbit.multiplier >= 0.0
+
+
+@pytest.mark.jit
+def test_an_orbit_followed_twice_is_not_another_one():
+    """A case that once broke: far above 1 + B rounding parts the two rounds."""
+    for A in np.linspace(1000.0, 1100.0, 401).tolist():
+        for orbit in orbits(A, 0.1, 2):
+            assert len(set(orbit.name)) == orbit.impacts
+
+
+def test_too_long_a_period_is_refused(monkeypatch):
+    with pytest.raises(ValueError, match=r"max_period = 1000: must be a whole number >= 1 and <= 100"):
+        orbits(3.04, max_period=1000)
+    monkeypatch.setattr(orbit_search, "MOST", 2000)
+    with pytest.raises(ValueError, match="max_period = 9: must be smaller: there are more than 222 itineraries"):
+        orbits(5.0, max_period=9)
+    assert len(orbits(3.04, max_period=9)) == 2

@@ -1,0 +1,112 @@
+"""The atlas of failures: what it counts, where the boundary lies, and the command."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vibrodrive.model.parameters import Method
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.states import State
+from vibrodrive.stability.failures import Certified, compared, judge
+
+
+def plan(method, **arguments):
+    return make_plan({"method": method, "transient": 20, "periods": 10, **arguments})
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+def test_a_fine_grid_fails_nowhere(method):
+    """No two zeros of the undisturbed motion lie within 0.001, and none of its decisions is that close."""
+    verdict = judge(plan(method, A=3.04, dtau=1e-3))
+    assert verdict.judged > 15
+    assert verdict[1:] == (0, 0, 0)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+def test_two_zeros_in_one_step_are_counted(method):
+    """At ε = 5e-4 there are 83 switches a period at A = 1.5: a step of 0.1 passes over many of them."""
+    verdict = judge(plan(method, A=1.5, eps=5e-4, dtau=0.1))
+    assert verdict.missed + verdict.late > 0.05 * verdict.judged
+
+
+@pytest.mark.jit
+def test_wrong_decisions_are_the_fixed_paths_own():
+    """A switch put on the next grid point is decided by H there; refined, it is decided by H at the zero."""
+    arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
+    fixed, muller = judge(plan("fixed", **arguments)), judge(plan("muller", **arguments))
+    assert fixed.wrong > 0
+    assert muller.wrong < fixed.wrong
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
+@pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
+def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
+    """Not even where a slide found over late has sunk below the obstacle, and no restart finds nothing to come."""
+    for A in (1.5, 1.8, 2.6, 3.04):
+        behind = [b for b, _ in compared(plan(method, A=A, eps=2e-4, dtau=dtau))]
+        assert len(behind) > 20
+        assert min(behind) > -early
+        assert max(behind) < 10
+
+
+@pytest.mark.jit
+def test_restart_meets_the_switch_of_the_motion_itself():
+    """The certified path restarted at one of its own switches finds the next one."""
+    from vibrodrive.batch.trajectory import simulate
+
+    p = plan("fixed", A=3.04, dtau=1.0)
+    certified = Certified(replace(p, settings=replace(p.settings, method=int(Method.CERTIFIED))))
+    rows = simulate(A=3.04, transient=20, periods=10).switches
+    for row, following in itertools.pairwise(rows):
+        if row["after"] == State.IMPACT:
+            continue
+        xi = 0.0 if row["before"] == State.IMPACT else row["xi"]
+        period, phase, to = certified.after(2 * np.pi * row["period"] + row["phase"], xi, row["after"])
+        assert (period, to) == (following["period"], following["after"])
+        assert abs(phase - following["phase"]) < 1e-11
+
+
+@pytest.mark.jit
+def test_command(tmp_path):
+    """From configuration to file and figure; axes it does not know are refused in one line."""
+    config = tmp_path / "small.toml"
+    config.write_text(
+        "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1, 1.0]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n"
+    )
+    command = [sys.executable, "-m", "vibrodrive", "atlas", str(config), "-o", str(tmp_path / "small.h5")]
+    subprocess.run(command, check=True, capture_output=True)
+    from vibrodrive.store.failures import load_atlas
+
+    atlas = load_atlas(tmp_path / "small.h5")
+    assert atlas.judged.shape == (2, 2, 3)
+    assert (atlas.judged > 0).all()
+    shares = sum(atlas.share(kind) for kind in atlas.counts)
+    assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
+    assert (tmp_path / "small.png").stat().st_size > 10_000
+    assert subprocess.run(command, capture_output=True).returncode == 2, "nothing is replaced unasked"
+
+    config.write_text("[sweep]\nA = [1.5, 3.04]\nB = [0.1, 0.2]\n")
+    refused = subprocess.run([*command[:-1], str(tmp_path / "other.h5")], capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert "A and dtau" in refused.stderr
+    assert not (tmp_path / "other.h5").exists()
+
+
+@pytest.mark.parametrize("name", ["atlas_dtau", "atlas_eps"])
+def test_configurations(name):
+    from pathlib import Path
+
+    from vibrodrive.model import config
+
+    found = config.read(Path(__file__).parents[2] / "configs" / f"{name}.toml").plan()
+    assert next(iter(found.axes)) == "A"
+    assert found.shape == (40, 40)

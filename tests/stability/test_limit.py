@@ -1,0 +1,278 @@
+"""The limit k₂: the search against verdicts whose answer is known, then the paper's own orbits."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.figures.limits import limits_figure
+from vibrodrive.jobs.limits import run_limits
+from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.stability import structure
+from vibrodrive.stability.limit import limit, limits
+from vibrodrive.stability.limit_search import BEYOND, GRIDS, search
+from vibrodrive.store.limits import NUMBERS, Limits, load_limits
+
+
+def find(kind, kept):
+    """Run a search against a function that says what is kept."""
+    asking = search(GRIDS[kind])
+    asked = next(asking)
+    while True:
+        try:
+            asked = asking.send(np.array([kept(x) for x in asked]))
+        except StopIteration as end:
+            return end.value
+
+
+@given(threshold=st.floats(1e-7, 0.4))
+def test_a_clean_loss_is_bracketed(threshold):
+    for kind in GRIDS:
+        band = find(kind, lambda x: x < threshold)
+        assert band.kept_below < threshold <= band.k2
+        assert band.k2 / band.kept_below < 1.15 ** (1 / 60)
+        assert band.last_kept == band.kept_below
+        assert band.share_kept == 0.0
+        assert band.searched_to >= BEYOND * band.k2
+
+
+def test_isolated_losses_make_a_band_with_two_ends():
+    lost = {0.036, 0.039, 0.045}
+    band = find("dtau", lambda x: x not in lost and x < 0.051)
+    assert band.kept_below < 0.036 == band.k2, "only the value itself is lost"
+    assert band.last_kept == 0.05
+    assert band.share_kept == pytest.approx(12 / 15)
+
+
+def test_a_single_value_kept_among_losses_is_no_end():
+    band = find("dtau", lambda x: x < 0.03 or x == 0.045)
+    assert band.last_kept == band.kept_below < 0.03
+
+
+def test_the_values_tried_are_close_enough_together():
+    for grid in GRIDS.values():
+        values = np.array([grid.value(k) for k in range(-200, 100)])
+        ratio = values[1:] / values[:-1]
+        assert ratio.min() > 1.0
+        assert ratio.max() < 1.1501
+
+
+def test_steps_tried_are_those_one_would_choose():
+    assert [GRIDS["dtau"].value(k) for k in (-1, 0, 1, 90, 130, 180)] == [
+        0.00099,
+        0.001,
+        0.0011,
+        0.01,
+        0.05,
+        0.1,
+    ]
+
+
+def test_what_is_never_lost_has_no_limit():
+    band = find("dtau", lambda x: True)
+    assert band.k2 == math.inf
+    assert 6 < band.last_kept < 2 * math.pi
+
+
+def test_what_is_never_kept_has_the_limit_zero():
+    band = find("eps", lambda x: False)
+    assert band.kept_below == band.last_kept == 0.0
+    assert band.k2 <= 1e-12
+
+
+@pytest.mark.jit
+def test_first_subharmonic_in_epsilon():
+    k = limit(3.04, "eps")
+    assert k.n == 2
+    assert 1.53e-4 <= k.kept_below < k.k2 <= 1.77e-4
+    assert k.last_kept == k.kept_below, "a loss in ε is clean"
+    assert k.kept.order
+    assert k.kept.gaps
+    assert not (k.lost.order and k.lost.gaps)
+    assert k.how
+
+
+@pytest.mark.jit
+def test_first_subharmonic_on_a_fixed_grid():
+    k = limit(3.04, "dtau", "fixed")
+    assert 0.035 <= k.k2 <= 0.04
+    assert 0.05 <= k.last_kept <= 0.055
+    assert 0.5 < k.share_kept < 1, "lost at isolated values first"
+    assert k.searched_to > 0.1
+
+
+@pytest.mark.jit
+@pytest.mark.slow
+def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
+    for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
+        k = limit(A, kind, method, periods=600)
+        exact = structure.orbit(simulate(A=A, periods=128))
+        for value, told in ((k.kept_below, k.kept), (k.k2, k.lost)):
+            again = structure.compare(exact, simulate(A=A, method=method, **{kind: value}, periods=600))
+            assert again.rho == pytest.approx(told.rho, rel=1e-9, abs=1e-9)
+            assert replace(again, rho=told.rho) == told
+        assert k.kept.kept(("order", "gaps"))
+        assert not k.lost.kept(("order", "gaps"))
+
+
+@pytest.mark.jit
+def test_the_word_of_the_simplest_motion_is_lost_between_065_and_07():
+    k = limit(1.5, "dtau", "fixed", "word", transient=999, periods=100)
+    assert 0.65 < k.k2 <= 0.7
+    assert k.lost.order, "its coarse motion outlives the word"
+    assert k.lost.gaps
+
+
+@pytest.mark.jit
+def test_sensitivity_grows_with_the_order_of_the_subharmonic():
+    A = [2.5, 3.04, 3.1, 3.17]
+    for kind in ("eps", "dtau"):
+        found = {k: v for k, v in limits(A, kind, transient=600, periods=400)}
+        assert [found[i].n for i in range(4)] == [1, 2, 4, 10]
+        k2 = [found[i].k2 for i in range(4)]
+        assert k2 == sorted(k2, reverse=True)
+
+
+@pytest.mark.jit
+def test_many_abreast_find_what_one_finds_alone():
+    A = [2.5, 2.8, 3.04]
+    together = dict(limits(A, "dtau", "fixed", transient=200, periods=100, threads=2))
+    for i, a in enumerate(A):
+        assert limit(a, "dtau", "fixed", transient=200, periods=100, threads=1) == together[i]
+
+
+@pytest.mark.jit
+def test_an_irregular_motion_has_nothing_to_lose():
+    k = limit(3.057, "eps", transient=0, periods=10)
+    assert k.n == 0
+    assert math.isnan(k.k2)
+    assert "no period" in k.how
+
+
+@pytest.mark.jit
+def test_among_many_one_whose_record_is_too_short_to_judge_says_so():
+    found = dict(limits([1.5, 3.1], "eps", transient=50, periods=6, threads=1))
+    assert (found[0].n, found[1].n) == (1, 4)
+    assert found[0].k2 > 1e-4
+    assert math.isnan(found[1].k2)
+    assert found[1].how == "periods = 6: must be >= 8, twice the period of the undisturbed motion at A = 3.1"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        ({"A": [3.0, 3.1]}, "A"),
+        ({"A": -1.0}, "A"),
+        ({"A": 3.04, "disturbance": "B"}, "disturbance"),
+        ({"A": 3.04, "method": "newton"}, "method"),
+        ({"A": 3.04, "disturbance": "dtau", "method": "certified"}, "method"),
+        ({"A": 3.04, "criterion": "shape"}, "criterion"),
+        ({"A": 3.04, "criterion": 3}, "criterion"),
+        ({"A": 3.04, "periods": 0}, "periods"),
+        ({"A": 3.04, "B": [0.1, 0.2]}, "B"),
+        ({"A": 3.04, "threads": 0}, "threads"),
+    ],
+)
+def test_bad_input_is_named_in_one_sentence(arguments, key):
+    with pytest.raises((TypeError, ValueError), match=f"^{key} = .*: must be ") as caught:
+        limit(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+CONFIG = """
+title = "A few limits"
+[sweep]
+A = [2.5, 2.8, 3.04]
+[run]
+transient = 60
+periods = 60
+"""
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.mark.jit
+def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
+    config = parse(CONFIG)
+    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
+    assert whole.done.all()
+
+    def stop(known, total):
+        assert total == 9
+        if known == 4:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_limits(config, tmp_path / "part.h5", stop)
+    part = load_limits(tmp_path / "part.h5")
+    assert part.done.sum() == 4
+    assert np.isnan(part.numbers["k2"][~part.done]).all()
+    seen = []
+    again = load_limits(run_limits(config, tmp_path / "part.h5", lambda known, total: seen.append(known)))
+    assert seen == [5, 6, 7, 8, 9]
+    for name, values in whole.numbers.items():
+        assert np.array_equal(values, again.numbers[name], equal_nan=True), name
+    assert np.array_equal(whole.how, again.how)
+    one = limit(2.8, "dtau", "fixed", transient=60, periods=60)
+    assert whole.numbers["k2"][1, 1] == one.k2
+    assert whole.n[1, 1] == one.n == 2
+    assert whole.how[1, 1] == one.how
+
+
+@pytest.mark.jit
+def test_a_file_of_limits_has_named_dimensions(tmp_path):
+    path = run_limits(parse(CONFIG), tmp_path / "limits.h5")
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert data["k2"].dims == ("curve", "A")
+        assert data["section_dxi"].dims == ("A_fine", "period")
+        assert data["A"].values.tolist() == [2.5, 2.8, 3.04]
+
+
+@pytest.mark.jit
+def test_what_does_not_fit_is_refused_before_a_file_is_there(tmp_path):
+    config = parse(CONFIG)
+    with pytest.raises(ConfigError, match="A alone"):
+        run_limits(parse(CONFIG.replace("A =", "B = [0.1, 0.2]\nA =")), tmp_path / "x.h5")
+    with pytest.raises(ValueError, match="criterion"):
+        run_limits(config, tmp_path / "x.h5", criterion="shape")
+    assert not list(tmp_path.iterdir())
+    run_limits(config, tmp_path / "x.h5")
+    with pytest.raises(ConfigError, match="another config"):
+        run_limits(parse(CONFIG.replace("2.8", "2.9")), tmp_path / "x.h5")
+    with pytest.raises(ConfigError, match="another criterion"):
+        run_limits(config, tmp_path / "x.h5", criterion="gaps")
+    (tmp_path / "y.h5").write_text("no")
+    with pytest.raises(ConfigError, match="no file of limits"):
+        load_limits(tmp_path / "y.h5")
+    with pytest.raises(FileNotFoundError):
+        load_limits(tmp_path / "z.h5")
+
+
+def test_the_figure_shows_bands_only_where_limits_are_known():
+    A = np.linspace(2.4, 3.2, 41)
+    k2 = np.stack([np.full(41, 1e-4), np.full(41, 1e-2), np.full(41, np.inf)])
+    k2[0, 10] = np.nan
+    numbers = {name: k2.copy() for name in NUMBERS} | {"last_kept": 2 * k2}
+    found = Limits(
+        A=A, numbers=numbers, n=np.where(np.arange(41) < 20, 1, 2) * np.ones((3, 1), int), done=np.isfinite(k2),
+        how=np.full((3, 41), ""), fine=A, diagram=np.ones((41, 5)), criterion="order", title="",
+    )  # fmt: skip
+    fig = limits_figure(found)
+    top, bottom = fig.axes
+    assert top.get_yscale() == "log"
+    assert top.get_xlim() == bottom.get_xlim()
+    drawn = {line.get_label(): line.get_ydata() for line in top.lines if not line.get_label().startswith("_")}
+    assert len(drawn) == 3
+    eps, fixed, muller = drawn.values()
+    assert np.flatnonzero(np.isnan(eps)).tolist() == [10]
+    assert (fixed == 1e-2).all()
+    assert np.isnan(muller).all(), "what was never lost has no limit to draw"
+    texts = [t.get_text() for t in top.texts]
+    assert texts == ["$n = 1$", "$n = 2$"]

@@ -1,0 +1,152 @@
+"""Structure of orbits written down by hand: what order, gaps, word and ρ say, and what they refuse to say."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrodrive.model.states import State
+from vibrodrive.stability import structure
+
+UP, DOWN, STICK, REST, IMPACT = State
+POINTS = np.array([[2.0, -2.6], [1.0, -2.9], [3.0, -2.7]])
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
+
+
+def motion(times, word, speed=2.0, section=None, sizes=None):
+    """A trajectory that lands at `times` (in periods) and passes `word` after each landing."""
+    rows = []
+    for k, time in enumerate(times):
+        landing = -(speed if sizes is None else sizes[k])
+        whole = int(np.floor(time))
+        for j, after in enumerate((IMPACT, *word)):
+            phase = 2 * np.pi * (time - whole) + 1e-3 * j
+            rows.append((whole, phase, 0, after, 0.0, landing if after == IMPACT else 0.0))
+    section = np.tile(POINTS, (20, 1)) if section is None else section
+    return SimpleNamespace(switches=np.array(rows, SWITCH), section=section, sample=None)
+
+
+def test_period_is_the_smallest_and_must_be_seen_twice():
+    assert structure.period(np.tile(POINTS, (20, 1))) == 3
+    assert structure.period(np.tile(POINTS, (2, 1))) == 3
+    assert structure.period(np.tile(POINTS, (2, 1))[:5]) == 0
+    assert structure.period(np.ones((4, 2))) == 1
+    assert structure.period(np.full((4, 2), np.nan)) == 0
+
+
+def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
+    """Beside a period doubling deviations change sign every period and die out slowly."""
+    there = 3e-6 * (-0.999999) ** np.arange(60)
+    section = np.stack([1.0 + there, -2.0 + there], axis=1)
+    assert np.abs(section[2:] - section[:-2]).max() < structure.CLOSE, "it repeats after two periods"
+    assert structure.period(section) == 0
+    assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
+
+
+def test_period_of_many_points_at_once():
+    irregular = np.random.default_rng(0).uniform(size=(60, 2))
+    sections = np.stack([np.tile(POINTS, (20, 1)), irregular, np.ones((60, 2))])
+    assert structure.period(sections).tolist() == [3, 0, 1]
+
+
+def test_a_shifted_copy_has_the_same_structure_and_tells_its_shift():
+    for s in range(3):
+        section = np.roll(np.tile(POINTS, (20, 1)), -s, axis=0)
+        found = structure.compare(np.tile(POINTS, (20, 1)), section)
+        assert (found.n, found.order, found.rho, found.shift) == (3, True, 0.0, s)
+        assert found.gaps is None, "a section can't tell when the mass lands"
+        assert found.word is None
+
+
+def test_one_skipped_point_breaks_the_order():
+    section = np.tile(POINTS, (20, 1))
+    assert structure.order(POINTS, section)
+    assert not structure.order(POINTS, np.delete(section, 31, axis=0))
+    assert not structure.order(POINTS, np.repeat(section, 2, axis=0))
+
+
+def test_order_of_many_sections_at_once():
+    good = np.tile(POINTS, (20, 1))
+    bad = good.copy()
+    bad[7] = bad[8]
+    bad_number = good.copy()
+    bad_number[3, 1] = np.nan
+    assert structure.order(POINTS, np.stack([good, bad, bad_number])).tolist() == [True, False, False]
+
+
+@given(
+    noise=st.floats(0, 0.2),
+    shift=st.integers(0, 2),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_rho_is_the_largest_distance_at_the_best_shift(noise, shift, seed):
+    angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, 60)
+    away = noise * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    section = np.roll(np.tile(POINTS, (20, 1)), -shift, axis=0) + away
+    rho, found = structure.deviation(POINTS, section)
+    assert found == shift
+    assert rho == pytest.approx(noise, abs=1e-12)
+
+
+def test_gaps_are_whole_periods_with_weak_touches_left_out():
+    t = motion(times=[0.1, 2.12, 2.2, 4.05, 5.0], word=(UP, DOWN), sizes=[2.0, 2.0, 0.1, 1.9, 0.19])
+    assert structure.gaps(t.switches, speed=2.0).tolist() == [2, 2]
+    assert structure.gaps(t.switches, speed=1.0).tolist() == [2, 2, 1]
+
+
+def test_two_major_impacts_within_half_a_period_are_no_gap():
+    t = motion(times=[0.1, 0.3, 2.1], word=(UP, DOWN))
+    assert structure.gaps(t.switches, speed=2.0).tolist() == [2]
+
+
+def test_orbit_reads_cycle_and_word():
+    orbit = structure.orbit(motion(times=[0, 1, 3, 4, 6, 7], word=(REST, UP, STICK, DOWN)))
+    assert orbit.n == 3
+    assert orbit.gaps == (1, 2)
+    assert orbit.word == ((IMPACT, REST, UP, STICK, DOWN),)
+    assert orbit.speed == 2.0
+    assert np.array_equal(np.sort(orbit.points, axis=0), np.sort(POINTS, axis=0))
+
+
+def test_gaps_may_begin_anywhere_in_the_cycle_but_not_leave_it():
+    base = motion(times=[0, 1, 3, 4, 6, 7], word=(UP, DOWN))
+    assert structure.compare(base, motion(times=[1, 3, 4, 6, 7, 9], word=(UP, DOWN))).gaps
+    assert not structure.compare(base, motion(times=[0, 1, 3, 5, 6, 8], word=(UP, DOWN))).gaps
+    assert not structure.compare(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
+
+
+def test_a_missed_interruption_changes_the_word_alone():
+    base = motion(times=range(10), word=(REST, UP, STICK, DOWN))
+    once = motion(times=range(10), word=(REST, UP, STICK, DOWN))
+    at = np.flatnonzero(once.switches["after"] == STICK)[4]
+    once.switches = np.delete(once.switches, at)
+    found = structure.compare(base, once)
+    assert (found.order, found.gaps, found.word) == (True, True, False)
+    assert found.kept(("order", "gaps"))
+    assert not found.kept(("order", "word"))
+
+
+def test_without_a_period_there_is_nothing_to_compare_with():
+    irregular = np.random.default_rng(0).uniform(size=(60, 2))
+    assert structure.orbit(motion(times=[0, 1], word=(UP, DOWN), section=irregular)) is None
+    for undisturbed in (irregular, motion(times=[0, 1], word=(UP, DOWN), section=irregular)):
+        with pytest.raises(ValueError, match="no period"):
+            structure.compare(undisturbed, np.tile(POINTS, (20, 1)))
+
+
+def test_many_sections_at_once_are_refused_by_compare():
+    with pytest.raises(ValueError, match="one motion at a time"):
+        structure.compare(np.tile(POINTS, (20, 1)), np.zeros((5, 60, 2)))
+
+
+@given(
+    cycle=st.lists(st.integers(1, 4), min_size=1, max_size=4),
+    start=st.integers(0, 3),
+    count=st.integers(1, 30),
+)
+def test_every_piece_of_a_repeated_cycle_is_recognised(cycle, start, count):
+    piece = [cycle[(start + k) % len(cycle)] for k in range(count)]
+    assert structure.repeats(piece, cycle)
+    assert not structure.repeats([*piece, 9], cycle)

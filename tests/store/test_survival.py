@@ -1,0 +1,346 @@
+"""A sweep loses nothing to a kill, a full disk, a second writer or a signal, and says what it does.
+
+The processes killed here run the real command line on blocks that cost nothing but time (tests.fake): what
+is tried is the writer, dozens of times. The last tests do the same to the kernels.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.store.lock import draft_of
+from vibrodrive.store.reader import look, verify
+
+ROOT = Path(__file__).parents[2]
+
+ARRAYS = ("section", "status", "margin", "switches")
+
+CONFIG = """
+[sweep]
+B = {start = 0.0, stop = 1.0, num = 30}
+A = {start = 3.0, stop = 3.25, num = 1030}
+[run]
+transient = 0
+periods = 20
+"""
+"""60 blocks, every other one short."""
+
+STAND_IN = """
+import sys, functools
+from importlib import import_module
+from tests.support import fake
+delay = float(sys.argv.pop(1))
+import_module("vibrodrive.batch.sweep").run_blocks = functools.partial(fake.run_blocks, delay=delay)
+from vibrodrive.cli import main
+main(sys.argv[1:])
+"""
+
+
+@dataclass
+class Scene:
+    """A directory with a configuration, and processes that compute it."""
+
+    folder: Path
+
+    @property
+    def file(self) -> Path:
+        return self.folder / "c.h5"
+
+    def start(self, *options, delay=0.005, real=False, **popen):
+        front = ["-m", "vibrodrive"] if real else ["-c", STAND_IN, str(delay)]
+        return subprocess.Popen(
+            [sys.executable, *front, "sweep", "c.toml", *options],
+            cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            **popen,
+        )
+
+    def run(self, *options, **more):
+        process = self.start(*options, **more)
+        out, err = process.communicate(timeout=120)
+        return process.returncode, out, err
+
+    def wait_for_blocks(self, process, count=1):
+        """Until the file is there and holds some blocks."""
+        limit = time.monotonic() + 60
+        while time.monotonic() < limit and process.poll() is None:
+            if self.file.exists() and look(self.file).done.sum() >= count:
+                return
+            time.sleep(0.005)
+        raise AssertionError(f"no blocks: {process.poll()} {process.stderr.read() if process.poll() else ''}")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "c.toml").write_text(CONFIG)
+    return Scene(tmp_path)
+
+
+def contents(path):
+    results = vd.load(path)
+    assert results.computed == 1.0
+    return {name: getattr(results, name).tobytes() for name in ARRAYS}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What a sweep that nobody disturbs computes."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    (folder / "c.toml").write_text(CONFIG)
+    code, _, err = Scene(folder).run(delay=0)
+    assert code == 0, err
+    return contents(folder / "c.h5")
+
+
+def assert_one_line(err, *words):
+    lines = [line for line in err.splitlines() if line.startswith("vibrodrive: ")]
+    assert len(lines) == 1, err
+    assert "Traceback" not in err
+    assert [w for w in words if w not in lines[0]] == []
+
+
+def test_killed_at_random(scene, undisturbed):
+    """Whenever it is killed, what was committed is whole and stays; in the end nothing tells of the kills."""
+    random = np.random.default_rng()
+    committed, struck = 0, 0
+    for round_ in range(24):
+        process = scene.start(delay=0.02)
+        if round_ % 4:  # in the midst of writing; else anywhere, the laying out included
+            while not scene.file.exists():
+                time.sleep(0.002)
+        time.sleep(random.uniform(0, 0.7))
+        struck += process.poll() is None
+        process.kill()
+        process.communicate()
+        if scene.file.exists():
+            report = verify(scene.file)
+            assert report.sound
+            assert report.done.sum() >= committed
+            committed = report.done.sum()
+            if report.complete:
+                scene.file.unlink()
+                committed = 0
+    assert struck >= 20
+    code, _, err = scene.run(delay=0)
+    assert code == 0, err
+    assert not draft_of(scene.file).exists()
+    assert contents(scene.file) == undisturbed
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_it_within_a_second_with_the_way_to_resume(scene, undisturbed, name):
+    process = scene.start(delay=0.03)
+    scene.wait_for_blocks(process)
+    process.send_signal(getattr(signal, name))
+    began = time.monotonic()
+    _, err = process.communicate(timeout=10)
+    assert time.monotonic() - began < 1
+    assert process.returncode == 130
+    assert_one_line(err, name, "of 60 blocks", "resume with: vibrodrive sweep c.toml")
+    report = verify(scene.file)
+    assert report.sound
+    assert 0 < report.done.sum() < 60
+    code, _, err = scene.run(delay=0)
+    assert code == 0
+    assert f"resumed with {report.done.sum()} of 60 blocks" in err
+    assert contents(scene.file) == undisturbed
+
+
+def test_a_signal_does_not_wait_for_a_block(scene):
+    process = scene.start(delay=60)
+    while not scene.file.exists():
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, err = process.communicate(timeout=10)
+    assert time.monotonic() - began < 1
+    assert process.returncode == 130
+    assert_one_line(err, "0 of 60 blocks")
+
+
+def test_the_way_to_resume_does_not_overwrite(scene):
+    scene.run(delay=0)
+    process = scene.start("--overwrite", delay=60)
+    limit = time.monotonic() + 30
+    while look(scene.file).done.any() and time.monotonic() < limit:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=10)
+    assert_one_line(err, "resume with: vibrodrive sweep c.toml")
+    assert "--overwrite" not in err
+
+
+def test_a_hangup_that_nohup_has_switched_off_stays_off(scene):
+    process = scene.start(delay=0.02, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    scene.wait_for_blocks(process)
+    process.send_signal(signal.SIGHUP)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert look(scene.file).complete
+
+
+IN_A_FLUSH = """
+import os, signal, time
+from vibrodrive.store.writer import Writer
+flush, sent = Writer._flush, []
+def interrupted(writer):
+    if writer._pending and not sent:
+        sent.append(os.kill(os.getpid(), signal.SIGINT))
+        time.sleep(0.3)
+    flush(writer)
+Writer._flush = interrupted
+"""
+
+
+def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
+    process = subprocess.run(
+        [sys.executable, "-c", IN_A_FLUSH + STAND_IN, "0.01", "sweep", "c.toml"],
+        cwd=scene.folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert process.returncode == 130
+    report = verify(scene.file)
+    assert report.sound
+    assert 0 < report.done.sum() < 60  # the flush was finished, the group committed
+    assert_one_line(process.stderr, f"{report.done.sum()} of 60 blocks")
+    assert scene.run(delay=0)[0] == 0
+    assert contents(scene.file) == undisturbed
+
+
+def test_two_writers_do_not_meet(scene, undisturbed):
+    first = scene.start(delay=0.2)
+    scene.wait_for_blocks(first)
+    for options in ((), ("--overwrite",)):
+        code, _, err = scene.run(*options)
+        assert code == 2
+        assert_one_line(err, "c.h5", "another process is writing it")
+    _, err = first.communicate(timeout=60)
+    assert first.returncode == 0, err
+    assert contents(scene.file) == undisturbed
+
+
+def test_of_many_that_start_at_once_one_writes(scene, undisturbed):
+    processes = [scene.start(delay=0.03) for _ in range(4)]
+    ends = [(p.communicate(timeout=120)[1], p.returncode) for p in processes]
+    assert sorted(code for _, code in ends) == [0, 2, 2, 2]
+    for err, code in ends:
+        if code:
+            assert_one_line(err, "another process is writing it")
+    assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
+    assert contents(scene.file) == undisturbed
+
+
+def limit_files(size):
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+def test_a_file_that_would_grow_too_large_is_refused_beforehand(scene):
+    code, _, err = scene.run(preexec_fn=limit_files(1 << 20))
+    assert code == 2
+    assert_one_line(err, "file size limit", "MB are allowed")
+    assert [p.name for p in scene.folder.iterdir()] == ["c.toml"]
+
+
+def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
+    """Writing beyond a limit on the size of files fails as on a full disk."""
+    process = scene.start(delay=0.02)
+    scene.wait_for_blocks(process, 3)
+    process.kill()
+    process.communicate()
+    kept = look(scene.file).done.sum()
+    code, _, err = scene.run(delay=0, preexec_fn=limit_files(scene.file.stat().st_size // 2))
+    assert code == 1
+    assert_one_line(err, "c.h5", "File too large", "blocks are safe")
+    report = verify(scene.file)
+    assert report.sound
+    assert kept <= report.done.sum() < 60
+    assert scene.run(delay=0)[0] == 0
+    assert contents(scene.file) == undisturbed
+
+
+def test_a_computation_that_breaks_off_keeps_what_it_had(scene, undisturbed):
+    broken = """
+from tests.support import fake
+def block(plan, k, whole=fake.block):
+    if k == 7:
+        raise MemoryError("no memory for block 7")
+    return whole(plan, k)
+fake.block = block
+"""
+    process = subprocess.run(
+        [sys.executable, "-c", broken + STAND_IN, "0", "sweep", "c.toml"],
+        cwd=scene.folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert process.returncode == 1
+    assert_one_line(process.stderr, "no memory for block 7", "7 of 60 blocks are safe")
+    assert scene.run(delay=0)[0] == 0
+    assert contents(scene.file) == undisturbed
+
+
+REAL = """
+[sweep]
+A = {start = 3.0, stop = 3.25, num = 12}
+eps = [0.0, 2e-4]
+[run]
+transient = 10
+periods = 60000
+"""
+"""24 points, each a block of its own or nearly so."""
+
+
+@pytest.mark.jit
+def test_the_kernels_killed_and_resumed_with_other_threads(scene):
+    (scene.folder / "c.toml").write_text(REAL)
+    random = np.random.default_rng()
+    for k in range(6):
+        process = scene.start("--threads", str(1 + k % 2), real=True)
+        while not scene.file.exists() and process.poll() is None:
+            time.sleep(0.002)
+        time.sleep(random.uniform(0, 1.0))
+        process.send_signal([signal.SIGKILL, signal.SIGTERM, signal.SIGINT][k % 3])
+        process.communicate(timeout=10)
+        if scene.file.exists():
+            assert verify(scene.file).sound
+    code, _, err = scene.run("--threads", "2", real=True)
+    assert code == 0, err
+    memory = vd.sweep(A=np.linspace(3.0, 3.25, 12), eps=[0.0, 2e-4], transient=10, periods=60000, threads=1)
+    assert contents(scene.file) == {name: getattr(memory, name).tobytes() for name in ARRAYS}
+
+
+@pytest.mark.jit
+def test_a_signal_does_not_wait_for_the_kernels(scene):
+    (scene.folder / "c.toml").write_text(
+        "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 100000000\nperiods = 1\n"
+    )
+    vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiled
+    process = scene.start(real=True)
+    while not scene.file.exists():
+        time.sleep(0.01)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, err = process.communicate(timeout=10)
+    assert time.monotonic() - began < 1
+    assert process.returncode == 130
+    assert_one_line(err, "resume with")

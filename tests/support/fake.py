@@ -1,0 +1,45 @@
+"""Blocks that cost nothing, for what the store and the command line do around them.
+
+Their values depend on the point alone, as those of the kernels do; `delay` makes them last.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.model.plan import Plan
+
+
+class Block(NamedTuple):
+    """As sweep.Block, without Numba."""
+
+    index: int
+    start: int
+    stop: int
+    section: np.ndarray
+    status: np.ndarray
+    margin: np.ndarray
+    switches: np.ndarray
+
+
+def block(plan: Plan, k: int) -> Block:
+    """Block k of a plan: numbers of which no two are equal, in the manner of an orbit."""
+    start, stop = plan.blocks()[k]
+    points = plan.points(start, stop)
+    period = np.arange(1, plan.settings.periods + 1)
+    phase = points[:, :1] * period + np.arange(start, stop)[:, None]
+    section = np.stack([np.sin(phase), np.cos(phase)], axis=-1)
+    number = np.arange(start, stop)
+    switches = number[:, None] * np.arange(1, 6)
+    return Block(k, start, stop, section, (number % 3).astype(np.int8), np.exp(-number * 0.01), switches)
+
+
+def run_blocks(plan: Plan, which: Sequence[int] | None = None, *, delay: float = 0.0, **_: Any) -> Iterator[Block]:
+    """In the place of sweep.run_blocks."""
+    for k in range(len(plan.blocks())) if which is None else which:
+        time.sleep(delay)
+        yield block(plan, k)

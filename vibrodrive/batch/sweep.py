@@ -1,0 +1,253 @@
+"""Many points at once: blocks of a plan, computed on all cores, handed out as they finish.
+
+Local blocks are computed by plain threads, for the kernels hold no lock; each thread draws its next point from one
+atomic counter, so cost that varies from point to point leaves no core idle. With an executor (anything with the
+interface of `concurrent.futures`) each block is a task of its own. A point's bits depend on neither.
+
+No thread outlives a sweep, and no OpenMP takes part: a process that has swept may be forked.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import closing
+from typing import Any
+from uuid import uuid4
+
+import numba
+import numpy as np
+
+from vibrodrive.jit.slices import Halt, in_slices
+from vibrodrive.kernels.engine import run
+from vibrodrive.kernels.lane import PASSES, new_lanes
+from vibrodrive.model.block import Block
+from vibrodrive.model.parameters import COLUMNS, bad, check_count
+from vibrodrive.model.plan import IN_FLIGHT, Plan, make_plan
+from vibrodrive.model.results import Results
+
+RETRIES = 3
+"""How often a block whose worker died is handed out again."""
+
+
+Span = tuple[int, int, int]
+"""A block to be computed: index, start, stop."""
+
+
+def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
+    """Points start..stop of a plan. The result depends on the plan alone, to the bit."""
+    return compute_wave(plan, [(0, start, stop)], threads, halt or Halt())[0]
+
+
+def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
+    """Several blocks at once, so that all threads stay busy from one to the next. Raises Halted if that is called."""
+    points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
+    n = len(points)
+    section, status = np.empty((n, plan.settings.periods, 2)), np.empty(n, np.int8)
+    margin, counts = np.empty(n), np.empty((n, 5), np.int64)
+    _fill(plan, points, threads, halt, section, status, margin, counts)
+    out, at = [], 0
+    for index, start, stop in blocks:
+        part = slice(at, at + stop - start)
+        out.append(Block(index, start, stop, section[part], status[part], margin[part], counts[part]))
+        at += stop - start
+    return out
+
+
+def _fill(
+    plan: Plan,
+    points: np.ndarray,
+    threads: int,
+    halt: Halt,
+    section: np.ndarray,
+    status: np.ndarray,
+    margin: np.ndarray,
+    counts: np.ndarray,
+) -> None:
+    """Compute points of a plan into arrays with a row for each."""
+    s, n = plan.settings, len(points)
+    disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
+    # the dear ones first: what is left for the end, when lanes run empty, is cheap
+    order = np.argsort(disturbance == 0.0, kind="stable")
+    arguments = (
+        points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
+        section, status, margin, counts, np.empty(n),
+        np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
+    )  # fmt: skip
+    w, k = new_lanes(threads)
+
+    def work(thread: int) -> None:
+        lanes = k[thread]
+
+        def advance(passes: int) -> bool:
+            lanes[1, PASSES] = passes
+            return run(w[thread], lanes, *arguments)
+
+        in_slices(advance, halt)
+
+    if threads > 1:
+        run(w[0], k[0], points, order[:0], np.zeros(1, np.int64), *arguments[3:])  # compiled before there are threads
+    _in_threads(work, threads, halt)
+
+
+def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
+    """work(0) in this thread, work(1), …, work(count - 1) in others. However it ends, none of them goes on."""
+    if count == 1:
+        work(0)
+        return
+    with ThreadPoolExecutor(count - 1, thread_name_prefix="sweep") as pool:
+        try:
+            others = [pool.submit(work, thread) for thread in range(1, count)]
+            work(0)
+            for other in others:
+                other.result()
+        except BaseException:
+            halt.call()
+            raise
+
+
+def load_kernels(threads: int | None = None) -> None:
+    """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of no points."""
+    plan = make_plan({"A": 1.0, "transient": 0, "periods": 1})
+    compute(plan, 0, 0, check_threads(threads))
+
+
+def check_threads(threads: int | None) -> int:
+    """The number of threads to use: all by default. Raises TypeError or ValueError."""
+    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+    return most if threads is None else check_count("threads", threads, 1, most)
+
+
+def check_executor(executor: Any) -> None:
+    """Raise TypeError for what can't be handed tasks."""
+    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+        raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
+
+
+def run_blocks(
+    plan: Plan,
+    which: Sequence[int] | None = None,
+    *,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Generator[Block, None, None]:
+    """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
+
+    The consumer works on one wave while the next is computed. Close the generator to stop early.
+
+    Raises
+    ------
+    TypeError, ValueError
+        for a bad number of threads.
+    """
+    spans = _spans(plan)
+    todo = spans if which is None else [spans[i] for i in which]
+    if executor is not None:
+        yield from _run_remote(plan, todo, executor)
+        return
+    count = check_threads(threads)
+    waves, halt = list(_waves(plan, todo)), Halt()
+    with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
+        ahead: Future[list[Block]] | None = None
+        try:
+            for wave in [*waves, None]:
+                finished = ahead.result() if ahead is not None else []
+                ahead = pool.submit(compute_wave, plan, wave, count, halt) if wave is not None else None
+                yield from finished
+        finally:
+            halt.call()
+
+
+def _spans(plan: Plan) -> list[Span]:
+    """All blocks of a plan, in the order of its points."""
+    return [(i, *span) for i, span in enumerate(plan.blocks())]
+
+
+def waves_of(plan: Plan) -> list[list[Span]]:
+    """All blocks of a plan, in the groups in which they are computed together."""
+    return list(_waves(plan, _spans(plan)))
+
+
+def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
+    most = plan.wave_points
+    wave: list[Span] = []
+    held = 0
+    for block in todo:
+        size = block[2] - block[1]
+        if wave and held + size > most:
+            yield wave
+            wave, held = [], 0
+        wave.append(block)
+        held += size
+    if wave:
+        yield wave
+
+
+def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
+    limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
+    queue = iter(todo)
+    flying: dict[Future[Block], tuple[Span, int]] = {}
+    halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
+
+    def launch(block: Span, tries: int) -> None:
+        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
+
+    try:
+        while True:
+            while len(flying) < limit and (block := next(queue, None)) is not None:
+                launch(block, 0)
+            if not flying:
+                return
+            done, _ = wait(list(flying), return_when=FIRST_COMPLETED)
+            for future in done:
+                block, tries = flying.pop(future)
+                try:
+                    result = future.result()
+                except Exception:
+                    if tries >= RETRIES:
+                        raise
+                    launch(block, tries + 1)
+                else:
+                    yield result._replace(index=block[0])
+    finally:
+        halt.call_across([future for future in flying if not future.cancel()])
+
+
+def sweep(*, threads: int | None = None, executor: Executor | None = None, **arguments: Any) -> Results:
+    """Simulate every point of the product of the axes.
+
+    Parameters
+    ----------
+    **arguments
+        those of `simulate`; a sequence is an axis, in the order written. Parameters of a point (A, B, eps, eta,
+        dtau, tol, xi0, dxi0, tau0, section_phase) may be axes.
+    threads : int, optional
+        threads to use; all by default.
+    executor : concurrent.futures.Executor, optional
+        computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
+
+    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
+    this machine; what others have begun is finished there, and nobody waits for it.
+
+    Returns
+    -------
+    Results
+        with section (axes…, periods, 2), status, margin (axes…), switches (axes…, 5), axes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    """
+    plan, count = make_plan(arguments), check_threads(threads)
+    if executor is not None:
+        check_executor(executor)
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # what it has handed out ends with it
+            return Results.collect(plan, blocks)
+    results, halt = Results.uncomputed(plan), Halt()
+    for wave in _waves(plan, _spans(plan)):
+        start, stop = wave[0][1], wave[-1][2]
+        _fill(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
+    return results

@@ -1,0 +1,195 @@
+"""One trajectory: every switch after the transient, the section, and the closed form sampled between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.jit.slices import Halt, in_slices
+from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.kernels.engine import run
+from vibrodrive.kernels.lane import PASSES, new_lanes
+from vibrodrive.kernels.sampling import sample_segments
+from vibrodrive.model.parameters import COLUMNS, Status, bad, check_count
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
+
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
+"""A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
+
+
+def same_array(one: Any, other: Any) -> bool:
+    """Whether two arrays (of records, too) hold the same numbers, NaN where NaN is."""
+    one, other = np.asarray(one), np.asarray(other)
+    if one.dtype.names is not None:
+        return one.dtype == other.dtype and all(same_array(one[name], other[name]) for name in one.dtype.names)
+    return np.array_equal(one, other, equal_nan=True)
+
+
+class Sample(NamedTuple):
+    """The closed form at equidistant times: arrays of one length; `state` holds `State` members as int8."""
+
+    tau: np.ndarray
+    xi: np.ndarray
+    dxi: np.ndarray
+    state: np.ndarray
+    H: np.ndarray
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all numbers are the same, NaN where NaN is."""
+        return isinstance(other, Sample) and all(map(same_array, self, other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """What `simulate` returns. Two are equal if the same was asked for and the same came out, to the bit.
+
+    Attributes
+    ----------
+    switches : structured array
+        a row a switch in (τ0 + 2πT, τ0 + 2π(T + P)], in order: period (whole excitation periods since τ = 0),
+        phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
+    section : float64 (periods, 2)
+        ξ, ξ' at τ = section_phase + 2πk.
+    status : Status
+        OK, or why not; `status.advice` is a sentence. OK holds for each switch from the state that it starts from, as
+        computed: what that state inherits from the switches before is not part of it. Where errors grow from switch
+        to switch, a motion that is OK may follow another one than its start does.
+    margin : float
+        how close the closest decision came to going the other way, from the state it was taken in; inf where nothing
+        was decided.
+    evaluations : int
+        how often a switching function was evaluated.
+    arguments : dict
+        all arguments, as checked.
+    """
+
+    switches: np.ndarray
+    section: np.ndarray
+    status: Status
+    margin: float
+    evaluations: int
+    arguments: dict[str, Any]
+    _plan: Plan
+    _start: np.ndarray
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same motion was asked for and came out: equal arguments, and all numbers the same (NaN is NaN).
+
+        Motions found in two ways (method, scan, …) are never equal: compare their switches or sections.
+        """
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        arrays = ((self.switches, other.switches), (self.section, other.section), (self._start, other._start))
+        numbers = [(t.status, t.margin, t.evaluations, *t.arguments.values()) for t in (self, other)]
+        return same_array(*numbers) and all(same_array(a, b) for a, b in arrays)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays may change
+
+    def sample(self, points_per_period: int) -> Sample:
+        """The motion at points_per_period instants a period (and at both ends) of the recorded window.
+
+        NaN behind the last switch where the budget was spent.
+
+        Raises TypeError or ValueError unless points_per_period is a whole number >= 1.
+        """
+        count = check_count("points_per_period", points_per_period, 1, 10**8)
+        settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
+        total = settings.periods * count + 1
+        refuse_large_sample(count, total)
+        out = np.empty((total, 3))
+        state = np.empty(total, np.int8)
+        w, k = new_lanes(1)
+        point, under_way = self._plan.points(0, 1), np.array([0, -1])
+        rows_int = np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64)
+        rows_float = np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1)
+
+        def advance(instants: int) -> bool:
+            return sample_segments(
+                w[0], k[0], point, rows_int, rows_float, settings.method, settings.transient, count,
+                instants, under_way, out, state,
+            )  # fmt: skip
+
+        in_slices(advance)
+        tau = self.arguments["tau0"] + TWO_PI * (settings.transient + np.arange(total) / count)
+        if self.status == Status.BUDGET:
+            last = rows[-1]
+            known = tau <= TWO_PI * last["period"] + last["phase"]
+            out[~known] = np.nan
+        return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
+
+
+def simulate(**arguments: Any) -> Trajectory:
+    """Simulate one trajectory.
+
+    Parameters
+    ----------
+    A : float
+        excitation amplitude, dimensionless (required).
+    B, eps, eta : float
+        incline over friction; relative amplitude ε and frequency ratio η of the disturbance, eq. (9).
+    method : "certified", "muller" or "fixed"
+        how the end of a state is found; the latter two need `dtau`.
+    dtau, tol : float
+        grid step Δτ, and the step tolerance of Muller's method.
+    xi0, dxi0, tau0 : float
+        initial gap, velocity and time.
+    transient, periods : int
+        excitation periods left out, and recorded.
+    section_phase : float
+        phase φ_s of the Poincaré section.
+    scan : "skip" or "literal"
+        whether grid points that provably carry no sign change are jumped over; same result to the bit.
+    budget : int
+        switches one period may hold before the trajectory is given up as chattering.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    """
+    plan = make_plan(arguments)
+    for name, values in plan.axes.items():
+        raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
+    return follow(plan)
+
+
+def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
+    """`simulate` the one point of a plan. Raises Halted if `halt` is called meanwhile."""
+    s = plan.settings
+    capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
+    while True:
+        section = np.empty((1, s.periods, 2))
+        status, margin = np.empty(1, np.int8), np.empty(1)
+        counts, work = np.zeros((1, 5), np.int64), np.empty(1)
+        rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
+        stored = np.zeros(1, np.int64)
+        w, k = new_lanes(1)
+        arguments = (
+            w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
+            s.transient, s.periods, s.budget, section, status, margin, counts, work,
+            rows_int, rows_float, stored,
+        )  # fmt: skip
+
+        def advance(passes: int, k=k, arguments=arguments) -> bool:
+            k[0, 1, PASSES] = passes
+            return run(*arguments)
+
+        in_slices(advance, halt)
+        n = int(stored[0])
+        if n <= capacity:
+            break
+        refuse_many_rows(s.periods, n)
+        capacity = n  # there were more switches than guessed: now their number is known
+    rows = np.empty(n, SWITCH)
+    rows["period"], rows["before"], rows["after"] = rows_int[:n].T
+    rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T
+    known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
+    return Trajectory(
+        rows[1:], section[0], Status(int(status[0])), float(margin[0]), int(work[0]), known, plan, rows[:1]
+    )

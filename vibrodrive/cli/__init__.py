@@ -1,0 +1,101 @@
+"""The command line: its commands, its exit codes, and one line for every foreseeable error.
+
+Exit codes: 0 done · 1 failed at work, or a file is not whole · 2 refused before any work · 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from typing import NoReturn
+
+import click
+
+from vibrodrive import __version__
+from vibrodrive.cli.common import leave, same_command
+from vibrodrive.cli.failures import atlas
+from vibrodrive.cli.files import info, verify
+from vibrodrive.cli.limits import limits
+from vibrodrive.cli.orbits import orbits
+from vibrodrive.cli.paper import paper
+from vibrodrive.cli.plot import plot, trajectory
+from vibrodrive.cli.sweep import sweep
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="%(prog)s %(version)s")
+def cli() -> None:
+    """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
+
+
+for command in (sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper):
+    cli.add_command(command)
+
+
+def _on_signal(signum: int, frame: object) -> None:
+    leave(130, f"stopped by {signal.Signals(signum).name}; start again with: {same_command()}")
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit."""
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if not (signum == signal.SIGHUP and signal.getsignal(signum) == signal.SIG_IGN):  # nohup
+            signal.signal(signum, _on_signal)
+    code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
+    if message:
+        print(f"vibrodrive: {message}", file=sys.stderr)
+    sys.exit(code)
+
+
+def _run(command: Callable[[], object]) -> tuple[int, str]:
+    """Exit code and complaint of a command, every foreseeable error in one line."""
+    try:
+        result = command()
+    except click.exceptions.Exit as end:
+        return end.exit_code, ""
+    except click.Abort:
+        return 130, "interrupted"
+    except click.ClickException as error:
+        return 2, " ".join(error.format_message().split())
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1, ""
+    except Exception as error:
+        code = _expected(error)
+        if code is None:
+            raise
+        return code, _text(error)
+    return (result if isinstance(result, int) else 0), ""
+
+
+def _expected(error: Exception) -> int | None:
+    """Exit code of an error that has a line of its own; None for what should not happen."""
+    if isinstance(error, OSError):
+        return 2 if error.errno in REFUSED else 1
+    from vibrodrive.jobs.sweep import Failed, Refused
+    from vibrodrive.model.config import ConfigError
+    from vibrodrive.model.size import TooLarge
+    from vibrodrive.store.header import Damaged
+    from vibrodrive.store.writer import Busy, Different, NoResult
+
+    if isinstance(error, (Failed, Damaged)):
+        return 1
+    if isinstance(error, (ConfigError, TooLarge, Busy, Different, NoResult, Refused)):
+        return 2
+    return None
+
+
+REFUSED = {
+    errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.EEXIST,
+    errno.ELOOP, errno.ENAMETOOLONG, errno.ENXIO,
+}  # fmt: skip
+"""What the system says to a name that cannot be used: it shows before any work."""
+
+
+def _text(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
+    return " ".join(str(error).split())

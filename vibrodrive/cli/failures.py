@@ -1,0 +1,36 @@
+"""`vibrodrive atlas`: where the fixed and the Muller path go wrong, and how."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@THREADS
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
+def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
+    """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map."""
+    settings = read(config, overrides, None)
+    path = output or Path(config.stem + ".h5")
+    picture = path.with_suffix(".png")
+    check_output(path, config, "failures", overwrite=overwrite, figures=[picture])
+    from vibrodrive.figures.failures import atlas_figure
+    from vibrodrive.figures.style import save
+    from vibrodrive.jobs.failures import run_atlas
+    from vibrodrive.store.failures import load_atlas
+
+    with working(path.name) as show:
+
+        def progress(known: int, total: int) -> None:
+            show.update(lambda: f"{known} of {total} motions")
+
+        run_atlas(settings, path, progress, threads=threads)
+    save(atlas_figure(load_atlas(path)), picture)
+    say(f"{path} written; {picture} drawn")

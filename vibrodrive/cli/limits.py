@@ -1,0 +1,40 @@
+"""`vibrodrive limits`: how large a disturbance the motion stands, over A."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@THREADS
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on.")
+def limits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
+    """Find the limits of practically orbital stability over A, in ε and in Δτ, and draw them.
+
+    The figure stands beside the result file. A file that is there is gone on with.
+    """
+    settings = read(config, overrides, None)
+    path = output or Path(config.stem + ".h5")
+    picture = path.with_suffix(".png")
+    check_output(path, config, "limits", overwrite=overwrite, resumed=True, figures=[picture])
+    from vibrodrive.figures.limits import limits_figure
+    from vibrodrive.figures.style import save
+    from vibrodrive.jobs.limits import run_limits
+    from vibrodrive.store.limits import load_limits
+
+    with working(path.name) as show:
+
+        def progress(known: int, total: int) -> None:
+            show.update(lambda: f"{known} of {total} limits")
+
+        run_limits(settings, path, progress, **settings.limits, threads=threads, overwrite=overwrite)
+    found = load_limits(path)
+    save(limits_figure(found), picture)
+    say(f"{path} holds {found.done.sum()} limits; {picture} drawn")

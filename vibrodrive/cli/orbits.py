@@ -1,0 +1,38 @@
+"""`vibrodrive orbits`: every periodic orbit of the undisturbed motion over A, and its bifurcations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@THREADS
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
+def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
+    """Find all orbits over A, stable or not, and where they are born, change or die.
+
+    The bifurcations are listed on stdout. The figures stand beside the result file: the bifurcation diagram,
+    and the multipliers.
+    """
+    settings = read(config, overrides, None)
+    path = output or Path(config.stem + ".h5")
+    picture = path.with_suffix(".png")
+    multipliers = picture.with_stem(picture.stem + "_multipliers")
+    check_output(path, config, "orbits", overwrite=overwrite, figures=[picture, multipliers])
+    plan = settings.plan()
+    from vibrodrive.jobs.orbits import run_orbits
+
+    with working(path.name):
+        table = run_orbits(
+            plan, path, title=settings.title, text=settings.text, overrides=settings.overrides, threads=threads,
+            **settings.orbits,
+        )  # fmt: skip
+    click.echo(table)
+    say(f"{path} written, {picture} and {multipliers.name} drawn")

@@ -1,0 +1,38 @@
+"""`vibrodrive paper`: every figure of the paper, and its claims held against what comes out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli.common import THREADS, say, working
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("paper"),
+    show_default=True,
+    help="Directory for the figures, the data and the claims; made if it is not there.",
+)
+@click.option("--only", "names", metavar="FIGURE", multiple=True, help="Only this figure (fig07); repeatable.")
+@click.option(
+    "--configs",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Directory of the configurations (default: those that come with vibrodrive).",
+)
+@THREADS
+def paper(output: Path, names: tuple[str, ...], configs: Path | None, threads: int | None) -> None:
+    """Recompute the paper: figNN.png and figNN.pdf, the data beside them, claims.json and claims.md."""
+    from vibrodrive.paper.run import run_paper
+
+    with working(output.name) as show:
+        result = run_paper(output, names or None, show.say, configs, threads)
+    verdicts = Counter(judged.outcome.verdict.value for judged in result.claims)
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
+    say(f"{len(result.claims)} claims: {counts or 'none about these figures'}")
+    say(f"{output}: {len(result.files)} files written")

@@ -1,0 +1,194 @@
+"""`vibrodrive plot` and `vibrodrive trajectory`: figures."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vibrodrive.cli.common import FILE, METHOD, SET, check_figure, read, say, working
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from vibrodrive.model.plan import Plan
+
+OPTIONS = {
+    "sweep": {"kind": ("bifurcation", "poincare"), "quantity": ("dxi", "xi")},
+    "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": ("dxi", "xi")},
+    "limits": {},
+    "failures": {},
+}
+"""Kinds of files that can be drawn, and what each can be asked for."""
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
+@click.option("--kind", type=click.Choice(["bifurcation", "poincare", "multipliers"]), help="Which diagram.")
+@click.option("--quantity", type=click.Choice(["dxi", "xi"]), help="Velocity or gap at the section.")
+@click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
+@click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
+def plot(
+    file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
+) -> None:
+    """Draw what a result file holds, finished or not: a sweep, limits, failures (of an atlas) or orbits."""
+    options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
+    target = output or file.with_suffix(".png")
+    check_figure(target, {"result file": file})
+    share = draw(file, target, options, dpi)
+    while follow and share < 1:
+        _wait(file, share)
+        share = draw(file, target, options, dpi)
+
+
+def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = None) -> float:
+    """Draw a file and return the share that is computed."""
+    from vibrodrive.figures.style import save
+    from vibrodrive.store.header import read_kind
+
+    holds = read_kind(file)
+    _refuse_options(file, holds, options)
+    if holds == "sweep":
+        figure, share = _sweep(file, options)
+    elif holds == "limits":
+        from vibrodrive.figures.limits import limits_figure
+        from vibrodrive.store.limits import load_limits
+
+        found = load_limits(file)
+        figure, share = limits_figure(found), float(found.done.mean())
+    elif holds == "failures":
+        from vibrodrive.figures.failures import atlas_figure
+        from vibrodrive.store.failures import load_atlas
+
+        figure, share = atlas_figure(load_atlas(file)), 1.0
+    else:
+        from vibrodrive.jobs.orbits import redraw
+
+        with working(file.name):
+            figure = redraw(file, options.get("kind", "bifurcation"), options.get("quantity", "dxi"))
+        share = 1.0
+    save(figure, target, dpi)
+    if share < 1:
+        say(f"{file}: {100 * share:.1f} % computed")
+    say(f"{target} drawn")
+    return share
+
+
+def _sweep(file: Path, options: dict[str, Any]) -> tuple[Figure, float]:
+    from vibrodrive.figures import diagrams as figures
+    from vibrodrive.model import config
+    from vibrodrive.store.reader import load, look
+
+    report = look(file)
+    origin = report.header.origin
+    wanted = config.parse(origin.config, origin.overrides).figure
+    check_drawing(wanted | options, report.header.plan, asked="kind" in options)
+    return figures.from_results(load(file), **(wanted | options)), report.share
+
+
+def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
+    """Refuse a diagram that a sweep does not have the axes for.
+
+    A sweep of one motion, whose configuration was made for an axis, has its section drawn, unless a diagram was
+    `asked` for now.
+    """
+    from vibrodrive.model.parameters import bad
+
+    if plan.axes and wanted.get("x") not in (None, *plan.axes):
+        raise click.ClickException(bad("figure.x", wanted["x"], "one of the axes " + ", ".join(plan.axes)))
+    if not plan.axes and asked and wanted.get("kind") == "bifurcation":
+        raise click.ClickException(bad("--kind", "bifurcation", "poincare for one motion: it has no axis"))
+
+
+def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
+    """Refuse a kind of file that is not drawn, and an option that means nothing for this one."""
+    from vibrodrive.model.parameters import bad
+    from vibrodrive.store.kind import KINDS
+
+    if holds not in OPTIONS:
+        what = f"{file}: holds {KINDS[holds].holds}: `vibrodrive {KINDS[holds].command}` draws them"
+        raise click.ClickException(what)
+    for name, value in options.items():
+        known = OPTIONS[holds].get(name, ())
+        if value not in known:
+            allowed = f"one of {', '.join(known)}" if known else "left out"
+            raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {KINDS[holds].holds}"))
+
+
+def _wait(file: Path, share: float) -> None:
+    """Until more than `share` of a file is computed. Ends the command if nobody is computing any more."""
+    import time
+
+    from vibrodrive.jobs.progress import Show
+    from vibrodrive.store.lock import is_being_written
+
+    show = Show(sys.stderr, file.name)
+    alive: bool | None = True
+    while alive is not False:
+        alive = is_being_written(file)  # before looking: what it has written last counts
+        if _share(file) > share:
+            show.clear()
+            return
+        if alive is not False:
+            show.update(lambda: f"{100 * share:.1f} %: waiting for more")
+            time.sleep(FOLLOW_SECONDS)
+    show.clear()
+    say(f"{file}: no process is writing it: the command that began it goes on")
+    raise click.exceptions.Exit(1)
+
+
+def _share(file: Path) -> float:
+    from vibrodrive.store.header import read_kind
+
+    if read_kind(file) == "limits":
+        from vibrodrive.store.limits import summary
+
+        return summary(file).share
+    from vibrodrive.store.reader import look
+
+    return look(file).share
+
+
+FOLLOW_SECONDS = 1.0
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG with .png, here).")
+@SET
+@METHOD
+def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
+    """Follow one motion and draw its phase curve and its course in time."""
+    import numpy as np
+
+    from vibrodrive.model.config import ConfigError
+    from vibrodrive.model.parameters import Status, bad
+
+    settings = read(config, overrides, method)
+    drawn = dict(settings.trajectory)
+    arguments = dict(settings.arguments)
+    for name, value in arguments.items():
+        if isinstance(value, np.ndarray):
+            if len(value) > 1:
+                several = f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
+                raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={value[0]:g})"))
+            arguments[name] = float(value[0])
+    if "periods" in drawn:
+        arguments["periods"] = drawn.pop("periods")
+    target = output or Path(config.stem + ".png")
+    check_figure(target, {"configuration": config})
+    settings.plan()
+    from vibrodrive import simulate
+    from vibrodrive.figures import diagrams as figures
+    from vibrodrive.figures.style import save
+
+    with working(config.stem):
+        motion = simulate(**arguments)
+        figure = figures.trajectory_figure(motion, **drawn)
+    save(figure, target)
+    say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
+    if motion.status != Status.OK:
+        say(f"{Status(motion.status).name}: {Status(motion.status).advice}")

@@ -1,0 +1,127 @@
+"""`vibrodrive sweep`: from a configuration to a result file."""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from vibrodrive.cli.common import (
+    FILE,
+    METHOD,
+    SET,
+    THREADS,
+    check_output,
+    leave,
+    read,
+    same_command,
+    say,
+    working,
+)
+from vibrodrive.cli.plot import check_drawing, draw
+
+if TYPE_CHECKING:
+    from vibrodrive.model.plan import Plan
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@SET
+@METHOD
+@THREADS
+@click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
+@click.option("--plot", "plotted", is_flag=True, help="Draw the result when it is complete.")
+@click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
+@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of resuming.")
+def sweep(
+    config: Path,
+    output: Path | None,
+    overrides: tuple[str, ...],
+    method: str | None,
+    threads: int | None,
+    dask: str | None,
+    plotted: bool,
+    dry_run: bool,
+    overwrite: bool,
+) -> None:
+    """Compute the sweep that CONFIG describes, into a file. A file that is there is resumed."""
+    from vibrodrive.jobs.progress import Show
+    from vibrodrive.model.size import refuse_large_block
+
+    settings = read(config, overrides, method)
+    plan = settings.plan()
+    path = output or Path(config.stem + ".h5")
+    picture = path.with_suffix(".png")
+    check_output(path, config, "sweep", overwrite=overwrite, resumed=True, figures=[picture] if plotted else [])
+    if plotted:
+        check_drawing(settings.figure, plan)
+    if dask is not None:
+        from vibrodrive.jobs.sweep import check_dask
+
+        check_dask(dask)
+    refuse_large_block(plan, remote=dask is not None)
+    if threads and not dask:
+        _check_threads(threads)
+    if dry_run:
+        _dry_run(plan, path, threads, remote=dask is not None)
+        return
+    from vibrodrive.jobs.sweep import Job, Stopped, run
+    from vibrodrive.store.layout import Origin
+
+    origin = Origin(settings.text, settings.overrides, settings.title)
+    show = Show(sys.stderr, path.name)
+    try:
+        show.say(run(Job(plan, origin, path, threads, dask, overwrite), show))
+    except Stopped as stopped:
+        leave(130, f"{stopped}; resume with: {same_command()}")
+    _tell_statuses(path)
+    if plotted:
+        draw(path, picture, {})
+
+
+def _check_threads(threads: int) -> None:
+    from vibrodrive.batch.sweep import check_threads
+
+    try:
+        check_threads(threads)
+    except ValueError as error:
+        raise click.ClickException(f"--{error}") from None
+
+
+def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
+    from vibrodrive.jobs.estimate import estimate
+    from vibrodrive.jobs.progress import duration
+    from vibrodrive.model.size import file_bytes, human, refuse_large_file, working_bytes
+
+    periods = plan.settings.transient + plan.settings.periods
+    click.echo(f"points   {plan.n_points}")
+    click.echo(f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)")
+    click.echo(f"file     {human(file_bytes(plan))}")
+    click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
+    refuse_large_file(plan, path)
+    # in a thread of its own, for a signal reaches the main thread only between two of its steps
+    with working(path.name), ThreadPoolExecutor(1) as pool:
+        found = pool.submit(estimate, plan, threads).result()
+    click.echo(
+        f"time     {duration(found.computing)}, besides {duration(found.loading)} to load the kernels "
+        f"and {duration(found.layout)} for the file"
+    )
+
+
+BASE_MEMORY = 200_000_000
+"""Interpreter, NumPy, Numba and the compiled kernels."""
+
+
+def _tell_statuses(path: Path) -> None:
+    """Say which points did not simply go well."""
+    from vibrodrive.model.parameters import Status
+    from vibrodrive.store.reader import look
+
+    for name, points in look(path).statuses.items():
+        if name != Status.OK.name:
+            advice = Status[name].advice if name in Status.__members__ else "unknown"
+            say(f"{points} points {name}: {advice}")

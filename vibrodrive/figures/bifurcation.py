@@ -1,0 +1,216 @@
+"""Bifurcation diagrams: every recorded section value over a swept parameter, as a density of ink."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+from vibrodrive.figures.style import GREYS, equation, letter, name_axes, new, note, styled
+from vibrodrive.model.parameters import Method, Status, bad
+
+QUANTITIES = ("xi", "dxi")
+
+PANELS = 6
+"""Panels of one figure at most; of a longer axis evenly spaced values are shown."""
+
+ROWS = 420
+"""Rows of the image of a panel: at print size a little coarser than a pixel."""
+
+COLUMNS = (1500, 8000)
+"""Columns of the image, at least and at most; one for each value between. More values share columns."""
+
+AT_ONCE = 4096
+"""Values whose ink is in memory at a time."""
+
+FAINTEST = 0.3
+"""Ink of a spot visited once: it must survive a bad printer."""
+
+LINES = 16
+"""A motion of this period or less is drawn in full ink."""
+
+
+@styled
+def bifurcation(
+    results: Any,
+    quantity: str = "dxi",
+    x: str | None = None,
+    limits: tuple[float, float] | None = None,
+) -> Figure:
+    """Bifurcation diagram: every recorded section value over the swept parameter.
+
+    Parameters
+    ----------
+    results : Results
+        at least one axis; every further axis becomes panels (PANELS at most, evenly spaced).
+    quantity : str
+        "dxi" or "xi": which coordinate of the section.
+    x : str, optional
+        the axis drawn along the abscissa; the longest one unless told.
+    limits : (float, float), optional
+        range of the ordinate; all values unless told.
+
+    Raises
+    ------
+    ValueError
+        for an unknown quantity or axis, and where there is no axis.
+    """
+    column = quantity_index(quantity)
+    names = list(results.axes)
+    if not names:
+        raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion has its section)"))
+    if x is None:
+        x = max(names, key=lambda n: len(results.axes[n]))
+    elif x not in names:
+        raise ValueError(bad("x", x, "one of the axes " + ", ".join(names)))
+    across = names.index(x)
+    section = np.moveaxis(np.asarray(results.section)[..., column], across, -2)
+    done = np.moveaxis(computed(results.status), across, -1)
+    values = results.axes[x]
+    rest = [n for n in names if n != x]
+    rows = some(list(np.ndindex(section.shape[:-2])))
+    limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
+    fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
+    for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
+        density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits)
+        name_axes(ax, None, quantity)
+        if len(rows) > 1:
+            letter(ax, k, ", ".join(equation(n, results.axes[n][i]) for n, i in zip(rest, index, strict=True)))
+        missing = int((~done[index]).sum())
+        told = [conditions(results, rest)] if k == 0 else []
+        told += [f"{missing} of {len(values)} points not computed"] if missing else []
+        note(ax, "; ".join(told))
+    name_axes(axes[-1, 0], x, None)
+    return fig
+
+
+def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> None:
+    """Rasterised marks of `values` (n, k) over `x` (n,), darker where they repeat. NaN is left white.
+
+    Every value of x shows: where several share a column, the fullest of them counts at each height.
+
+    A periodic motion puts its k values on a few spots: full ink. An irregular one spreads them: grey,
+    so that its density shows instead of a black block. A logarithmic axis is recognised by its spacing.
+    """
+    order = np.argsort(x)
+    u = _abscissa(ax, x[order])
+    values = values[order]
+    low, high = limits or _range(values)
+    start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
+    pixel = np.linspace(start, stop, int(np.clip(len(u), *COLUMNS)))
+    step = pixel[1] - pixel[0]
+    column = np.rint((u - start) / step).astype(int)
+    image = np.zeros((len(pixel), ROWS))
+    for first in range(0, len(u), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        ink, own = _ink(values[some], low, high), column[some]
+        begins = np.flatnonzero(np.diff(own, prepend=-1))
+        there = own[begins]  # of values that share a column the fullest counts, spot by spot
+        image[there] = np.maximum(image[there], np.maximum.reduceat(ink, begins))
+    nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
+    shown = column[nearest]
+    shown[column] = column
+    image = np.where((np.abs(pixel - u[nearest]) > 3 * step)[:, None], 0.0, image[shown]).T
+    drawn = FullestImage(
+        ax,
+        cmap=GREYS,
+        norm=Normalize(0, 1),
+        origin="lower",
+        extent=(start, stop, low, high),
+        interpolation="nearest",  # anything smoother shares the ink of a mark with its neighbours
+    )
+    drawn.set_data(image)
+    drawn.set_clip_path(ax.patch)
+    ax.add_image(drawn)
+    ax.set_xlim(start, stop)
+    ax.set_ylim(low, high)
+
+
+def _range(*values: np.ndarray) -> tuple[float, float]:
+    """From the least to the largest of all finite values, and a little more."""
+    seen = [v[np.isfinite(v)] for v in values]
+    low = min((v.min() for v in seen if v.size), default=-1.0)
+    high = max((v.max() for v in seen if v.size), default=1.0)
+    margin = 0.04 * (high - low) or 0.5
+    return low - margin, high + margin
+
+
+def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Ink of each spot, 0 to 1: float64 (n, ROWS) for `values` (n, k)."""
+    row = np.floor((values - low) / (high - low) * ROWS)
+    inside = (row >= 0) & (row < ROWS)
+    number = np.broadcast_to(np.arange(len(values))[:, None], row.shape)
+    counts = np.zeros((len(values), ROWS))
+    np.add.at(counts, (number[inside], row[inside].astype(int)), 1.0)
+    full = math.log(max(values.shape[1] / LINES, math.e))
+    ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
+    ink = np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
+    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be a hair
+    return ink
+
+
+class FullestImage(AxesImage):
+    """An image whose pixels, where they are fewer than its columns or rows, each show the fullest of what falls
+    on them: the nearest one would drop a mark that stands alone, and an average would make it invisible."""
+
+    def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:
+        whole, box = self.get_array(), self.get_window_extent(renderer)
+        pixels = (int(box.height * magnification), int(box.width * magnification))
+        try:
+            self.set_data(_pooled(_pooled(np.asarray(whole), 0, pixels[0]), 1, pixels[1]))
+            return super().make_image(renderer, magnification, unsampled)
+        finally:
+            self.set_data(whole)
+
+
+def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
+    """At most so many rows (axis 0) or columns (axis 1), each the maximum of those it stands for."""
+    n, count = image.shape[axis], max(1, count)
+    return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
+
+
+def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
+    """Where the values of an axis are drawn: as they are, or their decades if the spacing is geometric."""
+    if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
+        return x
+    u = np.log10(x)
+    if np.ptp(np.diff(u)) > 1e-3 * np.diff(u).mean():
+        return x
+    decades = range(math.floor(u[0]), math.ceil(u[-1]) + 1)
+    ax.set_xticks(decades, [f"$10^{{{d}}}$" for d in decades])
+    ax.set_xticks([d + math.log10(m) for d in decades for m in range(2, 10)], minor=True)
+    return u
+
+
+def quantity_index(quantity: str) -> int:
+    """Column of the section. Raises ValueError for an unknown quantity."""
+    if quantity not in QUANTITIES:
+        raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
+    return QUANTITIES.index(quantity)
+
+
+def computed(status: np.ndarray) -> np.ndarray:
+    """Which points have a section. (One that came too close to a decision has: it is one of two motions.)"""
+    return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
+
+
+def some(items: list[Any]) -> list[Any]:
+    """At most PANELS of them, evenly spaced, the first and the last among them."""
+    if len(items) <= PANELS:
+        return items
+    return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
+
+
+def conditions(results: Any, apart: Iterable[str]) -> str:
+    """What all points share and the axes `apart` don't tell, for the corner of a figure."""
+    method = Method(results.settings.method)
+    shown = ["B", "eps"] + (["dtau"] if method != Method.CERTIFIED else [])
+    told = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
+    s = results.settings
+    return ", ".join([*told, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])

@@ -1,0 +1,118 @@
+"""The diagrams of the field, from a Results or a Trajectory: returned as matplotlib Figures, never shown.
+
+Everything is dimensionless and named with the paper's s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrodrive.figures.bifurcation import bifurcation, computed, some
+from vibrodrive.figures.curves import (
+    as_motions,
+    phase_curve,
+    time_curve,
+    time_displacement,
+    trajectory_figure,
+)
+from vibrodrive.figures.style import INK, WIDTH, equation, letter, name_axes, new, save, styled
+from vibrodrive.model.parameters import bad
+
+__all__ = [
+    "bifurcation",
+    "from_results",
+    "phase_curve",
+    "poincare",
+    "save",
+    "time_curve",
+    "time_displacement",
+    "trajectory_figure",
+]
+
+DIAGRAM = 12
+"""From this many values an axis is drawn as a bifurcation diagram, below as Poincaré sections."""
+
+FEW = 64
+"""Up to this many distinct points a section is drawn with dots the eye can count."""
+
+
+@styled
+def poincare(source: Any, titles: Sequence[str] | None = None, reference: np.ndarray | None = None) -> Figure:
+    """Poincaré sections ξ' over ξ, a panel for every point, all to one scale.
+
+    Parameters
+    ----------
+    source : Results, Trajectory or a sequence of trajectories
+        of a Results with many points a few, evenly spaced, are shown.
+    titles : sequence of str, optional
+        what distinguishes the panels; by default the values of the axes.
+    reference : float64 (n, 2), optional
+        section points of the undisturbed orbit, drawn as open circles.
+    """
+    sections, named = _sections(source)
+    titles = named if titles is None else titles
+    cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 3)
+    rows = math.ceil(len(sections) / cols)
+    width, height = (4.4, 3.4) if cols == 1 else (WIDTH, 0.4 + rows * (2.5 if cols == 2 else 2.2))
+    fig, axes = new(rows, cols, width=width, height=height, sharex=True, sharey=True)
+    flat = axes.ravel()
+    for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
+        points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
+        size = 3.5 if len(points) <= FEW else 1.2
+        ax.plot(points[:, 0], points[:, 1], ".", ms=size, mew=0, color=INK, rasterized=len(points) > 5000)
+        if reference is not None:
+            ax.plot(reference[:, 0], reference[:, 1], "o", ms=7, mfc="none", mec=INK, mew=0.5)
+        if len(sections) > 1:
+            letter(ax, k, titles[k])
+        elif titles[k]:
+            ax.set_title(titles[k], loc="left")
+        ax.margins(0.12)
+        if k >= len(sections) - cols:
+            name_axes(ax, "xi", None)
+            ax.tick_params(labelbottom=True)
+    for ax in flat[len(sections) :]:
+        ax.set_axis_off()
+    for ax in axes[:, 0]:
+        name_axes(ax, None, "dxi")
+    return fig
+
+
+def from_results(
+    results: Any,
+    kind: str | None = None,
+    quantity: str = "dxi",
+    x: str | None = None,
+    limits: tuple[float, float] | None = None,
+) -> Figure:
+    """The figure a Results asks for: a bifurcation diagram over a long axis, else Poincaré sections.
+
+    `kind` ("bifurcation" or "poincare") decides otherwise; `quantity`, `x` and `limits` as in
+    `bifurcation`. One motion, without any axis, has no diagram: its section is drawn. Raises ValueError for an
+    unknown kind.
+    """
+    if kind not in (None, "bifurcation", "poincare"):
+        raise ValueError(bad("kind", kind, "one of bifurcation, poincare"))
+    if not results.axes:
+        return poincare(results)
+    longest = max((len(a) for a in results.axes.values()), default=1)
+    if kind == "bifurcation" or (kind is None and longest >= DIAGRAM):
+        return bifurcation(results, quantity, x, limits)
+    return poincare(results)
+
+
+def _sections(source: Any) -> tuple[list[np.ndarray], list[str]]:
+    if not hasattr(source, "axes"):
+        motions = as_motions(source)
+        return [np.asarray(m.section) for m in motions], [""] * len(motions)
+    section, done = np.asarray(source.section), computed(source.status)
+    shown = some(list(np.ndindex(section.shape[:-2])))
+    names = [n for n in source.axes if n != "point"]  # a file of one point has a nameless axis of length 1
+    titles = [", ".join(equation(n, source.axes[n][i]) for n, i in zip(names, index, strict=False)) for index in shown]
+    if not names:
+        titles = [", ".join(equation(n, source.scalars[n]) for n in ("A", "B", "eps"))]
+    return [np.where(done[index], section[index], np.nan) for index in shown], titles

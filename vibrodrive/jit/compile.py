@@ -1,0 +1,235 @@
+"""One place for every option given to Numba, each with its reason.
+
+* ``error_model="numpy"``: no zero-division branches, which would keep loops from being vectorised.
+* ``nogil=True``: the writer works while a block is computed.
+* ``_nrt=False`` (all but entry points that allocate): no reference counting. With it every array argument of
+  every inlined formula is counted up and down, atomically: four fifths of the time of a sweep.
+* ``fastmath`` stays off: it would fold NaN checks away and change bits from machine to machine.
+* The cache directory carries a hash of the kernel sources, and of what they are compiled with and for. Numba notices
+  a change in the file of the function it loads, not in the files of the functions that one calls: without the hash
+  an edited equation could go on giving the old numbers. And two unlike machines with one home would write into the
+  same index, whose files are numbered: one could be served what the other has compiled.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import re
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import event, types
+from numba.core.registry import cpu_target
+
+_PACKAGE = __name__.partition(".")[0]
+_ROOT = Path(__file__).parents[__name__.count(".") - 1]
+"""Folder of the whole package, wherever in it this file lies."""
+
+_IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
+"""An import that is not indented, its continuation lines included. Indented ones are made when a function runs, or
+for types alone: no kernel gets anything from them. To parse these lines alone takes a tenth of the time."""
+
+
+def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
+    """A hash of every module with a kernel in it and of all that those import, whatever they take from there.
+
+    A module has a kernel in it if it imports this one, whose name is `here`, in the package that lies in `root`.
+    """
+    package = here.partition(".")[0]
+    paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
+    sources = {name: path.read_bytes() for name, path in paths.items()}
+    within = {name for name, path in paths.items() if path.name == "__init__.py"}
+    homes = {here} | {name for name in within if name != package and here.startswith(f"{name}.")}
+    words = [home.rpartition(".")[2].encode() for home in homes]
+    near = [name for name, source in sources.items() if any(word in source for word in words)]
+    imported = {name: set(_imported(name, sources, within)) for name in near}
+    todo = [name for name in near if not homes.isdisjoint(imported[name])]
+    known = set(todo)
+    while todo:
+        name = todo.pop()
+        new = (imported[name] if name in imported else set(_imported(name, sources, within))) - known
+        known |= new
+        todo += new
+    digest = hashlib.sha256()
+    for name in sorted(known):
+        digest.update(name.encode() + b"\0" + sources[name])
+    return digest.hexdigest()
+
+
+def _module(package: str, path: Path) -> str:
+    """Name of the module that lies at `path` in the package."""
+    parts = path.with_suffix("").parts
+    return ".".join([package, *(parts[:-1] if parts[-1] == "__init__" else parts)])
+
+
+def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
+    """The modules of the package that a module imports when it is itself imported.
+
+    sources: of every module of the package; within: those of them that are packages.
+    """
+    package = name.partition(".")[0].encode()
+    lines = _IMPORT.findall(b"\n" + sources[name])
+    lines = [line for line in lines if package in line or line.split()[1].startswith(b".")]
+    try:
+        statements = ast.parse(b"\n".join(lines)).body
+    except SyntaxError:  # a line of a text begins like an import, or a comment in one has a bracket
+        statements = ast.parse(sources[name]).body
+    for statement in statements:
+        if isinstance(statement, ast.Import):
+            yield from (alias.name for alias in statement.names if alias.name in sources)
+        elif isinstance(statement, ast.ImportFrom):
+            base = statement.module or ""
+            if statement.level:
+                parts = name.split(".")
+                up = statement.level - (name in within)  # a package's one dot is the package itself
+                base = ".".join([*parts[: len(parts) - up], *filter(None, [base])])
+            for alias in statement.names:
+                found = f"{base}.{alias.name}"
+                if found in sources or base in sources:
+                    yield found if found in sources else base
+
+
+def _target() -> str:
+    """What machine code depends on beside its sources: who compiles it, and for which processor."""
+    versions = [numba.__version__, llvmlite.__version__, np.__version__]
+    python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
+    return " ".join([*python, *versions, *map(str, cpu_target.target_context.codegen().magic_tuple())])
+
+
+def _cache_directory() -> Path:
+    """A writable directory outside the installation, which may be read-only."""
+    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
+    name = f"vibrodrive-{key}"
+    for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{os.getuid()}"):
+        try:
+            (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError:
+            continue
+        if os.access(base / name, os.W_OK):
+            return base / name
+    return Path(tempfile.mkdtemp(prefix="vibrodrive-"))
+
+
+CACHE = _cache_directory()
+
+
+class Compilation(event.Listener):
+    """The time this process has spent compiling: whether it compiles cannot be foretold from the files of the
+    cache (Numba's keys are its own), but Numba tells when it begins and when it ends."""
+
+    def __init__(self) -> None:
+        self._depth = 0  # a kernel compiles what it calls
+        self._began = self._spent = 0.0
+
+    def on_start(self, event: Any) -> None:
+        if self._depth == 0:
+            self._began = monotonic()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._spent += monotonic() - self._began
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being compiled."""
+        return self._depth > 0
+
+    @property
+    def seconds(self) -> float:
+        """Spent so far, what is under way included."""
+        return self._spent + (monotonic() - self._began if self.running else 0.0)
+
+
+compilation = Compilation()
+event.register("numba:compile", compilation)
+
+
+def jit(function=None, **options):
+    """A kernel entry point: compiled once per version, kept on disk. ``_nrt=False`` unless it allocates."""
+    if function is None:
+        return lambda f: jit(f, **options)
+    if numba.config.DISABLE_JIT:
+        return np.errstate(all="ignore")(function)  # compiled code does not warn of what overflows either
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(CACHE)
+    try:
+        return _compiled_aside(numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function))
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def _compiled_aside(dispatcher):
+    """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
+
+    Ctrl-C raises KeyboardInterrupt in the main thread alone: it is answered at once, and never breaks off Numba halfway
+    through its own bookkeeping. The compilation goes on behind it, and the next call finds the result.
+    """
+    compile_for = dispatcher._compile_for_args
+
+    def compile_aside(*args, **kwargs):
+        if threading.current_thread() is not threading.main_thread():
+            return compile_for(*args, **kwargs)
+        outcome = Future()
+
+        def work():
+            try:
+                outcome.set_result(compile_for(*args, **kwargs))
+            except BaseException as error:
+                outcome.set_exception(error)
+
+        threading.Thread(target=work, name="compile", daemon=True).start()
+        return outcome.result()
+
+    dispatcher._compile_for_args = compile_aside
+    return dispatcher
+
+
+_INNER = {
+    "error_model": "numpy",
+    "nogil": True,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,  # never called from C: a fair share of compiling a formula is the way in
+}
+
+
+def _once(dispatcher):
+    """Compiled for types alone, not once more for every constant it is called with.
+
+    Constants reach a formula when LLVM inlines it; a second compilation is a second wait for nothing.
+    """
+    if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
+        template = dispatcher.get_call_template
+        dispatcher.get_call_template = lambda args, kws: template([types.unliteral(a) for a in args], kws)
+    return dispatcher
+
+
+def inline(function):
+    """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
+    return _once(numba.njit(forceinline=True, **_INNER)(function))
+
+
+def inline_each(function):
+    """A formula of its own for every set of constants it is called with: where it must be free of branches."""
+    return numba.njit(forceinline=True, **_INNER)(function)
+
+
+def part(function):
+    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short.
+
+    Called by kernels only: it has no way in from Python, which would take as long to compile again.
+    """
+    return _once(numba.njit(no_cpython_wrapper=True, **_INNER)(function))

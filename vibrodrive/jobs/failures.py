@@ -1,0 +1,72 @@
+"""The atlas of failures from a configuration into a file: switches judged over two axes, and limits beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vibrodrive.model.config import Config, ConfigError
+from vibrodrive.model.parameters import bad
+from vibrodrive.stability.failures import KINDS, METHODS, verdicts
+from vibrodrive.stability.limit import limits
+from vibrodrive.store.failures import SECOND, lay_out
+from vibrodrive.store.file import new_file
+
+JUDGED = 10
+"""Excitation periods of each motion whose switches are judged."""
+
+
+def run_atlas(
+    config: Config,
+    out: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    threads: int | None = None,
+) -> Path:
+    """Compute the atlas of a configuration with the axes A and dtau, or A and eps, into a new file.
+
+    A result file of that name is replaced.
+
+    Raises
+    ------
+    ConfigError
+        if the axes are others.
+    NoResult
+        if there is something else of that name.
+    OSError
+        if the system refuses.
+    """
+    plan = config.plan()
+    names = list(plan.axes)
+    if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
+        raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))
+    other = names[1]
+    if np.isnan(plan.scalars["dtau"]) and other == "eps":
+        raise ConfigError("dtau is missing: both methods need a grid step")
+    say = progress or (lambda done, total: None)
+    shape = (len(METHODS), *plan.shape)
+    total = len(METHODS) * (plan.n_points + plan.shape[0])
+    done = 0
+    common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "scan")}
+    path = Path(out)
+    with new_file(path, seal=True) as file:
+        lay_out(file, plan.axes, shape, config)
+        counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
+        for m, at, verdict in verdicts(plan, JUDGED):
+            i, j = divmod(at, shape[-1])
+            for kind, value in verdict._asdict().items():
+                counts[kind][m, i, j] = value
+            done += 1
+            say(done, total)
+            if j == shape[-1] - 1:
+                for kind, array in counts.items():
+                    file[kind][m, i] = array[m, i]
+                file.flush()
+        for m, method in enumerate(METHODS):
+            for i, found in limits(plan.axes["A"], other, method, threads=threads, **common):
+                file["limit"][m, i] = found.k2
+                done += 1
+                say(done, total)
+    return path

@@ -1,0 +1,170 @@
+"""`vibrodrive orbits CONFIG`: a table, a file and figures of all orbits over a range of A."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
+from vibrodrive.figures.style import save
+from vibrodrive.model import config
+from vibrodrive.model.parameters import Method, bad
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.results import Results
+from vibrodrive.periodic.family import Family, family
+from vibrodrive.periodic.search import check_period
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.orbits import load_family, save_family
+
+MAX_PERIOD = 3
+
+CROWDED = 8
+"""From this many bifurcations on the diagram has a second panel for the part where they crowd."""
+
+
+def run_orbits(
+    plan: Plan,
+    out: Path,
+    *,
+    max_period: int = MAX_PERIOD,
+    title: str = "",
+    text: str = "",
+    overrides: tuple[str, ...] = (),
+    figure: Path | None = None,
+    threads: int | None = None,
+) -> str:
+    """Find all orbits over the A of a plan, write them to `out` and draw them; returns the table as text.
+
+    Parameters
+    ----------
+    plan : Plan
+        a sweep of the undisturbed motion over A alone; its transient, periods and section phase are those of
+        the brute-force points under the diagram.
+    out : Path
+        HDF5 file; a result file of that name is replaced.
+        The figures stand beside it: its name with the ending of `figure` (or .png), and the same
+        with `_multipliers`.
+    max_period : int
+        longest period sought, in excitation periods.
+    title, text : str
+        title and configuration, verbatim, for the file.
+    overrides : tuple of str
+        the options KEY=VALUE that replaced parts of the configuration.
+    figure : Path, optional
+        the bifurcation diagram, if not beside `out`.
+    threads : int, optional
+        of the brute-force sweep.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    NoResult
+        if `out` is there and is no result file of this program.
+    OSError
+        if a file cannot be written.
+    """
+    longest = check_period("max_period", max_period)
+    check_plan(plan)
+    B, phase = plan.scalars["B"], plan.scalars["section_phase"]
+    found = family(plan.axes["A"], B, longest)
+    save_family(out, found, Origin(text, overrides, title or "Orbits of a friction-impact oscillator"), phase)
+    diagram = figure or out.with_suffix(".png")
+    save(draw(found, brute_force(plan, threads), phase), diagram)
+    save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))
+    return table(found)
+
+
+def check_plan(plan: Plan) -> None:
+    """Refuse what the map cannot do: another axis than A, a disturbance, another way to find switches."""
+    if list(plan.axes) != ["A"]:
+        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone"))
+    if len(np.unique(plan.axes["A"])) < 2:
+        raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two values"))
+    if plan.scalars["eps"] != 0.0:
+        raise ValueError(bad("eps", plan.scalars["eps"], "0: only the undisturbed motion is a map"))
+    if plan.settings.method != Method.CERTIFIED:
+        raise ValueError(bad("method", Method(plan.settings.method).name.lower(), "certified"))
+
+
+def brute_force(plan: Plan, threads: int | None) -> Results:
+    """The section points of the plan's own motion."""
+    at, s = plan.scalars, plan.settings
+    return sweep(
+        A=plan.axes["A"],
+        B=at["B"],
+        xi0=at["xi0"],
+        dxi0=at["dxi0"],
+        tau0=at["tau0"],
+        section_phase=at["section_phase"],
+        transient=s.transient,
+        periods=s.periods,
+        threads=threads,
+    )
+
+
+def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figure:
+    """A figure of a file of orbits: "bifurcation" or "multipliers", as `run_orbits` draws them.
+
+    The brute-force points are computed anew from the configuration in the file, if that fits the file.
+
+    Raises
+    ------
+    NoResult, OSError
+        as `orbits.load_family`.
+    """
+    stored = load_family(path)
+    plan = _plan_of(stored.origin, stored.family.B)
+    if plan is not None:
+        stored = load_family(path, plan.axes["A"])
+    if what == "multipliers":
+        return multiplier_diagram(stored.family)
+    phase = stored.section_phase
+    if phase is None:  # an older file: its phase lies in its configuration alone
+        phase = plan.scalars["section_phase"] if plan is not None else 0.0
+    brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None
+    return draw(stored.family, brute, phase, quantity)
+
+
+def _plan_of(origin: Origin, B: float) -> Plan | None:
+    """The sweep that a file of orbits was made from, or None if its configuration does not tell."""
+    try:
+        plan = config.parse(origin.config, origin.overrides).plan()
+        check_plan(plan)
+    except (TypeError, ValueError):
+        return None
+    return plan if plan.scalars["B"] == B else None
+
+
+def draw(found: Family, brute: Results | None, section_phase: float, quantity: str = "dxi") -> Figure:
+    """The bifurcation diagram, with a panel for the middle half of the bifurcations if there are many."""
+    views = [(float(found.A[0]), float(found.A[-1]))]
+    if len(found.bifurcations) >= CROWDED:
+        low, high = np.quantile([b.A for b in found.bifurcations], (0.25, 0.9))
+        margin = 0.1 * (high - low)
+        views.append((max(views[0][0], low - margin), min(views[0][1], high + margin)))
+    return bifurcation_diagram(found, brute, quantity, section_phase, views)
+
+
+def table(found: Family) -> str:
+    """The bifurcations, a line each, and how many orbits there are."""
+    lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
+    for b in found.bifurcations:
+        sides = f"{_number(b.multiplier_below)} / {_number(b.multiplier_above)}"
+        orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {sides:<24}  {b.orbit.word}"
+        lines.append(f"{b.A:18.14f}  {b.kind:<15}  {orbit}")
+    counts = Counter(o.kind for there in found.orbits for o in there)
+    kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
+    lines.append(
+        f"{len(found.bifurcations)} bifurcations; orbits of up to {found.max_period} periods at "
+        f"{len(found.A)} values of A: {kinds}"
+    )
+    return "\n".join(lines)
+
+
+def _number(multiplier: float) -> str:
+    return "-" if multiplier != multiplier else f"{multiplier + 0.0:.4g}"

@@ -1,0 +1,327 @@
+"""A sweep from a plan to a finished file: begun, resumed, stopped by a signal, watched.
+
+The work goes on in a thread of its own, because a signal reaches only the main thread, and only between
+two of its steps: a block may take minutes, an answer to Ctrl-C may not take more than a second.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import re
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrodrive.jobs.progress import Show, Tally, duration
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.size import file_bytes, human
+from vibrodrive.store.layout import Origin, Progress
+from vibrodrive.store.writer import NoResult, Unwritable, Writer, open_writer
+
+if TYPE_CHECKING:
+    from vibrodrive.jit.compile import Compilation
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+PATIENCE = 0.7
+"""Seconds a write may take to end after a signal; what it has not committed by then is computed again."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to compute, from which configuration, into which file, and with what."""
+
+    plan: Plan
+    origin: Origin
+    path: Path
+    threads: int | None = None
+    dask: str | None = None
+    overwrite: bool = False
+
+
+class Stopped(Exception):
+    """A signal ended the sweep; the message says how far it came. Threads may still be computing."""
+
+
+class Cancelled(Exception):
+    """What ends the work itself after a signal."""
+
+
+class Refused(ValueError):
+    """The cluster that is to compute cannot be reached; the message is one line, and there is no file."""
+
+
+class Failed(RuntimeError):
+    """The sweep ended at work; the message is one line, and the file can be resumed."""
+
+
+def run(job: Job, show: Show) -> str:
+    """Compute what a file lacks; returns a line that says what was done.
+
+    Raises
+    ------
+    what `store.open_writer` raises, and Refused
+        before anything is computed.
+    Failed
+        if the file could not be written or the computation broke off.
+    Stopped
+        after SIGINT, SIGTERM or SIGHUP. The caller should end the process at once.
+    """
+    work = _Work(job)
+    thread = threading.Thread(target=work.run, name="sweep", daemon=True)
+    with _signals() as caught:
+        thread.start()
+        while thread.is_alive() and not caught:
+            thread.join(0.1)
+            for notice in work.news():
+                show.say(notice)
+            if work.compilation is not None and work.compilation.running:
+                show.compiling(work.compilation.seconds)
+            elif thread.is_alive():
+                show.update(work.tally.line)
+        for notice in work.news():
+            show.say(notice)
+        show.clear()
+        if caught and thread.is_alive():
+            raise Stopped(work.stop(caught[0], thread))
+    if work.error is not None:
+        raise work.error
+    return work.summary
+
+
+class _Work:
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.tally = Tally()
+        self.error: BaseException | None = None
+        self.summary = ""
+        self.compilation: Compilation | None = None  # known when Numba is loaded
+        self._writer: Writer | None = None
+        self._stopping = False
+        self._news: list[str] = []
+
+    def run(self) -> None:
+        try:
+            self._run()
+        except BaseException as error:
+            self.error = error
+
+    def news(self) -> Iterator[str]:
+        while self._news:
+            yield self._news.pop(0)
+
+    def stop(self, signum: int, thread: threading.Thread) -> str:
+        """Bring the file into a state from which it can be resumed."""
+        self._stopping = True
+        if self._writer is None:
+            thread.join(PATIENCE)
+        name = signal.Signals(signum).name
+        if self._writer is None:
+            return f"stopped by {name} before anything was computed"
+        with contextlib.suppress(OSError):
+            self._writer.close(patience=PATIENCE, sync=False)
+        done = self._writer.done
+        return f"stopped by {name}: {self.job.path} holds {done.sum()} of {len(done)} blocks"
+
+    def _run(self) -> None:
+        job, path = self.job, self.job.path
+        with _executor(job.dask, self._watch_workers) as executor:  # a cluster that is not there leaves no file behind
+            fresh = job.overwrite or not path.exists()
+            writer = open_writer(
+                path,
+                job.plan,
+                job.origin,
+                overwrite=job.overwrite,
+                progress=self._watch(f"laying out {human(file_bytes(job.plan))}"),
+            )
+            self._writer = writer
+            try:
+                if not fresh:
+                    self._check(writer)
+                self._complete(writer, executor)
+                self.tally.stage = "waiting for the disk"
+                writer.close()
+            except Unwritable as error:
+                writer.abandon()
+                raise Failed(f"{error}: {_held(writer)}") from None
+            except NoResult:
+                writer.abandon()
+                raise
+            except Exception as error:
+                writer.close()
+                raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
+
+    def _watch_workers(self, workers: int) -> None:
+        """Say that a cluster has no workers when it is so; called again and again."""
+        if workers == 0 and not self.tally.waiting:
+            self._news.append(f"--dask {self.job.dask}: the cluster has no workers: waiting for them")
+        self.tally.waiting = "" if workers else "waiting for workers"
+
+    def _watch(self, doing: str) -> Progress:
+        def watch(done: int, total: int) -> None:
+            self.tally.stage = f"{doing}: {100 * done / total:.0f} %"
+            if self._stopping:
+                raise Cancelled
+
+        return watch
+
+    def _check(self, writer: Writer) -> None:
+        writer.check(self._watch("checking what is there"))
+        path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
+        for k, fault in sorted(writer.repaired.items()):
+            self._news.append(f"{path}: block {k} is damaged ({fault}): computed again")
+        if 0 < done < blocks:
+            share = 100 * done / blocks
+            self._news.append(f"{path}: resumed with {done} of {blocks} blocks ({share:.1f} %)")
+
+    def _complete(self, writer: Writer, executor: Executor | None) -> None:
+        which = writer.missing()
+        if not which:
+            self.summary = f"{self.job.path} is complete: nothing to do"
+            return
+        prepared = self._prepare(writer, local=executor is None)
+        from vibrodrive.batch.sweep import run_blocks
+
+        plan, tally = writer.plan, self.tally
+        lengths = [stop - start for start, stop in plan.blocks()]
+        missing = sum(lengths[k] for k in which)
+        tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
+        for block in run_blocks(plan, which, threads=self.job.threads, executor=executor):
+            writer.write(block)
+            tally.add(block.stop - block.start)
+        took = monotonic() - tally.began
+        self.summary = (
+            f"{self.job.path}: {tally.fresh} points in {duration(took)} "
+            f"({tally.fresh * tally.periods / took:.2e} periods/s), {prepared}"
+        )
+
+    def _prepare(self, writer: Writer, local: bool) -> str:
+        """Load the kernels, compiled if they have to be, before time counts; returns how long that took."""
+        self.tally.stage = "loading the kernels"
+        began = monotonic()
+        from vibrodrive.batch.sweep import load_kernels
+        from vibrodrive.jit.compile import compilation
+        from vibrodrive.jit.fletcher import fletcher32
+
+        self.compilation, before = compilation, compilation.seconds
+        if _compiling():
+            writer.fletcher32 = fletcher32
+            fletcher32(np.zeros(1))
+        if not local:
+            self.tally.elsewhere = "waiting for workers, which compile the kernels where they have none"
+            return "what workers take to load or compile the kernels included"
+        load_kernels(self.job.threads)
+        compiled = compilation.seconds - before
+        loaded = f"after {duration(monotonic() - began - compiled)} to load the kernels"
+        return f"{loaded} and {duration(compiled)} to compile them" if compiled else loaded
+
+
+def check_dask(address: str) -> None:
+    """Refuse what cannot be the address of a scheduler, or --dask where it is not installed. Raises Refused."""
+    where = _ADDRESS.fullmatch(address)
+    if where is None or not 0 < int(where["port"]) < 2**16:
+        raise Refused(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
+    if find_spec("distributed") is None:
+        raise Refused(_NO_DASK)
+
+
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
+
+_NO_DASK = "--dask needs the extra: pip install 'vibrodrive[dask]'"
+
+REACH_SECONDS = 10
+"""How long a scheduler may take to answer."""
+
+WORKERS_SECONDS = 1.0
+"""How often a cluster is asked for its workers."""
+
+
+@contextlib.contextmanager
+def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Executor | None]:
+    """A connection to the cluster at an address, if there is one; `watch` is told how many workers it has."""
+    if address is None:
+        yield None
+        return
+    check_dask(address)
+    try:
+        from distributed import Client
+
+        for chatty in ("concurrent.futures", "distributed"):  # tracebacks for what is said in one line here
+            logging.getLogger(chatty).setLevel(logging.CRITICAL)
+        asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
+        client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
+    except ImportError:
+        raise Refused(_NO_DASK) from None
+    except TimeoutError as error:
+        told = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
+        raise Refused(f"--dask {address}: {told}") from None
+    except Exception as error:  # whatever the transport says: TLS without certificates, …
+        raise Refused(f"--dask {address}: {_one_line(error)}") from None
+    ended = threading.Event()
+
+    def ask() -> None:
+        with contextlib.suppress(Exception):  # a lost connection shows where the blocks are awaited
+            while not ended.wait(WORKERS_SECONDS):
+                watch(len(client.nthreads()))
+
+    with client:
+        watch(len(client.nthreads()))
+        threading.Thread(target=ask, name="workers", daemon=True).start()
+        try:
+            yield client.get_executor()
+        finally:
+            ended.set()
+
+
+async def _reach(address: str) -> None:
+    """Connect once, and raise what speaks against it: a Client that fails to leaves threads and tracebacks behind."""
+    from distributed.core import connect
+    from distributed.security import Security
+
+    comm = await connect(address, timeout=REACH_SECONDS, **Security().get_connection_args("client"))
+    comm.abort()
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Collect signals instead of dying of them; a SIGHUP that nohup has switched off stays off."""
+    caught: list[int] = []
+
+    def note(signum: int, frame: object) -> None:
+        caught.append(signum)  # one is enough, and impatience changes nothing
+
+    before = {s: signal.getsignal(s) for s in SIGNALS}
+    for s, handler in before.items():
+        if not (s == signal.SIGHUP and handler == signal.SIG_IGN):
+            signal.signal(s, note)
+    try:
+        yield caught
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)
+
+
+def _compiling() -> bool:
+    """Whether Numba compiles at all (it can be told not to)."""
+    from numba import config
+
+    return not getattr(config, "DISABLE_JIT", 0)
+
+
+def _held(writer: Writer) -> str:
+    return f"{writer.done.sum()} of {len(writer.done)} blocks are safe, the same command goes on from there"
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

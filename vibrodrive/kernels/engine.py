@@ -1,0 +1,190 @@
+"""The one loop: search, apply the switch, record, go on. For a single trajectory and for batches of them.
+
+`run` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the search in every
+lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found (switch_undisturbed.py,
+switch_disturbed.py, switch_muller.py); both are loops over lanes that vectorise. Everything else, every switch on a
+grid and those of a single trajectory are processed one lane at a time (event.py). A motion that repeats itself is not
+computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
+another, so a trajectory's bits depend on nothing but its point.
+"""
+
+from __future__ import annotations
+
+from vibrodrive.jit.compile import inline, jit, part
+from vibrodrive.jit.counter import next_index
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.event import (
+    CERTIFIED,
+    LITERAL,
+    MULLER,
+    MULLER_BRACKETED,
+    begin_search,
+    process_event,
+)
+from vibrodrive.kernels.first_zero import NOTHING, ZERO, search_on_grid, search_stepwise
+from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
+from vibrodrive.kernels.literal_scan import fill_tables
+from vibrodrive.kernels.literal_scan import scan as scan_every
+from vibrodrive.kernels.record import CHECK_RECURRENCE, UNUSUAL, finish, write_points
+from vibrodrive.kernels.recurrence import detect_recurrence
+from vibrodrive.kernels.setup import is_disturbed, load
+from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
+from vibrodrive.kernels.switch_muller import apply_switches_muller
+from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
+from vibrodrive.kernels.undisturbed import AT_ONCE, STEPPED, search_brackets
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+OK = int(Status.OK)
+
+STEPS, EVALUATIONS = 3, 2
+"""Of a search between two looks at what it has met, with and without a disturbance: most are over by then, and
+looking costs more than a step."""
+
+
+@part
+def search_undisturbed(w, k, n, grid):
+    """A pass over the lanes 0..n-1 at ε = 0: brackets narrowed abreast, what has none one by one."""
+    if search_brackets(w, k, n, EVALUATIONS) < n:
+        for i in range(n):
+            if w[r.SEARCH_MODE + i] == STEPPED:
+                if grid:
+                    search_on_grid(w[i:], 1, False)
+                else:
+                    search_stepwise(w[i:], 1, 1)
+            elif w[r.SEARCH_MODE + i] == AT_ONCE:
+                w[r.OUTCOME + i] = ZERO
+
+
+@inline
+def list_met(w, todo, n):
+    """List the lanes that have met something. Returns how many there are."""
+    m = 0
+    for i in range(n):
+        todo[m] = i
+        m += 1 if w[r.OUTCOME + i] != NOTHING else 0
+    return m
+
+
+@part
+def follow_up(w, k, n, guessed, transient, periods, budget, section):
+    """What lanes taken abreast at ε = 0 leave to be done: the section points they passed, a look back."""
+    for i in range(n):
+        write_points(w, k, i, section)
+        if k[r.LEFT_OVER + i] & CHECK_RECURRENCE:
+            detect_recurrence(w, k, i, guessed, transient, periods, budget, section)
+
+
+@inline
+def list_left_over(k, todo, n):
+    """List the lanes that are left to `process_event`."""
+    m = 0
+    for i in range(n):
+        todo[m] = i
+        m += 1 if k[r.LEFT_OVER + i] == UNUSUAL else 0
+
+
+@jit(_nrt=False)
+def run(
+    lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
+    section, status, margin, counts, work, rows_int, rows_float, stored,
+):  # fmt: skip
+    """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
+
+    lanes_w, lanes_k : memory of the lanes, and for tables and lists (lane.py)
+    points float64 (n, columns), order int64 (n,), counter int64 (1,)
+    section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
+    work float64 (n,): evaluations of switching functions
+    rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
+    the last one before the record, as many as fit, and how many there were.
+
+    Returns whether all is done. If not, the passes granted (lane.PASSES) are spent, and the next call goes on.
+    """
+    w, g = lanes_w[0], lanes_w[1]
+    k, todo = lanes_k[0], lanes_k[1]
+    grid = method != CERTIFIED
+    # a literal scan is vectorised along its grid, one trajectory at a time, with tables in g
+    literal = grid and scan == LITERAL
+    lanes = 1 if literal else LANES
+    alone = rows_int.shape[0] > 0  # its switches are written down one by one
+    if method == MULLER and not (literal or alone):
+        method = MULLER_BRACKETED
+    if todo[PAUSED]:
+        n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
+    else:
+        n, c, fast = 0, next_index(counter), False
+    passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
+    while True:
+        passes -= 1
+        if passes == 0:
+            todo[PAUSED], todo[IN_USE], todo[DRAWN], todo[DISTURBED] = 1, n, c, 1 if fast else 0
+            return False
+        # lanes are filled with trajectories of one kind: disturbed ones, or calm ones
+        while c < order.shape[0] and n < lanes:
+            disturbed = is_disturbed(points, order[c])
+            if n > 0 and disturbed != fast:
+                break
+            fast = disturbed
+            if load(
+                w, k, n, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
+            ):  # fmt: skip
+                if literal:
+                    fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
+                n += 1
+            else:
+                finish(w, k, n, section, status, margin, counts, work)
+            c = next_index(counter)
+        if n == 0:
+            if c >= order.shape[0]:
+                todo[PAUSED] = 0
+                return True
+            continue
+        leaps = method == MULLER_BRACKETED and not fast
+        scans = grid and not leaps
+        if literal:
+            scan_every(w, k, 0, g)
+        elif scans:
+            search_on_grid(w, n, fast)
+        elif fast:
+            search_stepwise(w, n, STEPS)
+        else:
+            search_undisturbed(w, k, n, grid)
+        if alone or scans:
+            m = list_met(w, todo, n)
+        else:
+            if fast:
+                mark_points(w, k, n, transient, periods)
+                write_ahead(w, k, n, transient, section)
+                m = apply_switches_disturbed(w, k, n, transient, periods, budget)
+            elif leaps:
+                m = apply_switches_muller(w, k, n, transient, periods, budget)
+            else:
+                m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
+            if not fast:
+                follow_up(w, k, n, not leaps, transient, periods, budget, section)
+            if m > 0:
+                list_left_over(k, todo, n)
+        ended = 0
+        for j in range(m):
+            i = todo[j]
+            if leaps and w[r.SEARCH_MODE + i] != STEPPED:
+                w[r.WORK + i] = w[r.WORK_BOOKED + i]  # a leap that failed costs nothing, or the budget would end sooner
+                begin_search(w, k, i, k[r.STATE + i], False, method)
+                w[r.SEARCH_MODE + i] = STEPPED
+                continue
+            if not process_event(
+                w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored
+            ):  # fmt: skip
+                finish(w, k, i, section, status, margin, counts, work)
+                todo[ended] = i  # never ahead of j
+                ended += 1
+        # close the gaps from the back, so that the lane moved in is never one of the gaps itself
+        for j in range(ended - 1, -1, -1):
+            i = todo[j]
+            n -= 1
+            if i != n:
+                for row in range(ROWS_W):
+                    w[row * STRIDE + i] = w[row * STRIDE + n]
+                for row in range(ROWS_K):
+                    k[row * STRIDE + i] = k[row * STRIDE + n]

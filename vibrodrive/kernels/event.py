@@ -1,0 +1,369 @@
+"""One lane over the end of its search, whatever it has met: the switch is recorded, the next state decided and begun.
+
+The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, every switch on a grid
+and those of a single trajectory come here. Both follow switch.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.first_zero import (
+    BOTH,
+    FALLEN,
+    LEAST_GAP,
+    LIMIT_MET,
+    ZERO,
+    fall_from_nothing,
+    first_cursor,
+    peak_cursor,
+    stay_inside,
+)
+from vibrodrive.kernels.margins import (
+    ROUNDING,
+    gap_rounding,
+    magnitude_scale,
+    record_margin,
+    record_margin_of_impact,
+    record_margin_of_rest,
+    record_margin_of_reversal,
+    record_margin_of_tangency,
+    velocity_rounding,
+    wait_end_distance,
+)
+from vibrodrive.kernels.motion import (
+    LONGEST_SCAN,
+    Arrival,
+    evaluate_excitation,
+    grid_time,
+    longest,
+    pass_time,
+    propagate,
+    state_at,
+    time_until,
+)
+from vibrodrive.kernels.muller import refine, value
+from vibrodrive.kernels.record import emit_rest, emit_sections, record
+from vibrodrive.kernels.recurrence import detect_recurrence
+from vibrodrive.kernels.switch import begin, commit_segment, decide, direction, number_in_period, waits
+from vibrodrive.kernels.switching import (
+    S1,
+    S2,
+    S3,
+    S4,
+    UNKNOWN,
+    can_leave,
+    restart_search,
+    search_shape,
+    set_search,
+    terminating_function,
+)
+from vibrodrive.kernels.undisturbed import (
+    AT_ONCE,
+    BRACKETED,
+    LEAST_FALL,
+    STEPPED,
+    clear_guesses,
+    keep_guesses,
+    rate_of,
+    search_impact,
+    search_in_bracket,
+    wait_end,
+)
+from vibrodrive.model.parameters import Method, Scan, Status
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
+LITERAL = int(Scan.LITERAL)
+BUDGET = int(Status.BUDGET)
+
+MULLER_BRACKETED = CERTIFIED + 1
+"""`method` within the engine where Muller's scans are leapt over at ε = 0 (switch_muller.py): no switch of it is
+written down one by one, and no scan is asked for by name."""
+
+SMALLEST = 5e-324
+
+SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
+"""What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
+
+NOWHERE = Arrival(*10 * [0.0])
+
+CONTINUE, STRETCHED, END = 0, -1, -2
+"""Beside S1 ... S5, the switching function whose zero was met: the search goes on otherwise; the segment goes on from
+here; the record ends."""
+
+
+@inline
+def reach(w, i, method):
+    """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
+    most, left = longest(w, i), w[r.LEFT + i]
+    if method == CERTIFIED:
+        return left if left < most else most
+    steps = float(math.floor(most / w[r.DTAU + i]))
+    steps = steps if steps < LONGEST_SCAN else LONGEST_SCAN
+    last = float(math.ceil(left / w[r.DTAU + i]))
+    steps = steps if steps < last else last
+    return steps if steps > 1.0 else 1.0
+
+
+@inline
+def begin_search(w, k, i, state, from_rest, method):
+    """Begin the search for what ends `state`, at its beginning."""
+    w[r.LIMIT + i] = reach(w, i, method)
+    limit = w[r.LIMIT + i]
+    which = terminating_function(state)
+    if method != CERTIFIED:
+        restart_search(w, k, i, which, limit * w[r.DTAU + i])
+        w[r.CURSOR + i] = 1.0
+        if state == DOWN:
+            w[r.FALL_TOLERANCE + i] = 0.0
+        if state == STICK:
+            w[r.OTHER + i] = 1.0
+        return
+    search, cursor = search_shape(w, i, which, limit), 0.0
+    if from_rest and not waits(state):
+        disturbed = w[r.AF + i] > 0.0
+        cursor = first_cursor(search, limit) if disturbed else peak_cursor(w, i, direction(state), limit)
+    set_search(w, k, i, True, which, search, cursor)
+
+
+@part
+def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
+    """Begin `state` at the present time, where the adhesive force is `force`, and the search for what ends it."""
+    k[r.STATE + i] = state
+    s = direction(state)
+    segment = begin(
+        s, x, v, force, at_boundary, method != CERTIFIED,
+        w[r.B + i], w[r.INVERSE + i], w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i],
+    )  # fmt: skip
+    commit_segment(w, i, True, segment, x_off, v_off)
+    w[r.XALF + i], w[r.XBEF + i] = segment.xalf, segment.xbef
+    w[r.SEARCH_MODE + i] = STEPPED
+    w[r.DIP_DENOMINATOR + i] = 0.0
+    if (method == CERTIFIED or method == MULLER_BRACKETED) and w[r.AF + i] == 0.0:
+        if s == 0.0:
+            w[r.SEARCH_MODE + i] = AT_ONCE
+            w[r.CURSOR + i], _, _, down = wait_end(w, i, state, w[r.PHI + i])
+            w[r.SIG + i] = 1.0 if down else -1.0
+            k[r.SEARCH + i] = terminating_function(state)
+            return
+        if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
+            fall = search_in_bracket(w, k, i, s)
+            if method == CERTIFIED and fall < w[r.MARGIN + i]:
+                w[r.MARGIN + i] = fall
+            return
+    begin_search(w, k, i, state, v == 0.0, method)
+    if method == CERTIFIED and s == 0.0:
+        stay_inside(w, k, i, force)
+
+
+@part
+def finish_at_rest(w, k, i, transient, section):
+    """The mass never moves again."""
+    emit_rest(w, k, i, transient, section)
+    record_margin_of_rest(w, k, i, k[r.STATE + i] == STICK)
+
+
+@inline
+def certified_event(w, k, i, x):
+    """(event, h) of a search without a grid; x = ξ at the cursor."""
+    h = w[r.CURSOR + i]
+    met = w[r.OUTCOME + i]
+    which = k[r.SEARCH + i]
+    if w[r.SEARCH_MODE + i] == BRACKETED:
+        if which == S1:
+            return S1, h
+        if which == S3 or x > 0.0:
+            if which == S2:
+                record_margin(w, k, i, x, gap_rounding(w, i, h))
+            return which, h
+    if which == S2:
+        if met == FALLEN or x <= 0.0:
+            if w[r.AF + i] == 0.0:
+                # ξ has fallen all the way: it has one zero
+                record_margin(w, k, i, 0.0 - x, gap_rounding(w, i, h))
+                search_impact(w, k, i, h, x)
+                return CONTINUE, h
+            # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
+            if met == ZERO:
+                record_margin(w, k, i, 0.0 - x, gap_rounding(w, i, h))
+            above = w[r.LAST_NONNEGATIVE + i]
+            restart_search(w, k, i, S1, h)
+            w[r.CURSOR + i] = above if w[r.X0 + i] >= LEAST_GAP else fall_from_nothing(w, i, h)
+            w[r.LIMIT + i] = h  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
+            return CONTINUE, h
+        if met == ZERO:
+            record_margin(w, k, i, x, gap_rounding(w, i, h))
+    elif which == S1 and (met == ZERO or (h >= w[r.LIMIT + i] and x <= 0.0)):
+        return S1, h
+    if met == LIMIT_MET:
+        return END if h >= w[r.LEFT + i] else STRETCHED, h
+    return which, h
+
+
+@part
+def grid_event(w, k, i, method):
+    """(event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
+    cursor = w[r.CURSOR + i]
+    dtau = w[r.DTAU + i]
+    h = cursor * dtau
+    before = (cursor - 1.0) * dtau
+    met = w[r.OUTCOME + i]
+    which = k[r.SEARCH + i]
+    if which == S4 and met == LIMIT_MET:
+        # one side has reached the limit unchanged: the other side's last grid point is still to be seen
+        w[r.SIG + i] = -w[r.SIG + i]
+        w[r.VALUE + i] = w[r.BEFORE + i] = UNKNOWN
+        if value(w, i, h) < 0.0:
+            met = ZERO
+    if met == LIMIT_MET:
+        return END if h >= w[r.LEFT + i] else STRETCHED, h
+    hit = which == S1 or met == FALLEN
+    if met == FALLEN and cursor - w[r.LAST_NONNEGATIVE + i] > 1.0:
+        # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
+        above = w[r.LAST_NONNEGATIVE + i]
+        restart_search(w, k, i, S1, h)
+        w[r.CURSOR + i] = above + 1.0
+        return CONTINUE, h
+    if method == FIXED:
+        hit = hit or met == BOTH
+    else:
+        if which == S2 and not hit:
+            h = refine(w, i, before, h)
+            x, _ = state_at(w, i, h, w[r.AF + i] > 0.0)
+            hit = x <= 0.0
+        if hit:
+            if which != S1:
+                restart_search(w, k, i, S1, h)
+            h = refine(w, i, before, h)
+        elif which != S2:
+            h = refine(w, i, before, h)
+    return S1 if hit else which, h
+
+
+@inline
+def process_event(w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored):
+    """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
+
+    An impact leaves ξ = ξ' = 0, eq. (7).
+    """
+    certified = method == CERTIFIED
+    calm = certified and w[r.AF + i] == 0.0
+    # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are
+    # written down one by one
+    may_repeat = w[r.AF + i] == 0.0 and method != FIXED and scan != LITERAL and rows_int.shape[0] == 0
+    state = k[r.STATE + i]
+    there = NOWHERE
+    phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
+    if calm and waits(state):
+        h, phase, later, down = wait_end(w, i, state, w[r.PHI + i])
+        event, side = terminating_function(state), 1.0 if down else -1.0
+    elif certified:
+        wait_ends = waits(state) and w[r.OUTCOME + i] == ZERO
+        there, late = propagate(w, k, i, wait_ends, -1.0 if side > 0.0 else 1.0)
+        record_margin_of_tangency(w, k, i, w[r.CURSOR + i])
+        if w[r.SEARCH_MODE + i] == BRACKETED and k[r.SEARCH + i] != S1:
+            s = direction(state)
+            rate = rate_of(w[r.A0 + i], (there.q - w[r.B + i]) - s)
+            keep_guesses(w, i, s > 0.0, s < 0.0, False, w[r.PHI + i], w[r.CURSOR + i], rate)
+        event, h = certified_event(w, k, i, there.x)
+        side = w[r.SIG + i]
+    else:
+        event, h = grid_event(w, k, i, method)
+        side = w[r.SIG + i]
+    while True:
+        if event == CONTINUE:
+            return True
+        if event == END or h > w[r.LEFT + i]:
+            emit_rest(w, k, i, transient, section)
+            return False
+        state = k[r.STATE + i]
+        sliding = not waits(state)
+        x, v = w[r.X0 + i], 0.0
+        if sliding:
+            x, v = there.x, there.v
+            if not certified:
+                x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
+        emit_sections(w, k, i, h, transient, section)
+        x_off, v_off = w[r.X_OFF + i], 0.0
+        if event == S1:
+            x_off = 0.0
+        elif sliding:
+            x_off = gap_rounding(w, i, h)
+            v_off = velocity_rounding(w, i, h) if event == STRETCHED else 0.0
+
+        # what one period may cost: switches, and what their searches took
+        price = SCAN_PRICE if scan == LITERAL else SEARCH_PRICE
+        k[r.COUNT + i] = number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * price)
+        k[r.COUNTED + i] = k[r.PERIOD + i]
+        w[r.WORK_BOOKED + i] = w[r.WORK + i]
+        if k[r.COUNT + i] > budget:
+            k[r.STATUS + i] = BUDGET
+            return False
+
+        # advance to the switch
+        if calm and not sliding:
+            force = -side
+            record_margin(w, k, i, wait_end_distance(w, i, side > 0.0), ROUNDING * magnitude_scale(w, i))
+            w[r.PHI + i] = phase
+            w[r.LOW + i] = 0.0
+            k[r.PERIOD + i] += 1 if later else 0
+            w[r.P + i] = w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]
+            w[r.Q + i] = w[r.B + i] + force
+        elif certified:
+            k[r.PERIOD + i] += int(there.turned)
+            w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i] = there.phi, there.low, there.p, there.q
+            w[r.THETA + i], w[r.PF + i], w[r.QF + i] = there.theta, there.pf, there.qf
+            force = w[r.Q + i] + w[r.QF + i] - w[r.B + i]
+        else:
+            if method == FIXED:
+                grid_time(w, k, i, w[r.CURSOR + i])
+            else:
+                pass_time(w, k, i, h)
+            force = evaluate_excitation(w, k, i)
+        w[r.LATE + i] = late
+        w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
+
+        if event == STRETCHED:
+            begin_state(w, k, i, state, x, v, force, False, x_off, v_off, method)
+            return True
+        # decide
+        to = decide(event, side, force)
+        if event == S1:
+            x = 0.0 if certified else x
+            record(w, k, i, state, IMPACT, x, v, transient, rows_int, rows_float, stored)
+            record_margin_of_impact(w, k, i, h, force, v)
+            state, x, v = IMPACT, 0.0, 0.0
+        elif sliding:
+            if certified and to == state:
+                to = STICK  # where ξ' has just fallen to 0 its slope is not positive: H is beyond 1 by rounding only
+            v = 0.0 if certified else v
+            if certified and x <= 0.0:
+                x = SMALLEST  # it has gone up, by less than a double can tell
+            record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
+        record(w, k, i, state, to, x, v, transient, rows_int, rows_float, stored)
+        waiting = waits(to)
+        if waiting and not can_leave(w, i, to):
+            k[r.STATE + i] = to
+            w[r.X0 + i] = x
+            w[r.X_OFF + i], w[r.V_OFF + i] = x_off, v_off
+            finish_at_rest(w, k, i, transient, section)
+            return False
+        if not (calm and waiting):
+            if calm and state == REST:
+                clear_guesses(w, i)
+            at_boundary = certified and (state == STICK or state == REST)
+            begin_state(w, k, i, to, x, 0.0, force, at_boundary, x_off, v_off, method)
+            if state == REST or state == IMPACT:
+                k[r.SINCE + i] += 1
+                if may_repeat:
+                    detect_recurrence(w, k, i, certified, transient, periods, budget, section)
+            return True
+        k[r.STATE + i] = to
+        w[r.X0 + i] = x
+        w[r.X_OFF + i], w[r.V_OFF + i] = x_off, v_off
+        h, phase, later, down = wait_end(w, i, to, w[r.PHI + i])
+        event, side = terminating_function(to), 1.0 if down else -1.0

@@ -1,0 +1,365 @@
+"""Finding the first zero of a switching function, and never another.
+
+**Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
+|g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum
+of the amplitudes of their third derivatives. Taylor's theorem with the remainder bounded gives, for any S > 0,
+
+    g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
+
+The right side is a parabola. Up to S or its first positive root, whichever comes first, it is positive and so is g:
+that is the step. S is free: it is taken as long as the last step, and near a transversal zero the parabola's root
+then falls short of the zero by an error that shrinks faster than the square of the distance. Where a fast ripple of
+amplitude a dominates M3, the slow part less a is bounded in the same way with the small bound M2 of
+its own derivatives, g_slow + g_slow's + b s²/2 - a, where b is -M2 or, as far as that is more, g_slow'' - M2 S/3 with a
+large S; where that is positive beyond the other's S, its step is taken.
+
+**Starts on a zero.** A slide from rest has g = 0 and g' >= 0 where it begins, and g/s >= g' + g''s/2 - M3 s²/6: the
+search begins at the positive root of that, and the start is not taken for the next switch. At ε = 0 a slide that
+starts by accelerating goes on doing so until H is back at the same boundary, a known phase: the search
+begins at that peak of |ξ'|.
+
+**Ends.** Near a simple zero the series of undisturbed.py takes over. Where g' is sure to change by less than a quarter
+over the way d that it points, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero there is the only one and the series ends
+close to it: the cursor goes there, to whichever side of the zero that may be. As soon as the terms fall fast enough
+that is the zero to the last bit.
+
+**Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
+than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
+bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
+could have shown a change of sign.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.branchless import ROUND, choose, fma, wide
+from vibrodrive.jit.compile import inline, inline_each, part
+from vibrodrive.jit.trig import PI, TWO_PI, arc, arc_of_product, dot
+from vibrodrive.kernels.lane import (
+    AL,
+    ALF,
+    BASE,
+    BE,
+    BEF,
+    BEFORE,
+    C0,
+    C1,
+    C2,
+    CURSOR,
+    D1,
+    D2,
+    DIP_DENOMINATOR,
+    DIP_NUMERATOR,
+    DTAU,
+    ETA,
+    FALL_TOLERANCE,
+    FAST_AMPLITUDE,
+    LAST_NONNEGATIVE,
+    LIMIT,
+    M2_SLOW,
+    M3,
+    NOISE,
+    OTHER,
+    OUTCOME,
+    PHI,
+    PHI_DOWN,
+    PHI_UP,
+    SEARCH,
+    SIG,
+    SPAN,
+    SPAN0,
+    V0,
+    VALUE,
+    WATCHED_GAP,
+    WORK,
+    WORK_BOOKED,
+    XALF,
+    XBEF,
+    XC1,
+    XC2,
+    XD2,
+    P,
+    Q,
+    full,
+)
+from vibrodrive.kernels.motion import derivatives, fast_part, shape, state_at
+from vibrodrive.kernels.switching import INFINITY, S4, UNKNOWN
+
+NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
+"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
+functions below 0."""
+
+TINY = 1.2e-16
+"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+BENT = 0.25
+"""The share of g' by which it may change on a way d that the series is trusted for. It knows four derivatives, so it
+ends off the zero by what the change of the fourth can do, at most M4 d⁴/12: a sixth of d. Where that is past the
+zero, the way back is trusted in turn: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of g' there."""
+
+LEAP = 2.0
+"""As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
+
+LEAST_GAP = 1e-30
+"""From a smaller gap, with a disturbance, an impact is not searched for by steps."""
+
+PATIENCE = 1e5
+"""Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
+
+
+@inline
+def parabola(g, dg, bend, span):
+    """(first positive root of g + dg s + bend s²/2 with g >= 0, minus the slope there); (span, 0) if none is below."""
+    q2 = dot(dg, dg, -2.0 * g, bend)
+    q = math.sqrt(q2 if q2 > 0.0 else 0.0)
+    falling = dg < 0.0
+    numerator = 2.0 * g if falling else dg + q
+    denominator = q - dg if falling else -bend
+    root = numerator / (denominator if denominator > 0.0 else 1e-300)
+    real = (q2 >= 0.0) & (falling | (bend < 0.0)) & (root < span)
+    return choose(real, root, span), choose(real, q, 0.0)
+
+
+@inline
+def curvature_bound(ddg, m3, span):
+    """The bend of the parabola that a function with |g'''| <= m3 stays above up to S = span."""
+    return fma(-(1.0 / 3.0) * m3, span, ddg)
+
+
+@inline
+def safe_step(g, dg, ddg, m3, span):
+    """(step, slope): the step for S = span, and minus the slope of the parabola where it has its root there."""
+    return parabola(g, dg, curvature_bound(ddg, m3, span), span)
+
+
+@inline
+def zero_free_span(rise, bend, m3):
+    """Up to where g is positive that starts with g = 0, g' = rise >= 0, g'' = bend: g/s >= g' + g''s/2 - M3 s²/6."""
+    free, _ = parabola(rise, 0.5 * bend, -(1.0 / 3.0) * m3, INFINITY)
+    return free
+
+
+@inline
+def first_cursor(search, limit):
+    """Where the search for the end of a slide can begin that starts with ξ' = 0."""
+    free = zero_free_span(search.sig * search.d1, 2.0 * search.sig * search.d2, search.m3)
+    return choose(free > 0.0, choose(free < limit, free, limit), 0.0)
+
+
+@inline
+def peak_cursor(w, i, s, limit):
+    """The same at ε = 0: the peak of |ξ'|, where H is back at s."""
+    h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
+    if h >= TWO_PI:
+        h -= TWO_PI
+    return choose(h > 0.0, choose(h < limit, h, limit), 0.0)
+
+
+@inline
+def stay_inside(w, k, i, force):
+    """A wait that begins with |H| above 1 by rounding, and falling: it is not to end where it begins."""
+    rise, bend = w[D1 + i], 2.0 * w[D2 + i]
+    if force > 1.0 and rise < 0.0:
+        w[CURSOR + i] = zero_free_span(-rise, -bend, w[M3 + i])
+    elif k[SEARCH + i] == S4 and force < -1.0 and rise > 0.0:
+        w[OTHER + i] = zero_free_span(rise, bend, w[M3 + i])
+
+
+@part
+def fall_from_nothing(w, i, h):
+    """Where a gap below LEAST_GAP falls to 0, if it is closed at h: its order of magnitude is bisected.
+
+    Beside it the rounding of the higher derivatives is large, and a search by steps would stand still.
+    """
+    low, high = 1e-300, h
+    for _ in range(64):
+        middle = math.sqrt(low) * math.sqrt(high)
+        x, _ = state_at(w, i, middle, True)
+        low = choose(x > 0.0, middle, low)
+        high = choose(x > 0.0, high, middle)
+    w[WORK + i] += 64.0
+    return high
+
+
+@inline
+def householder_series(u, a2, a3, a4):
+    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
+    square = a2 * a2
+    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
+
+
+@inline
+def series(h, u, half, third, fourth, m3, scale, rate):
+    """(h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
+
+    The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two,
+    and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth; the first one left out is below
+    the bound used here. All are far below 1 then: the zero is the only one near.
+    """
+    ahead = h - householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
+    t = fma(abs(m3), scale, abs(half)) * u
+    e = abs(m3) * u * u
+    t2 = fma(t, t, e)
+    q = 0.25 * rate * u
+    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
+
+
+@inline
+def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
+    """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe.
+
+    The second derivative may be M3 `scale`, the fourth M3 `rate`.
+    """
+    inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
+    jump, close = series(
+        h, g * inverse, 0.5 * ddg * inverse, dddg * inverse, ddddg * inverse, m3 * inverse, scale, rate
+    )  # fmt: skip
+    close = close & (dg < 0.0)
+    past = g < 0.0
+    ahead = choose(past, h, h + step)
+    way = abs(jump - h)
+    straight = fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
+    trusted = straight & choose(past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit))
+    zero = close | ((not trusted) & (past | (step <= TINY * ahead)))
+    return choose(close | trusted, jump, ahead), zero
+
+
+@inline_each
+def search(w, i, fast, grid):
+    """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
+
+    Without a grid the cursor H is a time after the last switch, and a lane that has met something stays as it is; on a
+    grid the cursor is a whole number of steps, and a zero is met where eq. (10) holds for the step that ends there.
+    """
+    cursor = w[CURSOR + i]
+    dtau = w[DTAU + i]
+    h = cursor * dtau if grid else cursor
+    al, be, c2, sig = w[AL + i], w[BE + i], w[C2 + i], w[SIG + i]
+    s, v, ds, dv, near = arc(h)
+    if fast:
+        eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
+        sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
+        near = near & near_fast
+    g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
+    dg, slow_ddg, dddg, ddddg = derivatives(h, w[D1 + i], c2, al, be, s, v)
+    ddg = slow_ddg
+    p, q = w[P + i], w[Q + i]
+    x = shape(near, h, w[WATCHED_GAP + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
+    if fast:
+        g += fast_part(near, alf, bef, sf, vf, dsf, dvf)
+        # the ripple's slope, and its second derivative over η²: minus its value, but for a constant
+        cf = 1.0 - vf
+        fast_slope, fast_second = eta * dot(alf, cf, bef, sf), dot(bef, cf, -alf, sf)
+        square = eta * eta
+        dg = fma(eta, dot(bef, sf, -alf, vf), dg)
+        ddg = fma(square, fast_second, ddg)
+        dddg = fma(-square, fast_slope, dddg)
+        ddddg = fma(-square * square, fast_second, ddddg)
+        x += fast_part(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
+    g = w[BASE + i] + sig * g
+    dg = sig * dg
+    ddg = sig * ddg
+    dddg = sig * dddg
+    ddddg = sig * ddddg
+    trusted = g - w[NOISE + i] if grid else g
+    trusted = trusted if trusted > 0.0 else 0.0
+    m3, span = w[M3 + i], w[SPAN + i]
+    if fast:
+        # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
+        rf, m2 = w[FAST_AMPLITUDE + i], w[M2_SLOW + i]
+        slow = fma(sig, fast_second, trusted) - (rf + w[NOISE + i])
+        slow_slope = fma(-sig, fast_slope, dg)
+        far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
+        slow_bend = curvature_bound(sig * slow_ddg, m2, LEAP)
+        leap = slow_bend > -m2
+        bend = choose(far, choose(leap, slow_bend, -m2), curvature_bound(ddg, m3, span))
+        reach = choose(far, choose(leap, LEAP, INFINITY), span)
+        step, slope = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend, reach)
+        slope = choose(far, 0.0, slope)
+    else:
+        far = False
+        step, slope = safe_step(trusted, dg, ddg, m3, span)
+    if not grid:
+        # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
+        # belie it; kept as a fraction, so that no step pays for a division
+        over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
+        sure = (under > 0.0) & (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
+        first = w[DIP_DENOMINATOR + i] == 0.0
+        nearer = sure & (x > 0.0) & (first | (over * w[DIP_DENOMINATOR + i] < w[DIP_NUMERATOR + i] * under))
+        nearer = nearer & (w[OUTCOME + i] == NOTHING)
+        w[DIP_NUMERATOR + i] = choose(nearer, over, w[DIP_NUMERATOR + i])
+        w[DIP_DENOMINATOR + i] = choose(nearer, under, w[DIP_DENOMINATOR + i])
+    # the next S: as far as this step went where the root is in sight, further where it is not
+    span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
+    if grid:
+        span += 1e-9 * w[SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
+
+    limit = w[LIMIT + i]
+    if grid:
+        reach = cursor + (step / dtau if trusted > 0.0 else 0.0)
+        reach = reach if reach < limit else limit
+        whole = (reach + ROUND) - ROUND
+        whole = whole - 1.0 if whole > reach else whole
+        ahead = whole if whole > cursor + 1.0 else cursor + 1.0
+        at_limit = cursor >= limit
+        zero = g < 0.0
+        fallen = x < 0.0
+        met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if at_limit else NOTHING))
+        # where ξ and ξ' are both seen to have changed sign it is an impact; which of the two is noted for Muller
+        met = BOTH if zero & fallen else met
+        ahead = cursor if met != NOTHING else ahead
+    else:
+        tired = w[WORK + i] - w[WORK_BOOKED + i] > PATIENCE
+        rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
+        ahead, zero = advance(
+            h, g, dg, ddg, dddg, ddddg, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
+        )  # fmt: skip
+        at_limit = ahead >= limit
+        ahead = limit if at_limit else ahead
+        at_limit = at_limit | tired
+        met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
+        met = FALLEN if x < -w[FALL_TOLERANCE + i] else met
+    # a search of two sides goes on with the one that is behind
+    other = w[OTHER + i]
+    turn = ahead > other
+    if grid:
+        next_one = choose((ahead == cursor + 1.0) & (not turn), g, UNKNOWN)
+        w[BEFORE + i] = choose(ahead == cursor, w[BEFORE + i], next_one)
+        w[VALUE + i] = choose(turn, UNKNOWN, g)
+    on = True if grid else w[OUTCOME + i] == NOTHING
+    w[LAST_NONNEGATIVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[LAST_NONNEGATIVE + i])
+    w[CURSOR + i] = choose(on, choose(turn, other, ahead), cursor)
+    w[OTHER + i] = choose(on & turn, ahead, other)
+    w[SIG + i] = choose(on & turn, -sig, sig)
+    w[OUTCOME + i] = choose(on, choose(turn, NOTHING, met), w[OUTCOME + i])
+    w[SPAN + i] = choose(on, choose(turn, w[SPAN0 + i], span), w[SPAN + i])
+    w[WORK + i] += choose(on, 1.0, 0.0)
+
+
+@part
+def search_on_grid(w, n, fast):
+    """One step in each of the lanes 0..n-1. Two loops, so that each is free of branches."""
+    wide()
+    m = full(n)
+    if fast:
+        for i in range(m):
+            search(w, i, True, True)
+    else:
+        for i in range(m):
+            search(w, i, False, True)
+
+
+@part
+def search_stepwise(w, n, steps):
+    """`steps` steps, or as many as it takes, in each of the lanes 0..n-1, without a grid.
+
+    Their number is no constant: the compiler would write the loop out as often.
+    """
+    wide()
+    m = full(n)
+    for i in range(m):
+        w[OUTCOME + i] = NOTHING
+    for _ in range(steps):
+        for i in range(m):
+            search(w, i, True, False)

@@ -1,0 +1,206 @@
+"""The literal scan: every grid point visited, as the paper and most contact codes do, and as fast as that can go.
+
+Over a block of grid points h_b + x the sines and versines of x are in tables, and a shape (motion.py) becomes
+
+    c0' + c1 x + α' sin x + β' vers x + fast
+
+with constants of the block (S1, the one with a square, is never scanned for: ξ is watched beside S2). A value that
+clears the rounding of this form has the sign it shows; the few that do not are computed again from the exact form,
+the one that skipping evaluates. So the two agree to the bit.
+"""
+
+from __future__ import annotations
+
+from vibrodrive.jit.branchless import fma
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import arc, arc_of_product, dot
+from vibrodrive.kernels.first_zero import BOTH, FALLEN, LIMIT_MET, ZERO
+from vibrodrive.kernels.lane import (
+    AF,
+    AL,
+    ALF,
+    BASE,
+    BE,
+    BEF,
+    C0,
+    C1,
+    CURSOR,
+    DTAU,
+    ETA,
+    LAST_NONNEGATIVE,
+    LIMIT,
+    NOISE,
+    OUTCOME,
+    SEARCH,
+    SIG,
+    WORK,
+    X0,
+    XC1,
+    XC2,
+    A,
+)
+from vibrodrive.kernels.motion import state_at
+from vibrodrive.kernels.muller import value
+from vibrodrive.kernels.switching import S2, S4
+
+BLOCK = 896
+"""Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
+
+
+@part
+def fill_tables(table, dtau, eta):
+    """sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, …: one after the other in `table`, float64 (5 · BLOCK,)."""
+    for j in range(BLOCK):
+        x = float(j + 1) * dtau
+        s, v, _, _, _ = arc(x)
+        table[j] = s
+        table[BLOCK + j] = v
+        s, v, _, _, _ = arc_of_product(eta, x)
+        table[2 * BLOCK + j] = s
+        table[3 * BLOCK + j] = v
+        table[4 * BLOCK + j] = x
+
+
+@inline
+def turned(a, b, rate, h):
+    """(value at h, a', b') with a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
+    s, v, _, _, _ = arc_of_product(rate, h)
+    c = 1.0 - v
+    return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
+
+
+@inline
+def tabled(table, j, c0, c1, al, be):
+    """The slow part of value j of a block."""
+    return fma(al, table[j], fma(be, table[BLOCK + j], fma(c1, table[4 * BLOCK + j], c0)))
+
+
+@inline
+def tabled_ripple(table, j, alf, bef, g):
+    """The fast part added to g."""
+    return fma(alf, table[2 * BLOCK + j], fma(bef, table[3 * BLOCK + j], g))
+
+
+@part
+def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
+    """How many of the block's first n values lie below `bound` (two-sided: how many |values| above it)."""
+    count = 0
+    if two_sided:
+        for j in range(n):
+            g = tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be))
+            count += 1 if abs(g) > bound else 0
+    elif fast:
+        for j in range(n):
+            count += 1 if tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be)) < bound else 0
+    else:
+        for j in range(n):
+            count += 1 if tabled(table, j, c0, c1, al, be) < bound else 0
+    return count
+
+
+CLOSE = 16
+"""So many values are looked at one by one where something is met."""
+
+
+@inline
+def clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast):
+    """How many values of a block, less than CLOSE of the most, come before the first that is suspect: by halving."""
+    clear = 0
+    while n - clear > CLOSE:
+        half = (clear + n) // 2
+        if suspects(table, half, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast) > 0:
+            n = half
+        else:
+            clear = half
+    return clear
+
+
+@inline
+def least_clear_gap(w, i, first, n, dtau):
+    """A value of ξ at a grid point from which on ξ was positive at the n before: by more than any rounding, and by more
+    than ξ can have risen in between.
+
+    Where ξ' is negative at two neighbouring points it may have been positive between them, by no more than Δτ²/8 times
+    the most that its second derivative can be.
+    """
+    h = (first + float(n)) * dtau
+    rounding = 1e-12 * (w[X0 + i] + w[A + i] + (abs(w[XC1 + i]) + abs(w[XC2 + i]) * h) * h)
+    third = w[A + i] + w[AF + i] * w[ETA + i]
+    return rounding + float(n) * dtau * (third * dtau * dtau * 0.125)
+
+
+@inline
+def clear_gaps(w, i, first, n, dtau, fast):
+    """The same for ξ: how many values are surely above 0."""
+    margin = least_clear_gap(w, i, first, n, dtau)
+    clear = 0
+    while n - clear > CLOSE:
+        half = (clear + n) // 2
+        x, _ = state_at(w, i, (first + float(half)) * dtau, fast)
+        if x > margin:
+            clear = half
+        else:
+            n = half
+    return clear
+
+
+@part
+def scan(w, k, i, table):
+    """Search lane i by visiting every grid point from its cursor on: sets OUTCOME, and CURSOR to where it was met."""
+    which = k[SEARCH + i]
+    dtau, limit, noise = w[DTAU + i], w[LIMIT + i], w[NOISE + i]
+    eta, base = w[ETA + i], w[BASE + i]
+    fast = eta > 0.0
+    two_sided = which == S4
+    sig = 1.0 if two_sided else w[SIG + i]
+    offset = 0.0 if two_sided else base
+    bound = 1.0 - noise if two_sided else noise
+    first = w[CURSOR + i]
+    while first <= limit:
+        left = limit - first + 1.0
+        n = BLOCK if left > float(BLOCK) else int(left)
+        h = (first - 1.0) * dtau
+        slow, al, be = turned(w[AL + i], w[BE + i], 1.0, h)
+        quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta, h)
+        c1 = w[C1 + i]
+        c0 = offset + sig * (w[C0 + i] + c1 * h + slow + quick)
+        count = suspects(table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast)
+        fallen = False
+        if which == S2:
+            # ξ falls all through a block in which ξ' is negative: its last value tells of all
+            x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
+            fallen = x < least_clear_gap(w, i, first, n, dtau)
+        start = n
+        if count > 0 or fallen:
+            if count > 0:
+                start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
+            if which == S2:
+                start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
+        for j in range(start, n):
+            cursor = first + float(j)
+            met = exact(w, i, cursor * dtau, which, fast)
+            if met != 0.0:
+                w[OUTCOME + i] = met
+                w[CURSOR + i] = cursor
+                w[LAST_NONNEGATIVE + i] = cursor - 1.0
+                w[WORK + i] += float(j)
+                return
+        w[WORK + i] += float(n)
+        first += float(n)
+    w[OUTCOME + i] = LIMIT_MET
+    w[CURSOR + i] = limit
+
+
+@inline
+def exact(w, i, h, which, fast):
+    """What is met at h, eq. (10) by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
+    g = value(w, i, h)
+    if which == S4 and g >= 0.0:
+        w[SIG + i] = -w[SIG + i]
+        g = value(w, i, h)
+    zero = g < 0.0
+    if which == S2:
+        x, _ = state_at(w, i, h, fast)
+        if x < 0.0:
+            return BOTH if zero else FALLEN
+    return ZERO if zero else 0.0

@@ -1,0 +1,301 @@
+"""The closed-form motion between two switches, eqs. (1), (2), (4), (5), (9), relative to the last switch.
+
+With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
+
+    P = A cos φ,   Q = A sin φ,   PF = AF cos θ,   QF = AF sin θ,      H_i = Q + QF - B
+    H  = H_i + P sin h - Q vers h + PF sin ηh - QF vers ηh
+    ξ' = v + L h + Q sin h + P vers h + (QF sin ηh + PF vers ηh) / η
+    ξ  = x + (v + P + PF/η) h + L h²/2 - P sin h + Q vers h - (PF sin ηh - QF vers ηh) / η²
+
+where L = -(B + s), s = ±1 while sliding up / down. This is the paper's solution with its constants put in.
+All three are one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh; so is every switching
+function, and one routine searches them all. While h and ηh are below π/4 the linear and quadratic parts
+of sine and versine are added to d1 and d2 beforehand, where they cancel exactly:
+
+    c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
+
+A slide that starts from stick or rest has ξ' = ξ'' = 0: there d1 = 0 is set, not computed, and a motion that has
+only just begun keeps its full relative accuracy instead of drowning in the rounding of A.
+
+Time is (whole periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.jit.branchless import choose, fma
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot, sincos, turns, two_product
+from vibrodrive.kernels.lane import (
+    A0,
+    AF,
+    COS_S,
+    CURSOR,
+    DTAU,
+    ETA,
+    FRAC,
+    GRID,
+    INVERSE,
+    LOW,
+    PERIOD,
+    PERIOD0,
+    PF,
+    PHI,
+    PHI0,
+    QF,
+    SIN_S,
+    THETA,
+    V0,
+    X0,
+    XALF,
+    XBEF,
+    XC1,
+    XC2,
+    XD2,
+    A,
+    B,
+    L,
+    P,
+    Q,
+)
+
+FAR = 0.8
+"""From here on a motion is not small beside its terms any more."""
+
+
+STRETCH = 4.0 * PI
+"""A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
+
+
+LONGEST_SCAN = 4194304.0
+"""A segment of more grid points than this is continued afresh too, so that the budget is looked at now and then."""
+
+
+@inline
+def longest(w, i):
+    """How long a segment may be."""
+    return choose(w[ETA + i] * STRETCH > 1e6, 1e6 * w[INVERSE + i], STRETCH)
+
+
+@inline
+def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
+    """The slow part of a shape; s, v, ds, dv from `arc(h)`."""
+    linear = d1 if near else c1
+    square = d2 if near else c2
+    return c0 + fma(fma(square, h, linear), h, dot(al, ds if near else s, be, dv if near else v))
+
+
+@inline
+def derivatives(h, d1, c2, al, be, s, v):
+    """First to fourth derivative of the slow part of a shape; s, v from `arc(h)`."""
+    c = 1.0 - v
+    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # of the arcs; their third and fourth are minus these
+    return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
+
+
+@inline
+def fast_part(near, alf, bef, s, v, ds, dv):
+    """The fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
+    return dot(alf, ds if near else s, bef, dv if near else v)
+
+
+@inline
+def state_at(w, i, h, fast):
+    """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5) and their derivative."""
+    eta = w[ETA + i]
+    p, q = w[P + i], w[Q + i]
+    s, v, ds, dv, near = arc(h)
+    d2 = 0.5 * (p + eta * w[PF + i])
+    if fast:
+        sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
+        near = near & near_fast
+    x = shape(near, h, w[X0 + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
+    dx = shape(near, h, w[V0 + i], w[A0 + i], d2, w[L + i], 0.0, q, p, s, v, ds, dv)
+    if fast:
+        x += fast_part(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
+        dx += fast_part(near, eta * w[XBEF + i], -eta * w[XALF + i], sf, vf, dsf, dvf)
+    return x, dx
+
+
+@inline
+def section_at(w, i, h):
+    """(ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
+    linear = fma(w[XC2 + i], h, w[XC1 + i])
+    return (
+        w[X0 + i] + fma(linear, h, w[Q + i] - w[SIN_S + i]),
+        w[V0 + i] + fma(w[L + i], h, w[P + i] - w[COS_S + i]),
+    )
+
+
+@inline
+def force_at(w, i, h):
+    """Adhesive force H at h after the last switch, eq. (2)."""
+    s, v, _, _, _ = arc(h)
+    sf, vf, _, _, _ = arc_of_product(w[ETA + i], h)
+    return (w[Q + i] + w[QF + i] - w[B + i]) + (dot(w[P + i], s, -w[Q + i], v) + dot(w[PF + i], sf, -w[QF + i], vf))
+
+
+@inline
+def excitation(a, phi, low):
+    """(a cos φ, a sin φ) at φ + low, low tiny."""
+    s, c = sincos(phi)
+    return a * fma(-s, low, c), a * fma(c, low, s)
+
+
+@inline
+def fast_phase(eta, frac, period, phi, low):
+    """θ = η (2π n + φ) mod 2π: whole turns of the fast clock leave before anything is rounded.
+
+    2π n η mod 2π is 2π times the fraction of n·frac(η), an exact product.
+    """
+    p, e = two_product(period, frac)
+    turn = (p - np.floor(p)) + e
+    p, e = two_product(eta, phi)
+    _, theta, _ = turns(p, fma(turn, TWO_PI, fma(eta, low, e)))
+    return theta
+
+
+@inline
+def advance_phase(phi, low, h):
+    """The time h after (φ, low): (whole periods, φ, low). The rounding of φ + h is kept in low."""
+    s = phi + h
+    back = s - phi
+    return turns(s, low + ((phi - (s - back)) + (h - back)))
+
+
+@inline
+def evaluate_excitation(w, k, i):
+    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H, eq. (2)."""
+    phi, low = w[PHI + i], w[LOW + i]
+    w[P + i], w[Q + i] = excitation(w[A + i], phi, low)
+    if w[AF + i] > 0.0:
+        w[THETA + i] = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]), phi, low)
+        w[PF + i], w[QF + i] = excitation(w[AF + i], w[THETA + i], 0.0)
+    return w[Q + i] + w[QF + i] - w[B + i]
+
+
+class Arrival(NamedTuple):
+    """Where a segment leads: ξ, ξ', the whole periods begun on the way, φ and what φ has no bits for, A cos φ, A sin φ;
+    θ = ητ mod 2π, AF cos θ, AF sin θ."""
+
+    x: float
+    v: float
+    turned: float
+    phi: float
+    low: float
+    p: float
+    q: float
+    theta: float
+    pf: float
+    qf: float
+
+
+@inline
+def propagate_undisturbed(w, i, h):
+    """Where h >= FAR leads at ε = 0: one sine and cosine serve the excitation and the motion, which is this far from
+    its start not small any more."""
+    n, phi = advance_phase_short(w[PHI + i], w[LOW + i], h)
+    p, q = excitation(w[A + i], phi, 0.0)
+    x = w[X0 + i] + fma(fma(w[XC2 + i], h, w[XC1 + i]), h, w[Q + i] - q)
+    v = w[V0 + i] + fma(w[L + i], h, w[P + i] - p)
+    return Arrival(x, v, n, phi, 0.0, p, q, 0.0, 0.0, 0.0)
+
+
+@inline
+def advance_phase_short(phi, low, h):
+    """The time h < 4π after (φ, low): (whole periods, φ), as `advance_phase`; n TWO_PI is exact for n <= 2.
+
+    At ε = 0 what φ has no bits for is let go at every switch, so that a motion that comes back to the same φ repeats
+    itself (recurrence.py).
+    """
+    s = phi + h
+    back = s - phi
+    small = low + ((phi - (s - back)) + (h - back))
+    n = choose(s >= 2.0 * TWO_PI, 2.0, choose(s >= TWO_PI, 1.0, 0.0))
+    return n, fma(-n, TWO_PI, s) + fma(-n, TWO_PI_LOW, small)
+
+
+@inline
+def propagate_disturbed(w, k, i, h):
+    """Where h leads with a disturbance."""
+    x, v = state_at(w, i, h, True)
+    turned, phi, low = advance_phase(w[PHI + i], w[LOW + i], h)
+    p, q = excitation(w[A + i], phi, low)
+    theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
+    pf, qf = excitation(w[AF + i], theta, 0.0)
+    return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
+
+
+NEAR_BOUNDARY = 1e-8
+"""By how many radians, of the fast phase if that is the faster, the end of a wait is put right at most."""
+
+
+@inline
+def on_boundary(w, i, where, there, level):
+    """(`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ + low.
+
+    The cursor is good to its own rounding, which the fast clock multiplies by η, and a slide that begins with exactly
+    ξ'' = 0 would begin with the H' of another time. One step of Newton's method, to first order in what it moves. LATE
+    is what the rounding of H leaves of it, over ROUNDING (margins.py). Elsewhere nothing is moved, and LATE is 0.
+    """
+    eta, af, b = w[ETA + i], w[AF + i], w[B + i]
+    rate = there.p + eta * there.pf
+    inverse = 1.0 / choose(rate == 0.0, 1e-300, rate)
+    shift = (level - (there.q + there.qf - b)) * inverse
+    fast = eta * shift
+    near = where & (abs(fast) < NEAR_BOUNDARY) & (abs(shift) < NEAR_BOUNDARY)
+    shift, fast = choose(near, shift, 0.0), choose(near, fast, 0.0)
+    moved = Arrival(
+        there.x, there.v, there.turned, there.phi, there.low + shift,
+        fma(-there.q, shift, there.p), fma(there.p, shift, there.q), there.theta + fast,
+        fma(-there.qf, fast, there.pf), fma(there.pf, fast, there.qf),
+    )  # fmt: skip
+    return moved, choose(where, (1.0 + w[A + i] + af + b) * abs(inverse), 0.0)
+
+
+@part
+def propagate(w, k, i, wait_ends, level):
+    """Where the cursor of lane i leads, whatever its trajectory, and LATE: as `on_boundary` if a wait ends there."""
+    h = w[CURSOR + i]
+    if w[AF + i] > 0.0:
+        return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level)
+    there = propagate_undisturbed(w, i, h)
+    if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
+        x, v = state_at(w, i, h, False)
+        turned, phi, _ = advance_phase(w[PHI + i], w[LOW + i], h)
+        p, q = excitation(w[A + i], phi, 0.0)
+        there = Arrival(x, v, turned, phi, 0.0, p, q, 0.0, 0.0, 0.0)
+    return there, 0.0
+
+
+@inline
+def pass_time(w, k, i, h):
+    """Move the present time on by h; at ε = 0 as `advance_phase_short`."""
+    n, w[PHI + i], low = advance_phase(w[PHI + i], w[LOW + i], h)
+    w[LOW + i] = low if w[AF + i] > 0.0 else 0.0
+    k[PERIOD + i] += int(n)
+
+
+@inline
+def grid_time(w, k, i, steps):
+    """Move the present time on by `steps` grid steps: τ = τ0 + kΔτ from the integer k, never accumulated."""
+    k[GRID + i] += int(steps)
+    p, e = two_product(float(k[GRID + i]), w[DTAU + i])
+    n, phi, low = turns(p, e)
+    more, w[PHI + i], w[LOW + i] = advance_phase(w[PHI0 + i], low, phi)
+    k[PERIOD + i] = k[PERIOD0 + i] + int(n + more)
+
+
+@inline
+def time_between(period, phi, low, to_period, to_phase):
+    """h from (period, φ, low) to (to_period, to_phase)."""
+    return float(to_period - period) * TWO_PI + ((to_phase - phi) - low)
+
+
+@inline
+def time_until(w, k, i, period, phase):
+    """h from the present time to (period, phase)."""
+    return time_between(k[PERIOD + i], w[PHI + i], w[LOW + i], period, phase)

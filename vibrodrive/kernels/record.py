@@ -1,0 +1,143 @@
+"""What a trajectory leaves behind: section points, switches counted and, for a single one, written down."""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.lane import STRIDE
+from vibrodrive.kernels.motion import section_at, state_at, time_between
+from vibrodrive.kernels.switching import INFINITY
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+SECTION_MARGIN = 1e-9
+"""Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
+
+DONE, UNUSUAL, POINT, CHECK_RECURRENCE = 0, 1, 2, 4
+"""What is left to do in a lane after all were advanced abreast: nothing; everything; a section point to be written,
+the motion since the anchor to be looked at (recurrence.py), or both."""
+
+
+@inline
+def in_record(w, k, i, period, phi, transient):
+    """Whether (period, φ) lies after the transient."""
+    n = period - k[r.PERIOD0 + i]
+    return (n > transient) | ((n == transient) & (phi > w[r.PHI0 + i])) | (transient == 0)
+
+
+@inline
+def section_due(w, k, i, count, period, phi, low, transient):
+    """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
+    first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
+    return time_between(period, phi, low, first + count, w[r.SECTION + i])
+
+
+@inline
+def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
+    """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
+    due = section_due(w, k, i, slot, period, phi, low, transient)
+    return due, (due <= h) & (slot < periods), due + TWO_PI > h + SECTION_MARGIN
+
+
+@inline
+def count_switch(k, i, recorded, impact, to):
+    """Count a switch into `to`, and the impact before it if there was one."""
+    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)
+    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
+
+
+@inline
+def write_point(w, k, i, count, hs, section):
+    """Write section point number `count`, hs after the last switch: eqs. (3)-(5) there."""
+    x, v = w[r.X0 + i], 0.0
+    if k[r.STATE + i] == UP or k[r.STATE + i] == DOWN:
+        if w[r.AF + i] > 0.0:
+            x, v = state_at(w, i, hs, True)
+        else:
+            x, v = section_at(w, i, hs)
+    row = k[r.POINT + i]
+    section[row, count, 0] = x
+    section[row, count, 1] = v
+
+
+@inline
+def emit_sections(w, k, i, h, transient, section):
+    """Write the section points that lie within h of the present time."""
+    count = k[r.SECTIONS + i]
+    while count < section.shape[1]:
+        hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+        if hs > h:
+            break
+        write_point(w, k, i, count, hs, section)
+        count += 1
+    k[r.SECTIONS + i] = count
+
+
+@inline
+def write_points(w, k, i, section):
+    """The section points that a switch applied in a batch has passed: on the way to it, and in a wait after it.
+
+    The first is written whether it was passed or not: a branch that goes either way costs more, and
+    the right one is written over it.
+    """
+    row, slot = k[r.POINT + i], k[r.SLOT + i]
+    if slot < section.shape[1]:
+        section[row, slot, 0] = w[r.POINT_X + i]
+        section[row, slot, 1] = w[r.POINT_V + i]
+    if k[r.LEFT_OVER + i] & POINT:
+        slot = k[r.SECTIONS + i] - 1
+        section[row, slot, 0] = w[r.X0 + i]
+        section[row, slot, 1] = 0.0
+
+
+@part
+def emit_rest(w, k, i, transient, section):
+    """The section points that are left: nothing switches any more."""
+    emit_sections(w, k, i, INFINITY, transient, section)
+
+
+@inline
+def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
+    if row < rows_int.shape[0]:
+        rows_int[row, 0] = k[r.PERIOD + i]
+        rows_int[row, 1] = before
+        rows_int[row, 2] = after
+        rows_float[row, 0] = w[r.PHI + i]
+        rows_float[row, 1] = x
+        rows_float[row, 2] = v
+
+
+@inline
+def record(w, k, i, before, after, x, v, transient, rows_int, rows_float, stored):
+    """Count the switch and, where there is room, write its row, if it lies after the transient.
+
+    Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
+    """
+    recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
+    if recorded:
+        k[r.SWITCHES + after * STRIDE + i] += 1
+    if rows_int.shape[0] > 0:
+        write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
+        stored[0] += 1 if recorded else 0
+
+
+@part
+def finish(w, k, i, section, status, margin, counts, work):
+    """Write what a point ends with; section points never reached are NaN."""
+    row = k[r.POINT + i]
+    for m in range(k[r.SECTIONS + i], section.shape[1]):
+        section[row, m, 0] = math.nan
+        section[row, m, 1] = math.nan
+    for state in range(5):
+        counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
+    status[row] = k[r.STATUS + i]
+    margin[row] = w[r.MARGIN + i]
+    work[row] = w[r.WORK + i]

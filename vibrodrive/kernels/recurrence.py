@@ -1,0 +1,104 @@
+"""ε = 0: a motion that comes back to where it was repeats itself, and need not be computed again.
+
+All that a motion carries over an impact is its phase there, and over a rest not even that: the mass leaves at a known
+phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so, in the end, does one that
+its stable orbit has drawn in to the last bit. From then on each cycle equals the one before to the bit: nothing
+that decides the motion depends on how many whole periods have passed.
+
+Here a lane that leaves the obstacle looks back. If it stands where it stood at its anchor, the section points of the
+cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
+as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on at every certified
+rest, and whenever a number of departures that grows by a quarter each time has not led back to it (after Brent 1980).
+
+The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
+certified rest therefore forgets them. Nothing is copied for 1 - B < LEAST_FALL, where slides are found by steps, and
+certified steps depend on the margin so far. Muller's refinement returns as well, for its grid begins anew at each
+switch, and only the grid points around a zero decide where it starts; it ends a rest at a refined phase, not at a known
+one. What follows on a fixed grid depends on the number of the grid point, which never returns.
+"""
+
+from __future__ import annotations
+
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.lane import STRIDE
+from vibrodrive.kernels.motion import time_between
+from vibrodrive.kernels.record import in_record
+from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
+
+FIRST_WINDOW = 16
+"""Departures before the first anchor is dropped, unless the mass rests earlier."""
+
+
+GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
+DECISIVE = (r.PHI, r.A0, *GUESSES)
+"""All that decides what follows a departure, in the order of its rows at the anchor."""
+
+
+@inline
+def clear_reference(w, k, i):
+    """A motion begins: there is nothing to look back to yet."""
+    clear_guesses(w, i)
+    w[r.REFERENCE_PHI + i] = -1.0  # no phase
+    k[r.SINCE + i] = 0
+    k[r.WINDOW + i] = FIRST_WINDOW
+
+
+@inline
+def at_reference(w, i, guessed):
+    """Whether everything that decides what follows is as it was at the anchor."""
+    same = True
+    for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
+        same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * STRIDE + i]
+    return same
+
+
+@inline
+def set_reference(w, k, i):
+    """Look back to here from now on."""
+    for n in range(len(DECISIVE)):
+        w[r.REFERENCE_PHI + n * STRIDE + i] = w[DECISIVE[n] + i]
+    for state in range(5):
+        k[r.REFERENCE_SWITCHES + state * STRIDE + i] = k[r.SWITCHES + state * STRIDE + i]
+    w[r.REFERENCE_WORK + i] = w[r.WORK + i]
+    k[r.REFERENCE_PERIOD + i] = k[r.PERIOD + i]
+    k[r.REFERENCE_SECTIONS + i] = k[r.SECTIONS + i]
+    k[r.SINCE + i] = 0
+
+
+@part
+def detect_recurrence(w, k, i, guessed, transient, periods, budget, section):
+    """Lane i has just left the obstacle: pass over the cycles that are known, if it stands at its anchor.
+
+    guessed: whether the bits of a switch depend on where its search began.
+    """
+    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # an impact is left only where H > 1
+    if not at_reference(w, i, guessed):
+        if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
+            k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
+            set_reference(w, k, i)
+        return
+    start = k[r.PERIOD0 + i] + transient
+    end = start + periods
+    period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
+    cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
+    cycles = 0
+    # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
+    # a hundredth of its evaluations, are less than three times these
+    known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
+    if known and period < start:
+        cycles = (start - 1 - period) // cycle
+    elif known and points == cycle and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient):
+        cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
+        row = k[r.POINT + i]
+        for m in range(count, count + cycles * cycle):
+            section[row, m, 0] = section[row, m - cycle, 0]
+            section[row, m, 1] = section[row, m - cycle, 1]
+        k[r.SECTIONS + i] += cycles * cycle
+        for state in range(5):
+            switches = r.SWITCHES + state * STRIDE + i
+            k[switches] += cycles * (k[switches] - k[r.REFERENCE_SWITCHES + state * STRIDE + i])
+    k[r.PERIOD + i] += cycles * cycle
+    k[r.COUNTED + i] += cycles * cycle
+    w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
+    set_reference(w, k, i)

@@ -1,0 +1,70 @@
+"""The closed form between the switches of a trajectory, evaluated at equidistant instants."""
+
+from __future__ import annotations
+
+from vibrodrive.jit.compile import jit
+from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.event import (
+    CERTIFIED,
+)
+from vibrodrive.kernels.motion import evaluate_excitation, force_at, state_at, time_until
+from vibrodrive.kernels.setup import set_parameters
+from vibrodrive.kernels.switch import begin, commit_segment, direction
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+
+@jit(_nrt=False)
+def sample_segments(
+    lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, count, under_way, out, state
+):
+    """The closed form between the switches `rows` (as written by `run`), at the next `count` instants.
+
+    under_way int64 (2,): the next instant and the row of its segment, at first 0 and -1.
+    out float64 (n, 3): ξ, ξ', H; state int8 (n,). Returns whether all is done.
+    """
+    w, k = lanes_w[0], lanes_k[0]
+    first, row = under_way[0], under_way[1]
+    if first == 0:
+        set_parameters(w, k, 0, points, 0, method)
+    start, phi0 = k[r.PERIOD0] + transient, w[r.PHI0]
+    last = min(first + count, out.shape[0])
+    for m in range(first, last):
+        n = start + m // per_period
+        phi = phi0 + TWO_PI * float(m % per_period) / float(per_period)
+        if phi >= TWO_PI:
+            phi -= TWO_PI
+            n += 1
+        while row + 1 < rows_int.shape[0] and (
+            row < 0 or rows_int[row + 1, 0] < n or (rows_int[row + 1, 0] == n and rows_float[row + 1, 0] <= phi)
+        ):
+            row += 1
+            k[r.PERIOD] = rows_int[row, 0]
+            w[r.PHI] = rows_float[row, 0]
+            w[r.LOW] = 0.0
+            before, now = rows_int[row, 1], rows_int[row, 2]
+            at_obstacle = before == IMPACT or now == IMPACT or now == REST
+            x = 0.0 if at_obstacle else rows_float[row, 1]
+            v = rows_float[row, 2] if before == now and row == 0 else 0.0
+            force = evaluate_excitation(w, k, 0)
+            left = method == CERTIFIED and (before == STICK or before == REST)
+            segment = begin(
+                direction(now), x, v, force, left, method != CERTIFIED,
+                w[r.B], w[r.INVERSE], w[r.P], w[r.Q], w[r.PF], w[r.QF],
+            )  # fmt: skip
+            commit_segment(w, 0, True, segment, 0.0, 0.0)
+            w[r.XALF], w[r.XBEF] = segment.xalf, segment.xbef
+            k[r.STATE] = now
+        h = time_until(w, k, 0, n, phi)
+        now = k[r.STATE]
+        x, v = w[r.X0], 0.0
+        if now == UP or now == DOWN:
+            x, v = state_at(w, 0, h, w[r.AF] > 0.0)
+        out[m, 0] = x
+        out[m, 1] = v
+        out[m, 2] = force_at(w, 0, h)
+        state[m] = now
+    under_way[0], under_way[1] = last, row
+    return last == out.shape[0]

@@ -1,0 +1,114 @@
+"""A point of a plan becomes a trajectory under way: its parameters, its start, its first search."""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import TWO_PI, turns
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.event import (
+    CERTIFIED,
+    begin_state,
+    finish_at_rest,
+)
+from vibrodrive.kernels.lane import STRIDE
+from vibrodrive.kernels.margins import record_margin_of_force
+from vibrodrive.kernels.motion import evaluate_excitation, excitation
+from vibrodrive.kernels.record import write_row
+from vibrodrive.kernels.recurrence import clear_reference
+from vibrodrive.kernels.release import release_down, release_up
+from vibrodrive.kernels.switch import decide, waits
+from vibrodrive.kernels.switching import INFINITY, S1, S2, can_leave
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.states import State
+
+UP, DOWN = int(State.UP), int(State.DOWN)
+OK = int(Status.OK)
+
+
+@part
+def set_parameters(w, k, i, points, row, method):
+    """The parameters of a point, its start in time, and the ends of its waits at ε = 0.
+
+    AF = A ε η² is the amplitude of the disturbance in H and ξ'', from eq. (9).
+    """
+    a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
+    fast = is_disturbed(points, row)
+    w[r.A + i] = a
+    w[r.B + i] = b
+    w[r.AF + i] = a * eps * eta * eta if fast else 0.0
+    w[r.ETA + i] = eta if fast else 0.0
+    w[r.INVERSE + i] = 1.0 / eta if fast else 0.0
+    w[r.FRAC + i] = eta - float(math.floor(eta)) if fast else 0.0
+    w[r.DTAU + i] = points[row, 4] if method != CERTIFIED else 1.0
+    w[r.TOL + i] = points[row, 5]
+    w[r.PF + i] = 0.0
+    w[r.QF + i] = 0.0
+    w[r.X_OFF + i] = 0.0
+    w[r.V_OFF + i] = 0.0
+    w[r.LATE + i] = 0.0
+    w[r.THETA + i] = 0.0
+    _, phi, _ = turns(points[row, 9], 0.0)
+    w[r.SECTION + i] = phi
+    w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
+    n, phi, low = turns(points[row, 8], 0.0)
+    w[r.PHI + i] = phi
+    w[r.LOW + i] = low
+    w[r.PHI0 + i] = phi
+    k[r.PERIOD + i] = int(n)
+    k[r.PERIOD0 + i] = int(n)
+    w[r.PHI_UP + i] = 0.0
+    w[r.P_UP + i] = 0.0
+    if a - 1.0 - b > 0.0:
+        w[r.PHI_UP + i], w[r.P_UP + i] = release_up(a, b)
+    w[r.PHI_DOWN + i] = 0.0
+    w[r.P_DOWN + i] = 0.0
+    if a > abs(1.0 - b):
+        w[r.PHI_DOWN + i], w[r.P_DOWN + i] = release_down(a, b)
+
+
+@inline
+def is_disturbed(points, row):
+    """Whether the disturbance of a point is anything at all."""
+    return points[row, 0] * points[row, 2] * points[row, 3] * points[row, 3] > 0.0
+
+
+@part
+def load(
+    w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored
+):  # fmt: skip
+    """Put a point into lane i at its start. False when the trajectory ends before any search."""
+    set_parameters(w, k, i, points, row, method)
+    for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
+        k[row_k + i] = 0
+    for to in range(5):
+        k[r.SWITCHES + to * STRIDE + i] = 0
+    k[r.COUNTED + i] = k[r.PERIOD + i]
+    k[r.POINT + i] = row
+    k[r.STATUS + i] = OK
+    clear_reference(w, k, i)
+    w[r.WORK + i] = 0.0
+    w[r.WORK_BOOKED + i] = 0.0
+    w[r.MARGIN + i] = INFINITY
+    w[r.LEFT + i] = float(transient + periods) * TWO_PI
+    force = evaluate_excitation(w, k, i)
+    x, v = points[row, 6], points[row, 7]
+    w[r.X0 + i] = x
+    if v > 0.0:
+        state = UP
+    elif v < 0.0:
+        state = DOWN
+    else:
+        state = decide(S2 if x > 0.0 else S1, 0.0, force)
+        distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
+        record_margin_of_force(w, k, i, distance, TWO_PI)
+    k[r.STATE + i] = state
+    if rows_int.shape[0] > 0:
+        stored[0] = 1
+        write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
+    if waits(state) and not can_leave(w, i, state):
+        finish_at_rest(w, k, i, transient, section)
+        return False
+    begin_state(w, k, i, state, x, v, force, False, 0.0, 0.0, method)
+    return True

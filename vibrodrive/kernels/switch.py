@@ -1,0 +1,133 @@
+"""What follows a switch: what is decided, what begins, what it costs. Each stands here once.
+
+`event.py` takes one lane over a switch, whatever it is; the `switch_*` modules take all lanes at once over
+ordinary ones. Both use these formulas in the same order, so a trajectory's bits do not depend on which
+of them took a switch. `where` says whether lane i takes it: a mask in the batched loops, True for a single lane.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.compile import inline
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.switching import S1, S4
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+
+@inline
+def decide_after_slide(impact, force):
+    """The state that begins where a slide ends, Fig. 2: after an impact, or in the air.
+
+    After a correct switch one of the two slides is impossible in the air; the fixed path may well meet it, and then
+    the mass goes on from rest (§5). The obstacle carries whatever pushes towards it.
+    """
+    in_air = choose(force > 1.0, UP, choose(force < -1.0, DOWN, STICK))
+    return choose(impact, choose(force > 1.0, UP, REST), in_air)
+
+
+@inline
+def decide(which, side, force):
+    """The state that begins at the zero of switching function `which`; `side` > 0 where 1 + H ends a stick."""
+    leave = choose((which == S4) & (side > 0.0), DOWN, UP)
+    return choose(which >= S4, leave, decide_after_slide(which == S1, force))
+
+
+@inline
+def waits(state):
+    """Whether the mass stands still in `state`."""
+    return (state == STICK) | (state == REST)
+
+
+@inline
+def direction(state):
+    """s of eqs. (4), (5): +1 sliding up, -1 sliding down, 0 at rest."""
+    return choose(state == UP, 1.0, choose(state == DOWN, -1.0, 0.0))
+
+
+class Segment(NamedTuple):
+    """The closed form of a state (motion.py), from its beginning on."""
+
+    x: float
+    v: float
+    a0: float
+    slope: float
+    xc1: float
+    xalf: float
+    xbef: float
+
+
+@inline
+def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
+    """The segment of direction s that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
+
+    It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its own
+    direction, or not at all: it begins with exactly ξ'' = 0 where a wait has ended (`at_boundary`: H = ±1 by
+    definition), and where it would accelerate the other way by rounding, or on a grid (`on_grid`) because the wait has
+    not ended quite there. The slope L then takes up the difference, but not for a certified motion with a disturbance:
+    there it is the rounding of A ε η², which may be large and would count as often as h²/2.
+    """
+    from_rest = v == 0.0
+    a0 = force - s
+    a0 = choose(from_rest & (at_boundary | (a0 * s < 0.0)), 0.0, a0)
+    slope = choose(from_rest & (on_grid | (inverse == 0.0)), a0 - q - qf, -(b + s))
+    square = inverse * inverse
+    return Segment(x, v, a0, slope, v + (p + pf * inverse), -pf * square, qf * square)
+
+
+@inline
+def commit_segment(w, i, where, segment, x_off, v_off):
+    """Lane i goes on with `segment`; x_off, v_off bound what rounding has done to ξ and ξ' at its beginning."""
+    w[r.X0 + i] = choose(where, segment.x, w[r.X0 + i])
+    w[r.V0 + i] = choose(where, segment.v, w[r.V0 + i])
+    w[r.V_OFF + i] = choose(where, v_off, w[r.V_OFF + i])
+    w[r.X_OFF + i] = choose(where, x_off, w[r.X_OFF + i])
+    w[r.A0 + i] = choose(where, segment.a0, w[r.A0 + i])
+    w[r.L + i] = choose(where, segment.slope, w[r.L + i])
+    w[r.XD2 + i] = choose(where, 0.5 * segment.a0, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(where, 0.5 * segment.slope, w[r.XC2 + i])
+    w[r.XC1 + i] = choose(where, segment.xc1, w[r.XC1 + i])
+
+
+@inline
+def commit_ripple(w, i, where, segment, theta, pf, qf):
+    """The same for what the disturbance adds."""
+    w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
+    w[r.PF + i] = choose(where, pf, w[r.PF + i])
+    w[r.QF + i] = choose(where, qf, w[r.QF + i])
+    w[r.XALF + i] = choose(where, segment.xalf, w[r.XALF + i])
+    w[r.XBEF + i] = choose(where, segment.xbef, w[r.XBEF + i])
+
+
+@inline
+def commit_time(w, k, i, where, to, period, phi, low, left, p, q):
+    """State `to` begins in lane i at (period, φ + low), `left` before the end of the record."""
+    k[r.STATE + i] = choose(where, to, k[r.STATE + i])
+    k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
+    w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
+    w[r.LOW + i] = choose(where, low, w[r.LOW + i])
+    w[r.LEFT + i] = choose(where, left, w[r.LEFT + i])
+    w[r.P + i] = choose(where, p, w[r.P + i])
+    w[r.Q + i] = choose(where, q, w[r.Q + i])
+
+
+@inline
+def commit_cost(w, k, i, where, counted, cost):
+    """The switch is booked on period `counted`, as number `cost` of it."""
+    w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
+    k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
+    k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
+
+
+@inline
+def number_in_period(k, i):
+    """The number that a switch now has among those of its period."""
+    return 1 + choose(k[r.COUNTED + i] == k[r.PERIOD + i], k[r.COUNT + i], 0)
+
+
+@inline
+def smaller(a, b):
+    return choose(a < b, a, b)

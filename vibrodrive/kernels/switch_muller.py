@@ -1,0 +1,204 @@
+"""Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `event.py` do, without branches.
+
+Where a state ends is found as on the certified path (undisturbed.py), for slides that begin at rest and for waits. That
+tells which grid points the scan would stop between, and a few values tell that it would stop nowhere else: the
+switching function rises to a known phase and falls from there, so if it is beyond rounding where the scan begins (a
+wait at its start, a slide one grid point later) and at the last grid point before the zero, it is at all between. The
+other side of S4 either grows all the way or is least where H passes its peak, at 1 + B - A. From the two points around
+it the zero is refined as ever, so the bits are those of the scan.
+
+Whatever is not that clear is scanned: a zero too close to a grid point, a refinement that takes longer, a decision
+within rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrodrive.jit.branchless import choose, fma, wide
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import TWO_PI, arc
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.first_zero import NOTHING
+from vibrodrive.kernels.lane import full
+from vibrodrive.kernels.margins import SUSPECT, gap_rounding, magnitude_scale
+from vibrodrive.kernels.motion import (
+    LONGEST_SCAN,
+    STRETCH,
+    advance_phase,
+    excitation,
+    section_at,
+    shape,
+    state_at,
+    time_between,
+)
+from vibrodrive.kernels.muller import on_chord, on_parabola
+from vibrodrive.kernels.record import CHECK_RECURRENCE, DONE, UNUSUAL, count_switch, in_record, point_on_the_way
+from vibrodrive.kernels.switch import (
+    begin,
+    commit_cost,
+    commit_segment,
+    commit_time,
+    decide,
+    direction,
+    number_in_period,
+    smaller,
+    waits,
+)
+from vibrodrive.kernels.switch_undisturbed import STEEP_COST
+from vibrodrive.kernels.switching import (
+    INFINITY,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    can_leave,
+    search_shape,
+    slide_shape,
+    terminating_function,
+)
+from vibrodrive.kernels.undisturbed import (
+    AT_ONCE,
+    BRACKETED,
+    LEAST_FALL,
+    bracket,
+    gap_guess,
+    keep_guesses,
+    rate_of,
+    wait_end,
+)
+
+VALUES = 4.0
+"""Evaluations of a switching function that confirm and refine its zero here."""
+
+
+@inline
+def value_at(base, sig, c0, d1, d2, c1, c2, al, be, h):
+    """A switching function at h, as `muller.value`."""
+    s, v, ds, dv, near = arc(h)
+    return base + sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
+
+
+@inline
+def apply_switch_muller(w, k, i, transient, periods, budget):
+    """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned."""
+    which = k[r.SEARCH + i]
+    gap, falling, rising, waited = which == S1, which == S2, which == S3, which >= S4
+    met = ((w[r.OUTCOME + i] != NOTHING) & (w[r.SEARCH_MODE + i] == BRACKETED)) | (w[r.SEARCH_MODE + i] == AT_ONCE)
+    a, b, x0, dtau, tol = w[r.A + i], w[r.B + i], w[r.X0 + i], w[r.DTAU + i], w[r.TOL + i]
+    period, phi = k[r.PERIOD + i], w[r.PHI + i]
+
+    # the grid points to either side, and what the scan has seen on the way there
+    cell = np.floor(w[r.CURSOR + i] / dtau)
+    low, high = cell * dtau, (cell + 1.0) * dtau
+    shaped = search_shape(w, i, which, high)
+    c0, d1, d2, c1, c2, al, be = shaped.c0, shaped.d1, shaped.d2, shaped.c1, shaped.c2, shaped.al, shaped.be
+    base, noise = shaped.base, shaped.noise
+    sig = choose(which == S4, w[r.SIG + i], shaped.sig)
+    g0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, low)
+    g1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, high)
+    first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
+    # the gap was looked at where the slide ends: see `aside`
+    start = choose(waited, choose(which == S5, 1.0 - c0, 1.0 - abs(c0)), choose(gap, INFINITY, first))
+    peak = choose((which == S4) & (a <= 1.0 + b), (1.0 + b) - a, INFINITY)
+    sure = met & (g0 > noise) & (g1 < 0.0) & (smaller(start, peak) > noise) & (low < TWO_PI)
+    sure &= (high + dtau < STRETCH) & (cell < LONGEST_SCAN)
+
+    # refine, in two steps at most
+    p0 = on_chord(low, high, g0, g1)
+    f0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p0)
+    below = f0 < 0.0
+    lo, hi = choose(below, low, p0), choose(below, p0, high)
+    p1 = on_parabola(lo, hi, low, g0, high, g1, p0, f0)
+    soon = abs(p1 - p0) < tol
+    f1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p1)
+    below = f1 < 0.0
+    p2 = on_parabola(choose(below, lo, p1), choose(below, p1, hi), high, g1, p0, f0, p1, f1)
+    h = choose(soon, p1, p2)
+    refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
+
+    # arrive
+    x, _ = state_at(w, i, h, False)
+    turned, phi1, _ = advance_phase(phi, w[r.LOW + i], h)
+    p, q = excitation(a, phi1, 0.0)
+    force = q - b
+
+    # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
+    # differs from that by less than `slack`
+    e0, e1, e2, e3, e4, e5, e6 = slide_shape(w, i, True, 0.0)
+    x_low = value_at(0.0, 1.0, e0, e1, e2, e3, e4, e5, e6, low)
+    off = gap_rounding(w, i, h)
+    slack = off + (a + 1.0 + b) * dtau * dtau
+    aside = sure & falling & (x_low < -slack)
+    guess_below = gap_guess(x0, x_low, low)
+
+    # a switch: the section point on the way, and what the period may cost
+    slot = k[r.SECTIONS + i]
+    due, point, one = point_on_the_way(w, k, i, slot, period, phi, w[r.LOW + i], h, transient, periods)
+    sx, sv = section_at(w, i, due)
+    w[r.POINT_X + i] = choose(waited, x0, sx)
+    w[r.POINT_V + i] = choose(waited, 0.0, sv)
+    k[r.SLOT + i] = slot
+    cost = number_in_period(k, i)
+    over = sure & refined & (h <= w[r.LEFT + i]) & one & (cost < budget)
+    over &= (w[r.WORK + i] - w[r.WORK_BOOKED + i] < STEEP_COST) & ((x > slack) | (not falling))
+
+    # decide
+    there = period + int(turned)
+    end = k[r.PERIOD0 + i] + transient + periods
+    to = decide(which, w[r.SIG + i], force)
+    distance = abs(choose(gap, force, abs(force)) - 1.0)
+    over &= waited | (distance >= SUSPECT * magnitude_scale(w, i))
+    margin = w[r.MARGIN + i]
+    nearest = choose(waited, margin, smaller(distance, margin))
+
+    # what begins there, from rest
+    waiting = waits(to)
+    s = direction(to)
+    over &= choose(waiting, can_leave(w, i, to), 1.0 + s * b >= LEAST_FALL)
+    recorded = over & in_record(w, k, i, there, phi1, transient)
+    x1 = choose(gap, 0.0, choose(waited, x0, x))
+    segment = begin(s, x1, 0.0, force, False, True, b, 0.0, p, q, 0.0, 0.0)
+
+    # where it ends
+    rate = rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
+    slid_up, slid_down = over & rising, (over | aside) & falling
+    keep_guesses(w, i, slid_up, slid_down, False, phi, h, rate)
+    b_lo, b_hi, _, guess = bracket(w, i, s, phi1, p, segment.slope)
+    wait, _, _, down = wait_end(w, i, to, phi1)
+
+    # away from the obstacle, or at rest there: is this where the motion has been before?
+    at_obstacle = over & (gap | (which == S5))
+    since = k[r.SINCE + i] + choose(at_obstacle, 1, 0)
+    k[r.SINCE + i] = since
+    look = at_obstacle & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
+    # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
+    idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
+    k[r.LEFT_OVER + i] = choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL))
+
+    w[r.WORK + i] += choose(met, VALUES, 0.0)
+    left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
+    commit_time(w, k, i, over, to, there, phi1, 0.0, left, p, q)
+    commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
+    commit_cost(w, k, i, over, period, cost)
+    count_switch(k, i, recorded, gap, to)
+    k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
+    w[r.MARGIN + i] = choose(over, nearest, margin)
+    k[r.SEARCH + i] = choose(over, terminating_function(to), choose(aside, S1, which))
+    w[r.SEARCH_MODE + i] = choose(over, choose(waiting, AT_ONCE, BRACKETED), w[r.SEARCH_MODE + i])
+    w[r.SIG + i] = choose(over, choose(down, 1.0, -1.0), w[r.SIG + i])
+    w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))
+    w[r.HI + i] = choose(over, b_hi, choose(aside, low, w[r.HI + i]))
+    w[r.CURSOR + i] = choose(over, choose(waiting, wait, guess), choose(aside, guess_below, w[r.CURSOR + i]))
+
+
+@part
+def apply_switches_muller(w, k, n, transient, periods, budget):
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
+    wide()
+    left = 0
+    for i in range(full(n)):
+        apply_switch_muller(w, k, i, transient, periods, budget)
+        left += choose((i < n) & (k[r.LEFT_OVER + i] == UNUSUAL), 1, 0)
+    return left

@@ -1,0 +1,226 @@
+"""ε = 0: with a slow excitation alone every state has one end, and its place is known beforehand.
+
+**Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
+
+**Slides** that begin at rest. g = s ξ' starts at 0 and grows until H is back at s, a known phase: to the peak of |ξ'|.
+From there it falls until sH rises through 1 again, also a known phase. From one such phase to the next the integral
+of g' is -2π(1 + sB), and a slide that begins later has missed a part of the growth: at the end of the fall g is at most
+that, below zero for 1 + sB > 0. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any
+method that converges inside this bracket finds the switch. How far below zero g would fall is the distance of
+that decision.
+
+**Impacts.** While ξ' < 0 the gap falls strictly: if it is not positive at the end of the slide, it has exactly one zero
+before.
+
+The method is Householder's in the form of a series: with u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
+
+    δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
+
+one division for a convergence of order five. The derivatives cost nothing: they are made of the same sine and
+cosine. Each trajectory begins its search where its own last slide of that direction ended, moved by as much
+as the beginnings differ times the ratio of the accelerations (the implicit derivative of ∫ ξ'' = 0).
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.branchless import choose, fma, wide
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, arc, dot
+from vibrodrive.kernels.first_zero import NOTHING, TINY, ZERO, householder_series
+from vibrodrive.kernels.lane import (
+    BEGAN_DOWN,
+    BEGAN_UP,
+    CURSOR,
+    HI,
+    LASTED_DOWN,
+    LASTED_UP,
+    LO,
+    OUTCOME,
+    P_DOWN,
+    P_UP,
+    PHI,
+    PHI_DOWN,
+    PHI_UP,
+    RATE_DOWN,
+    RATE_UP,
+    SEARCH,
+    SEARCH_MODE,
+    WORK,
+    WORK_BOOKED,
+    X0,
+    A,
+    B,
+    L,
+    P,
+    full,
+)
+from vibrodrive.kernels.motion import derivatives, shape
+from vibrodrive.kernels.switching import S1, S2, S3, slide_shape
+from vibrodrive.model.states import State
+
+STICK = int(State.STICK)
+
+STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
+"""How the end of a state is found: by steps (first_zero.py), in a bracket (here), or without a search."""
+
+LEAST_FALL = 0.01
+"""Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
+
+PATIENCE = 24.0
+"""After so many evaluations the bracket is halved instead: an end that is reached surely."""
+
+
+@inline
+def wait_end(w, i, state, phi):
+    """(h, phase there, whether it lies in the next period, whether H falls to -1) of a wait at `phi`.
+
+    On the rising half of the excitation H climbs to 1, on the falling half it drops to -1; a wait that begins past
+    its own end by rounding ends at once.
+    """
+    falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
+    down = (state == STICK) & (falling | (w[A + i] <= 1.0 + w[B + i]))
+    falls, rises = w[PHI_DOWN + i], w[PHI_UP + i]  # read before the choice: a read that depends on it stops vectorising
+    target = choose(down, falls, rises)
+    later = phi > choose(down, 3.0 * HALF_PI, HALF_PI)
+    ahead = target - phi
+    past = (ahead < 0.0) & (not later)
+    h = choose(later, (TWO_PI - phi) + target, choose(past, 0.0, ahead))
+    return h, choose(past, phi, target), later, down
+
+
+@inline
+def bracket(w, i, s, phi, p, slope):
+    """(lo, hi, fall, guess) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope."""
+    up = s > 0.0
+    up_phi, up_p, up_began, up_lasted, up_rate = (
+        w[PHI_UP + i], w[P_UP + i], w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i]
+    )  # fmt: skip
+    down_phi, down_p, down_began, down_lasted, down_rate = (
+        w[PHI_DOWN + i], w[P_DOWN + i], w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i]
+    )  # fmt: skip
+    target = choose(up, up_phi, down_phi)
+    lo = choose(up, PI, 3.0 * PI) - target - phi
+    lo = choose(lo >= TWO_PI, lo - TWO_PI, lo)
+    hi = lo + (2.0 * target + choose(up, PI, -PI))
+    lo = choose(lo > 0.0, lo, 0.0)
+    fall = -s * (slope * hi + (p - choose(up, up_p, down_p)))
+    since = phi - choose(up, up_began, down_began)
+    guess = choose(up, up_lasted, down_lasted) + choose(up, up_rate, down_rate) * since
+    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, lo + 0.4 * (hi - lo))
+
+
+@inline
+def gap_guess(x, below, h):
+    """Where a gap falls from x to 0, if it falls to `below` <= 0 within h: a cubic with slope 0 at both ends."""
+    y = x / (x - below)
+    late = y > 0.5
+    share = choose(late, 1.0 - y, y)
+    r = math.sqrt(choose(share > 0.0, share, 0.0) * (1.0 / 3.0))
+    t = r * (1.0 + r * (1.0 / 3.0 + r * (5.0 / 18.0 + r * (8.0 / 27.0))))
+    guess = h * choose(late, 1.0 - t, t)
+    return choose(guess >= 0.0, guess, 0.5 * h)  # where x = 0 = below there is none
+
+
+@inline
+def search_in_bracket(w, k, i, s):
+    """Look for the end of a slide that has just begun at rest. Returns how far below zero it would fall."""
+    lo, hi, fall, guess = bracket(w, i, s, w[PHI + i], w[P + i], w[L + i])
+    w[LO + i], w[HI + i], w[CURSOR + i] = lo, hi, guess
+    w[SEARCH_MODE + i] = BRACKETED
+    k[SEARCH + i] = choose(s > 0.0, S3, S2)
+    return fall
+
+
+@inline
+def search_impact(w, k, i, h, below):
+    """Look for the impact within h, at whose end the gap would be `below`."""
+    w[LO + i], w[HI + i], w[CURSOR + i] = 0.0, h, gap_guess(w[X0 + i], below, h)
+    w[SEARCH_MODE + i] = BRACKETED
+    k[SEARCH + i] = S1
+
+
+@inline
+def rate_of(begin, end):
+    """By how much longer a slide lasts for every bit that it begins later."""
+    return begin / end - 1.0
+
+
+@inline
+def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
+    """A slide begun at `phi` has lasted h, and a later one lasts longer by `rate`: where the next one of its direction
+    will end is guessed from that. A rest forgets all guesses."""
+    w[BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[BEGAN_UP + i]))
+    w[BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[BEGAN_DOWN + i]))
+    w[LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[LASTED_UP + i]))
+    w[LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[LASTED_DOWN + i]))
+    w[RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[RATE_UP + i]))
+    w[RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[RATE_DOWN + i]))
+
+
+@inline
+def clear_guesses(w, i):
+    """No guess is left from earlier slides."""
+    keep_guesses(w, i, False, False, True, 0.0, 0.0, 0.0)
+
+
+@inline
+def householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
+    """One evaluation in the bracket: (next h, lo, hi, whether the next h is the zero)."""
+    s, v, ds, dv, near = arc(h)
+    g = sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
+    g1, g2, g3, g4 = derivatives(h, d1, c2, al, be, s, v)
+    above = g > 0.0
+    lo = choose(above, h, lo)
+    hi = choose(above, hi, h)
+    g1 = sig * g1
+    inverse = 1.0 / choose(g1 < 0.0, g1, -1e-300)
+    u = g * inverse
+    scaled = sig * inverse
+    a2 = 0.5 * g2 * scaled
+    a3 = (1.0 / 6.0) * g3 * scaled
+    a4 = (1.0 / 24.0) * g4 * scaled
+    ahead = h - householder_series(u, a2, a3, a4)
+    inside = (ahead >= lo) & (ahead <= hi) & (not halve)
+    # the terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵, none of them left out
+    square = u * u
+    e = abs(m * inverse) * square
+    t2 = fma(m * inverse, m * inverse * square, 0.5 * e)
+    close = (inside & (dot(t2, t2, (1.0 / 120.0) * square, e) * abs(u) <= TINY * ahead)) | (
+        hi - lo <= 4.0 * TINY * hi + 1e-300
+    )
+    return choose(inside, ahead, 0.5 * (lo + hi)), lo, hi, close
+
+
+@inline
+def search_bracket(w, k, i):
+    """One evaluation in lane i, where there is a bracket and nothing was met yet."""
+    which = k[SEARCH + i]
+    sig = choose(which == S2, -1.0, 1.0)
+    c0, d1, d2, c1, c2, al, be = slide_shape(w, i, which == S1, w[P + i])
+    m = w[A + i] + 1.0 + w[B + i]  # more than any derivative of ξ from the second on
+    h, lo, hi = w[CURSOR + i], w[LO + i], w[HI + i]
+    halve = w[WORK + i] - w[WORK_BOOKED + i] > PATIENCE
+    ahead, low, high, found = householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
+    on = (w[SEARCH_MODE + i] == BRACKETED) & (w[OUTCOME + i] == NOTHING)
+    w[CURSOR + i] = choose(on, ahead, h)
+    w[LO + i] = choose(on, low, lo)
+    w[HI + i] = choose(on, high, hi)
+    w[OUTCOME + i] = choose(on & found, ZERO, w[OUTCOME + i])
+    w[WORK + i] += choose(on, 1.0, 0.0)
+
+
+@part
+def search_brackets(w, k, n, evaluations):
+    """So many evaluations, or fewer where that is enough, in the lanes 0..n-1 with a bracket. Returns their number."""
+    wide()
+    total = 0
+    m = full(n)
+    for i in range(m):
+        w[OUTCOME + i] = NOTHING
+        total += choose((i < n) & (w[SEARCH_MODE + i] == BRACKETED), 1, 0)
+    for _ in range(evaluations):
+        for i in range(m):
+            search_bracket(w, k, i)
+    return total

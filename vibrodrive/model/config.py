@@ -1,0 +1,317 @@
+"""A configuration file (TOML), and what may stand in it.
+
+    title = "…"            # anything
+    [model]                # numbers: A, B, eps, eta, xi0, dxi0, tau0
+    [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
+                           # and where they matter mass (kg), g (m/s²)
+    [sweep]                # an entry per axis, of any parameter: a number, a list,
+                           # or {start, stop, num, scale = "linear" | "log"}
+    [switching]            # method, tol, dtau, scan
+    [run]                  # transient, periods, section_phase, budget
+    [figure]               # kind, quantity, x, limits: what `plot` draws
+    [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
+    [limits]               # criterion ("order and gaps"): what must be kept, of order, gaps and word
+    [orbits]               # max_period: longest period that `orbits` seeks
+
+A parameter is given once. Options of the command line replace what the file says, wherever it says it.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan, bad, check, check_choice, check_count
+from vibrodrive.model.physical import Physical
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.size import refuse_large_axis
+
+PHYSICAL = ("a0", "omega0", "mu", "alpha", "mass", "g")
+
+NUMBERS: dict[str, tuple[str, ...]] = {
+    "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
+    "switching": ("dtau", "tol"),
+    "run": ("section_phase",),
+}
+"""Where a parameter that is one number stands; in [sweep] any of them may."""
+
+SETTINGS: dict[str, dict[str, Callable[[object], int]]] = {
+    "switching": {
+        "method": lambda v: check_choice("method", v, Method),
+        "scan": lambda v: check_choice("scan", v, Scan),
+    },
+    "run": {
+        "transient": lambda v: check_count("transient", v, 0),
+        "periods": lambda v: check_count("periods", v, 1),
+        "budget": lambda v: check_count("budget", v, 1),
+    },
+}
+
+
+class ConfigError(ValueError):
+    """Something is wrong with a configuration; the message is one line."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """A checked configuration.
+
+    `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` the options
+    KEY=VALUE that replaced parts of it.
+    """
+
+    text: str
+    overrides: tuple[str, ...]
+    arguments: dict[str, Any]
+    title: str
+    physical: Physical | None
+    figure: dict[str, Any]
+    trajectory: dict[str, Any]
+    limits: dict[str, Any]
+    orbits: dict[str, Any]
+
+    def plan(self) -> Plan:
+        """The sweep it asks for. Raises ConfigError."""
+        try:
+            return make_plan(self.arguments)
+        except (TypeError, ValueError) as error:
+            raise ConfigError(str(error)) from None
+
+
+def read(path: Path, overrides: Sequence[str] = ()) -> Config:
+    """Read and check a configuration file. Raises ConfigError with one line that names the file."""
+    try:
+        return parse(_text_of(Path(path)), overrides)
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: no text in UTF-8 (byte {error.start})") from None
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def _text_of(path: Path) -> str:
+    mode = path.stat().st_mode
+    # a pipe of the shell's, <(…), has no name that leads back to it; one that has waits for whoever may come
+    anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
+    if not (stat.S_ISREG(mode) or anonymous):
+        what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+        raise ConfigError(f"no configuration file, but {what}")
+    return path.read_bytes().decode()
+
+
+def parse(text: str, overrides: Sequence[str] = ()) -> Config:
+    """Check a configuration given as text. Raises ConfigError."""
+    try:
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"broken TOML: {error}") from None
+    except RecursionError:
+        raise ConfigError("broken TOML: nested too deeply") from None
+    for option in overrides:
+        _override(tables, option)
+    try:
+        return _checked(tables, text, tuple(overrides))
+    except (TypeError, ValueError) as error:
+        raise ConfigError(str(error)) from None
+
+
+def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> Config:
+    known: dict[str, Sequence[str]] = {
+        "model": NUMBERS["model"],
+        "physical": PHYSICAL,
+        "sweep": tuple(PARAMETERS),
+        "switching": (*SETTINGS["switching"], *NUMBERS["switching"]),
+        "run": (*SETTINGS["run"], *NUMBERS["run"]),
+        **{name: tuple(keys) for name, keys in _EXTRAS.items()},
+    }
+    title = tables.pop("title", "")
+    if not isinstance(title, str):
+        raise TypeError(bad("title", title, "a text"))
+    for name, table in tables.items():
+        if name not in known:
+            raise ValueError(bad("table", name, "one of title, " + ", ".join(known)))
+        if not isinstance(table, dict):
+            raise TypeError(bad(name, table, f"a table [{name}]"))
+        for key in table:
+            if key not in known[name]:
+                raise ValueError(bad(f"key of [{name}]", key, "one of " + ", ".join(known[name])))
+
+    arguments: dict[str, Any] = {}
+    physical = None
+    if "physical" in tables:
+        physical = _physical(tables["physical"])
+        arguments |= {"A": check("A", physical.A), "B": check("B", physical.B)}
+    at = dict.fromkeys(arguments, "physical")
+    for name in ("model", "sweep", "switching", "run"):
+        for key, value in tables.get(name, {}).items():
+            if key in at:
+                raise ValueError(bad(f"{name}.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
+            at[key] = name
+            if key in SETTINGS.get(name, ()):
+                SETTINGS[name][key](value)
+                arguments[key] = value
+            elif name == "sweep":
+                arguments[key] = _axis(key, value)
+            else:
+                arguments[key] = check(key, value)
+    extras = {name: {k: keys[k](v) for k, v in tables.get(name, {}).items()} for name, keys in _EXTRAS.items()}
+    return Config(text, overrides, arguments, title, physical, **extras)
+
+
+def _physical(table: Mapping[str, object]) -> Physical:
+    for key in ("a0", "omega0", "mu", "alpha"):
+        if key not in table:
+            raise ValueError(f"physical.{key} is missing: [physical] must give a0, omega0, mu and alpha")
+    try:
+        return Physical(**table)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"physical.{error}") from None
+
+
+def _axis(key: str, value: object) -> float | np.ndarray:
+    if isinstance(value, dict):
+        return _range(key, value)
+    if not isinstance(value, list):
+        return check(key, value)
+    if not value:
+        raise ValueError(bad(f"sweep.{key}", value, "a list with at least one value"))
+    for i, v in enumerate(value):
+        try:
+            check(key, v)
+        except (TypeError, ValueError) as error:
+            raise type(error)(str(error).replace(key, f"{key}[{i}]", 1)) from None
+    return np.array([float(v) for v in value])
+
+
+def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
+    where = f"sweep.{key}"
+    keys = ("start", "stop", "num", "scale")
+    for k in table:
+        if k not in keys:
+            raise ValueError(bad(f"key of {where}", k, "one of " + ", ".join(keys)))
+    for k in keys[:3]:
+        if k not in table:
+            raise ValueError(f"{where}.{k} is missing: a range must give start, stop and num")
+    ends = []
+    for k in ("start", "stop"):
+        try:
+            ends.append(check(key, table[k]))
+        except (TypeError, ValueError) as error:
+            raise type(error)(str(error).replace(key, f"{where}.{k}", 1)) from None
+    num = check_count(f"{where}.num", table["num"], 1)
+    scale = table.get("scale", "linear")
+    if scale not in ("linear", "log"):
+        raise ValueError(bad(f"{where}.scale", scale, "one of linear, log"))
+    refuse_large_axis(f"{where}.num", num)
+    if scale == "linear":
+        return np.linspace(ends[0], ends[1], num)
+    for k, end in zip(("start", "stop"), ends, strict=True):
+        if end <= 0:
+            raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 where scale = "log"'))
+    return np.geomspace(ends[0], ends[1], num)
+
+
+def _choice(key: str, *names: str) -> Callable[[object], object]:
+    def checked(value: object) -> object:
+        if value not in names:
+            raise ValueError(bad(key, value, "one of " + ", ".join(names)))
+        return value
+
+    return checked
+
+
+def _limits(value: object) -> tuple[float, float]:
+    numbers = isinstance(value, list) and all(
+        isinstance(v, (int, float)) and not isinstance(v, bool) and np.isfinite(v) for v in value
+    )
+    if not numbers or len(value) != 2 or not value[0] < value[1]:  # type: ignore[arg-type, index]
+        raise ValueError(bad("figure.limits", value, "two numbers, the lower one first"))
+    return (float(value[0]), float(value[1]))  # type: ignore[index]
+
+
+def _curves(value: object) -> list[str]:
+    names = ("phase", "time", "velocity", "section")
+    if not isinstance(value, list) or not value or any(v not in names for v in value):
+        raise ValueError(bad("trajectory.curves", value, "a list of some of " + ", ".join(names)))
+    return value
+
+
+def _text(key: str) -> Callable[[object], str]:
+    def checked(value: object) -> str:
+        if not isinstance(value, str):
+            raise TypeError(bad(key, value, "a text"))
+        return value
+
+    return checked
+
+
+_EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
+    "figure": {
+        "kind": _choice("figure.kind", "bifurcation", "poincare"),
+        "quantity": _choice("figure.quantity", "dxi", "xi"),
+        "x": _choice("figure.x", *PARAMETERS),
+        "limits": _limits,
+    },
+    "trajectory": {
+        "periods": lambda v: check_count("trajectory.periods", v, 1),
+        "curves": _curves,
+    },
+    "limits": {"criterion": _text("limits.criterion")},
+    "orbits": {"max_period": lambda v: check_count("orbits.max_period", v, 1)},
+}
+"""Tables of which each belongs to one command, and the checks of their keys."""
+
+
+def _override(tables: dict[str, Any], option: str) -> None:
+    """Apply one KEY=VALUE to the tables read from a file."""
+    key, equals, written = option.partition("=")
+    path = key.strip().split(".")
+    if not equals or not all(path):
+        raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
+    try:
+        value = tomllib.loads(f"value = {written.strip()}")
+    except tomllib.TOMLDecodeError:
+        value = {"value": written.strip()}  # a bare word: method=fixed
+    if set(value) != {"value"}:
+        raise ConfigError(bad("--set", option, "one KEY=VALUE"))
+    if path[0] not in _HOMES and path != ["title"]:
+        path = [_home(tables, path[0], value["value"], option), *path]
+    if len(path) > 1 and path[0] in ("model", "sweep", "switching", "run"):
+        for name in ("model", "sweep", "switching", "run"):
+            if name != path[0] and isinstance(tables.get(name), dict):
+                tables[name].pop(path[1], None)  # given once: here
+    table = tables
+    for name in path[:-1]:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise ConfigError(bad("--set", option, f"a key of a table, and {name} is none"))
+    if path[-1] in _HOMES and len(path) == 1:
+        raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
+    table[path[-1]] = value["value"]
+
+
+_HOMES = ("model", "physical", "sweep", "switching", "run", *_EXTRAS)
+
+
+def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> str:
+    """The table of a key given without one: where it stands already, else where it belongs."""
+    if key in PARAMETERS and isinstance(value, (list, dict)):
+        return "sweep"
+    for name in _HOMES:
+        if isinstance(tables.get(name), dict) and key in tables[name]:
+            return name
+    homes = {k: t for t, keys in NUMBERS.items() for k in keys}
+    homes |= {k: t for t, keys in SETTINGS.items() for k in keys}
+    homes |= dict.fromkeys(PHYSICAL, "physical") | dict.fromkeys(_EXTRAS["figure"], "figure")
+    homes |= {"criterion": "limits", "max_period": "orbits"}
+    if key not in homes:
+        raise ConfigError(bad("--set", option, "a known key: " + ", ".join(homes)))
+    return homes[key]

@@ -1,0 +1,181 @@
+"""What a trajectory is made from: parameters, states, methods, statuses, and the one check at the boundary.
+
+Nothing here imports Numba. Kernels trust what has passed `check`.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+ETA = 10.0 * math.sqrt(102.0)
+"""Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
+
+
+class Method(IntEnum):
+    """How the end of a state is found."""
+
+    FIXED = 0  # §5: the first grid point after the sign change is the switching time
+    MULLER = 1  # §4: scan for the sign change, then Muller's method
+    CERTIFIED = 2  # the first zero, guaranteed
+
+
+class Scan(IntEnum):
+    """How `fixed` and `muller` visit their grid. The results are equal to the bit."""
+
+    SKIP = 0  # jump over grid points that provably carry no sign change
+    LITERAL = 1  # visit every grid point
+
+
+class Status(IntEnum):
+    """How a trajectory ended. `advice` says what to do about it."""
+
+    OK = 0
+    TOO_CLOSE = 1
+    BUDGET = 2
+    NEVER_LEAVES = 3
+    NOT_COMPUTED = -1
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what happened, and what can be done."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Status.OK: "every switch was located and decided, from the state that it starts from",
+    Status.TOO_CLOSE: "a decision was closer than rounding can tell: the motion before it stands, "
+    "after it the other branch is as good; move a parameter slightly to see both",
+    Status.BUDGET: "the switch budget of one period is spent (chatter): what follows is not computed; "
+    "raise `budget` if so many switches are meant",
+    Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
+    "the section is constant; this is an answer, not a fault",
+    Status.NOT_COMPUTED: "not computed yet: resume the sweep",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One real argument of a trajectory: its default, its range and its meaning (all dimensionless)."""
+
+    name: str
+    default: float | None
+    low: float
+    high: float
+    open_low: bool
+    meaning: str
+
+    @property
+    def allowed(self) -> str:
+        if self.low == -self.high:
+            return f"a number between {self.low:g} and {self.high:g}"
+        return f"a number {'>' if self.open_low else '>='} {self.low:g} and <= {self.high:g}"
+
+
+PARAMETERS: dict[str, Parameter] = {
+    p.name: p
+    for p in (
+        Parameter("A", None, 0.0, 1e9, False, "excitation amplitude A = Ω0² a0 / (μ g cos α)"),
+        Parameter("B", 0.1, 0.0, 1e9, False, "incline over friction B = tan α / μ"),
+        Parameter("eps", 0.0, 0.0, 1e3, False, "relative amplitude ε of the disturbance, eq. (9)"),
+        Parameter("eta", ETA, 1e-9, 1e8, False, "frequency ratio η of the disturbance, eq. (9)"),
+        Parameter("dtau", math.nan, 1e-12, 1e6, False, "step Δτ of the grid (fixed, muller)"),
+        Parameter("tol", 1e-7, 0.0, 1.0, True, "step tolerance of Muller's method"),
+        Parameter("xi0", 0.0, 0.0, 1e15, False, "initial gap ξ at τ0"),
+        Parameter("dxi0", 0.0, -1e12, 1e12, False, "initial velocity ξ' at τ0"),
+        Parameter("tau0", 0.0, -1e12, 1e12, False, "initial time τ0"),
+        Parameter("section_phase", 0.0, -1e6, 1e6, False, "phase φ_s of the Poincaré section"),
+    )
+}
+"""Every argument of `simulate` that may be an axis of a sweep, in the order of the columns of a point."""
+
+COLUMNS: tuple[str, ...] = tuple(PARAMETERS)
+
+
+SHOWN = 80
+"""Characters of a bad value that are shown, at most: it may be an array, or a number of 400 digits."""
+
+
+def bad(key: str, value: object, allowed: str) -> str:
+    """The one sentence for bad input: key, value, what is allowed."""
+    try:
+        text = " ".join(repr(value).split())  # an array is shown in several lines
+    except ValueError:
+        text = "an integer of too many digits"  # more than Python writes down
+    return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
+
+
+def real_number(key: str, value: object, allowed: str) -> float:
+    """A real number as float64; infinite if it is too large for one. Raises TypeError with the one sentence."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise TypeError(bad(key, value, allowed))
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf  # type: ignore[operator]
+
+
+def real_array(key: str, value: object, allowed: str) -> np.ndarray:
+    """Real numbers in any arrangement as float64 array. Raises TypeError or ValueError with the one sentence."""
+    import numpy as np
+
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise TypeError(bad(key, value, allowed)) from None
+    except MemoryError:
+        raise ValueError(bad(key, value, f"{allowed}, few enough for the memory")) from None
+    if array.dtype.kind not in "iuf":
+        flat = [real_number(key, v, allowed) for v in array.reshape(-1).tolist()]
+        array = np.array(flat).reshape(array.shape)
+    return array.astype(np.float64, copy=False)
+
+
+def check(name: str, value: object) -> float:
+    """Cast one argument to float64.
+
+    Raises
+    ------
+    TypeError
+        if `value` is no real number.
+    ValueError
+        if it is NaN, infinite or out of range.
+    """
+    p = PARAMETERS[name]
+    x = real_number(name, value, p.allowed)
+    shown = value.item() if hasattr(value, "item") else value
+    if not (p.low <= x <= p.high) or (p.open_low and x == p.low):
+        raise ValueError(bad(name, shown, p.allowed))
+    return x + 0.0  # -0.0 becomes 0.0
+
+
+def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
+    """Cast an integer setting. Raises TypeError or ValueError with the one sentence."""
+    allowed = f"a whole number >= {low}"
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise TypeError(bad(name, value, allowed))
+    value = int(value)
+    if value < low:
+        raise ValueError(bad(name, value, allowed))
+    if value > high:
+        raise ValueError(bad(name, value, f"{allowed} and <= {high}"))
+    return value
+
+
+def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
+    """Cast a method or scan given by name (any case) or member to its plain int."""
+    names = [m.name.lower() for m in choices]
+    if isinstance(value, choices):
+        return int(value)
+    allowed = "one of " + ", ".join(names)
+    if not isinstance(value, str):
+        raise TypeError(bad(name, value, allowed))
+    if value.lower() not in names:
+        raise ValueError(bad(name, value, allowed))
+    return int(choices[value.upper()])

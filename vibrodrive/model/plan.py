@@ -1,0 +1,190 @@
+"""A sweep before it runs: which points, in which order, in which blocks. No Numba here.
+
+Points are the flattened (C-order) product of the axes. A block is a contiguous range of points and
+at the same time one chunk of the result file, so that a finished block is written once and never touched again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.model.parameters import (
+    COLUMNS,
+    PARAMETERS,
+    Method,
+    Scan,
+    bad,
+    check,
+    check_choice,
+    check_count,
+)
+
+BLOCK_BYTES = 4 << 20
+"""Section data of one block, at most (unless one point alone is larger): large enough that writing is
+sequential, small enough that a kill loses little and memory stays flat."""
+
+BLOCK_POINTS = 1024
+"""Points of one block, at most."""
+
+WAVE_BYTES = 8 << 20
+WAVE_POINTS = 8192
+"""Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
+
+IN_FLIGHT = 16
+"""Tasks an executor holds at a time unless it tells its number of workers; bounds the memory of finished ones."""
+
+DEFAULT_BUDGET = 100_000
+"""Switches one excitation period may hold before a trajectory is given up as chattering."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all points of a sweep share."""
+
+    method: int = int(Method.CERTIFIED)
+    scan: int = int(Scan.SKIP)
+    transient: int = 1000
+    periods: int = 250
+    budget: int = DEFAULT_BUDGET
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point.
+
+    `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
+    version that would cut it differently.
+    """
+
+    axes: dict[str, np.ndarray]
+    scalars: dict[str, float]
+    settings: Settings
+    tiling: tuple[int, ...] | None = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(len(a) for a in self.axes.values())
+
+    @property
+    def n_points(self) -> int:
+        return math.prod(self.shape)
+
+    def points(self, start: int, stop: int) -> np.ndarray:
+        """Rows start..stop of the flattened product: float64 (stop - start, len(COLUMNS))."""
+        return self.rows(np.arange(start, stop))
+
+    def rows(self, which: np.ndarray) -> np.ndarray:
+        """Rows of the flattened product by their numbers: int64 (n,) -> float64 (n, len(COLUMNS))."""
+        out = np.empty((len(which), len(COLUMNS)))
+        index = np.unravel_index(which, self.shape) if self.axes else ()
+        position = {name: k for k, name in enumerate(self.axes)}
+        for c, name in enumerate(COLUMNS):
+            out[:, c] = self.axes[name][index[position[name]]] if name in position else self.scalars[name]
+        return out
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        """Shape of a block over the axes: leading axes 1, one axis cut, trailing axes whole."""
+        if self.tiling is not None:
+            return self.tiling
+        rows = max(1, min(BLOCK_POINTS, BLOCK_BYTES // (16 * self.settings.periods)))
+        chunk = [1] * len(self.shape)
+        for k in range(len(self.shape) - 1, -1, -1):
+            chunk[k] = min(self.shape[k], rows)
+            rows //= chunk[k]
+            if chunk[k] < self.shape[k] or rows == 0:
+                break
+        return tuple(chunk)
+
+    @property
+    def wave_points(self) -> int:
+        """Points of the blocks that are computed together, at most; a larger block is computed alone."""
+        return max(1, min(WAVE_POINTS, WAVE_BYTES // (16 * self.settings.periods)))
+
+    def blocks(self) -> list[tuple[int, int]]:
+        """(start, stop) of every block, in C-order of the points."""
+        shape, chunk = self.shape, self.chunk
+        cut = next((k for k in range(len(shape)) if chunk[k] > 1), len(shape) - 1)
+        tail = math.prod(shape[cut + 1 :])
+        line = shape[cut] * tail if shape else 1
+        step = chunk[cut] * tail if shape else 1
+        return [
+            (base + s, base + min(s + step, line))
+            for base in range(0, self.n_points, line)
+            for s in range(0, line, step)
+        ]
+
+
+def make_plan(arguments: Mapping[str, object]) -> Plan:
+    """Check every argument of a sweep (keys as in `simulate`; sequences become axes) and lay it out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+    """
+    settings = {
+        "method": lambda v: check_choice("method", v, Method),
+        "scan": lambda v: check_choice("scan", v, Scan),
+        "transient": lambda v: check_count("transient", v, 0),
+        "periods": lambda v: check_count("periods", v, 1),
+        "budget": lambda v: check_count("budget", v, 1),
+    }
+    known = [*COLUMNS, *settings]
+    chosen: dict[str, int] = {}
+    axes: dict[str, np.ndarray] = {}
+    scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
+    for key, value in arguments.items():
+        if key in settings:
+            chosen[key] = settings[key](value)
+        elif key not in COLUMNS:
+            raise TypeError(bad("argument", key, "one of " + ", ".join(known)))
+        elif value is None:
+            if PARAMETERS[key].default is None:
+                raise TypeError(bad(key, value, PARAMETERS[key].allowed))
+        elif _is_scalar(key, value):
+            scalars[key] = check(key, value if not isinstance(value, np.ndarray) else value.item())
+        else:
+            axes[key] = _axis(key, value)
+    if "A" not in scalars and "A" not in axes:
+        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
+    plan = Plan(axes, scalars, Settings(**chosen))
+    method = plan.settings.method
+    if method != Method.CERTIFIED and "dtau" not in axes and math.isnan(scalars["dtau"]):
+        name = Method(method).name.lower()
+        raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
+    return plan
+
+
+def _is_scalar(key: str, value: object) -> bool:
+    """Whether an argument is one thing, not a sequence. Raises ValueError for what is no axis either."""
+    try:
+        return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
+    except ValueError:
+        raise ValueError(bad(key, value, "a number or a one-dimensional axis")) from None  # rows of different lengths
+    except MemoryError:
+        raise ValueError(bad(key, value, "an axis that fits the memory")) from None
+
+
+def _axis(key: str, value: object) -> np.ndarray:
+    if isinstance(value, str):
+        check(key, value)
+    array = np.asarray(value)
+    if array.ndim != 1:
+        raise ValueError(bad(key, f"array of shape {array.shape}", "a number or a one-dimensional axis"))
+    if array.size == 0:
+        raise ValueError(bad(key, [], "an axis with at least one value"))
+    if array.dtype.kind not in "iuf":
+        for v in array.tolist():
+            check(key, v)
+    wide = array.astype(np.float64)
+    p = PARAMETERS[key]
+    wrong = ~((wide >= p.low) & (wide <= p.high)) | (p.open_low & (wide == p.low))
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        raise ValueError(bad(f"{key}[{at}]", array[at].item(), p.allowed))
+    return wide + 0.0

@@ -1,0 +1,169 @@
+"""What a sweep weighs, in memory and on disk, and the refusal beforehand of what cannot fit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from vibrodrive.model.plan import IN_FLIGHT, Plan
+
+PERIODS_MAX = 2**29 - 1
+"""One point's ξ (or ξ') is at most one HDF5 chunk, and a chunk is smaller than 4 GiB."""
+
+POINT_BYTES = 8 + 5 * 8 + 8 + 1
+"""Margin, five switch counts, checksum and status of a point."""
+
+
+class TooLarge(ValueError):
+    """A sweep that fits neither the memory nor the disk; the sentence has the numbers."""
+
+
+def human(n_bytes: float) -> str:
+    """Bytes with a decimal prefix: 1234567 -> '1.2 MB'."""
+    for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
+        if n_bytes < 1000:
+            return f"{n_bytes:.0f} {unit}" if unit == "B" else f"{n_bytes:.1f} {unit}"
+        n_bytes /= 1000
+    return f"{n_bytes:.3g} EB"
+
+
+def available_memory() -> int:
+    """Bytes that can be allocated now without swapping (Linux; elsewhere all of the memory)."""
+    try:
+        with open("/proc/meminfo") as lines:
+            for line in lines:
+                if line.startswith("MemAvailable:"):
+                    return int(line.split()[1]) * 1024
+    except OSError:
+        pass
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def result_bytes(plan: Plan) -> int:
+    """Bytes of all arrays of a Results."""
+    return plan.n_points * (16 * plan.settings.periods + POINT_BYTES)
+
+
+def file_bytes(plan: Plan) -> int:
+    """Bytes of a result file, within about 1 %: every chunk is stored whole, edges included."""
+    chunk = plan.chunk or (1,)
+    chunks, points = 1, 1
+    for n, c in zip(plan.shape or (1,), chunk, strict=True):
+        chunks *= -(-n // c)
+        points *= c
+    rows = chunks * points
+    per_chunk = 6 * (4 + 40)  # six variables: a checksum and an index entry each
+    axes = 8 * (sum(plan.shape) + plan.settings.periods)
+    return rows * (16 * plan.settings.periods + POINT_BYTES) + chunks * per_chunk + axes + 40_000
+
+
+def block_bytes(plan: Plan) -> int:
+    """Bytes of one block in memory."""
+    points = 1
+    for c in plan.chunk:
+        points *= c
+    return points * (16 * plan.settings.periods + POINT_BYTES)
+
+
+def working_bytes(plan: Plan, remote: bool = False) -> int:
+    """Bytes of the blocks in memory at a time: those computed together, as many being written, and the writer's copy
+    of one coordinate of one; with an executor (`remote`) the tasks it holds. Threads share them."""
+    block = block_bytes(plan)
+    if remote:
+        return IN_FLIGHT * block + block // 2
+    points = min(plan.n_points, plan.wave_points)
+    return 2 * max(block, points * (16 * plan.settings.periods + POINT_BYTES)) + block // 2
+
+
+def refuse_large_axis(key: str, num: int) -> None:
+    """Raise TooLarge if the values of one axis alone (and the copies on the way) do not fit the memory."""
+    need, have = 8 * num, available_memory()
+    if 4 * need > have:
+        raise TooLarge(
+            f"{key} = {num}: must be small enough for the memory: "
+            f"its values alone take {human(need)}, {human(have)} are available"
+        )
+
+
+def refuse_large_block(plan: Plan, remote: bool = False) -> None:
+    """Raise TooLarge if a point does not fit a chunk, or the blocks in flight the memory."""
+    if plan.settings.periods > PERIODS_MAX:
+        raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, what one chunk of the file holds")
+    need, have = working_bytes(plan, remote), available_memory()
+    if need > have:
+        raise TooLarge(
+            f"periods = {plan.settings.periods}: must be small enough for the memory: "
+            f"the blocks in flight take {human(need)}, {human(have)} are available"
+        )
+
+
+def refuse_large_results(plan: Plan) -> None:
+    """Raise TooLarge if a sweep held in memory does not fit it."""
+    need, have = result_bytes(plan), available_memory()
+    if need > have:
+        raise TooLarge(
+            f"{plan.n_points} points x {plan.settings.periods} periods: must be small enough for the memory: "
+            f"they take {human(need)}, {human(have)} are available (a result file needs no more than a block)"
+        )
+
+
+LARGE = 1 << 26
+"""Bytes that are there without asking: asking takes as long as a short motion."""
+
+ROW_BYTES = 48 + 34
+"""A switch of a single motion, as the kernel writes it and as it is handed out."""
+
+
+def rows_that_fit(periods: int, rows: int) -> int:
+    """How many rows of switches to set aside for one motion, at most `rows`.
+
+    Raises TooLarge where its section does not fit the memory.
+    """
+    if 16 * periods + ROW_BYTES * rows <= LARGE:
+        return rows
+    need, have = 16 * periods, available_memory()
+    if need > have:
+        raise TooLarge(
+            f"periods = {periods}: must be small enough for the memory: "
+            f"their section points take {human(need)}, {human(have)} are available"
+        )
+    return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
+
+
+def refuse_many_rows(periods: int, rows: int) -> None:
+    """Raise TooLarge if so many switches of one motion do not fit the memory."""
+    need = 16 * periods + ROW_BYTES * rows
+    if need > LARGE and need > (have := available_memory()):
+        raise TooLarge(
+            f"periods = {periods}: must be small enough for the memory: "
+            f"{rows} switches take {human(need)}, {human(have)} are available"
+        )
+
+
+def refuse_large_sample(per_period: int, instants: int) -> None:
+    """Raise TooLarge if so many instants of one motion do not fit the memory."""
+    need = 64 * instants  # τ, ξ, ξ', H and the state, and what is made on the way
+    if need > LARGE and need > (have := available_memory()):
+        raise TooLarge(
+            f"points_per_period = {per_period}: must be small enough for the memory: "
+            f"{instants} instants take {human(need)}, {human(have)} are available"
+        )
+
+
+def refuse_large_file(plan: Plan, path: Path) -> None:
+    """Raise TooLarge if the result file does not fit the free disk (or the shell's file size limit)."""
+    import resource
+
+    need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    sweep = f"{plan.n_points} points x {plan.settings.periods} periods"
+    if need > have:
+        raise TooLarge(
+            f"{sweep}: must be small enough for the disk: the file takes {human(need)}, {human(have)} are free"
+        )
+    if limit != resource.RLIM_INFINITY and need > limit:
+        raise TooLarge(
+            f"{sweep}: must be small enough for the file size limit: "
+            f"the file takes {human(need)}, {human(limit)} are allowed (ulimit -f)"
+        )

@@ -1,0 +1,31 @@
+"""The scheme of Fig. 2 as data: the five states, what ends each, and what follows."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class State(IntEnum):
+    """The five states of Fig. 2."""
+
+    UP = 0
+    DOWN = 1
+    STICK = 2
+    REST = 3
+    IMPACT = 4
+
+
+TRANSITIONS = (
+    # state, switching function, what decides, next state
+    (State.UP, "S3", "H < -1", State.DOWN),
+    (State.UP, "S3", "|H| <= 1", State.STICK),
+    (State.DOWN, "S1", "", State.IMPACT),
+    (State.DOWN, "S2", "H > 1", State.UP),
+    (State.DOWN, "S2", "|H| <= 1", State.STICK),
+    (State.STICK, "S4", "H = 1", State.UP),
+    (State.STICK, "S4", "H = -1", State.DOWN),
+    (State.REST, "S5", "", State.UP),
+    (State.IMPACT, "", "H > 1", State.UP),
+    (State.IMPACT, "", "H <= 1", State.REST),
+)
+"""Fig. 2 as a table; `kernels.switch.decide` is its third column."""

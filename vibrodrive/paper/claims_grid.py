@@ -1,0 +1,273 @@
+"""Claims about numerical disturbances (§5 of the paper)."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.paper.claim import Outcome, claim, when
+from vibrodrive.paper.figures import LAGS, exactly, find_slip, last_convergent
+from vibrodrive.paper.run import Desk, Unfit, points
+from vibrodrive.stability.commensurability import convergents, returning
+from vibrodrive.stability.limit import limit
+from vibrodrive.stability.structure import Structure, compare, deviation, gaps, order, period
+
+LONG = 600
+"""Periods over which a structure seen in a few periods of a figure is checked."""
+
+
+@claim(
+    "step-kept",
+    "fig08",
+    "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.",
+)
+def step_kept(desk: Desk) -> Outcome:
+    found, step = _structure(desk, "fig08", 0)
+    text = f"Δτ = {step:g} over {LONG} periods: {_answers(found)}"
+    return Outcome(text, {"dtau": step, "word": found.word, "gaps": found.gaps}, when(_whole(found)))
+
+
+@claim(
+    "step-lost",
+    "fig08",
+    "Δτ = 0.7 destroys the structure: it lies beyond the limit.",
+)
+def step_lost(desk: Desk) -> Outcome:
+    found, step = _structure(desk, "fig08", 1)
+    arguments = list(points(desk.config("fig08").plan()))[1]
+    k = limit(
+        arguments["A"], "dtau", "fixed", "word", B=arguments["B"], transient=arguments["transient"],
+        periods=LONG, threads=desk.threads,
+    )  # fmt: skip
+    text = f"Δτ = {step:g}: {_answers(found)}; the word is first lost at Δτ = {k.k2:.4g}"
+    return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
+
+
+@claim(
+    "step-multiple",
+    "fig08",
+    "Beyond the limit (Δτ = 0.7) the solution has a multiple of the excitation period as its period.",
+)
+def step_multiple(desk: Desk) -> Outcome:
+    arguments = list(points(desk.config("fig08").plan()))[1]
+    motion = simulate(**(arguments | {"periods": LONG, "section_phase": np.pi / 2}))
+    distance = returning(motion.section, LAGS)
+    m = int(distance.argmin()) + 1
+    near = [c for c in convergents(arguments["dtau"], LAGS) if c.periods == m]
+    text = f"it comes back to within {distance.min():.2g} after {m} periods, not exactly"
+    text += f"; {near[0].steps}·Δτ = {m}·2π {near[0].miss:+.2g}" if near else ""
+    exact = int(period(motion.section)) > 1
+    return Outcome(text, {"m": m, "distance": distance.min()}, when(exact, m > 1 and distance.min() < 0.05))
+
+
+@claim(
+    "similar",
+    "fig09",
+    "Small numerical disturbances act like physical ones: the section points spread, the structure stays.",
+)
+def similar(desk: Desk) -> Outcome:
+    motions = desk.motions("fig09")
+    base = desk.undisturbed("fig09")
+    found = compare(base, motions[0])
+    text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found, 2)}, ρ = {found.rho:.2g}"
+    return Outcome(text, {"rho": found.rho}, when(bool(found.order and found.gaps) and found.rho > 0))
+
+
+@claim(
+    "near-limit",
+    "fig09",
+    "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation.",
+)
+def near_limit(desk: Desk) -> Outcome:
+    arguments = list(points(desk.config("fig09").plan()))[1]
+    base = desk.undisturbed("fig09")
+    drawn = compare(base, simulate(**arguments))
+    printed = compare(base, simulate(**(arguments | {"dtau": PRINTED})))
+    k = limit(
+        arguments["A"], "dtau", "fixed", B=arguments["B"], transient=arguments["transient"],
+        periods=arguments["periods"], threads=desk.threads,
+    )  # fmt: skip
+    text = (
+        f"printed {PRINTED:g}: {_answers(printed, 2)}; drawn {arguments['dtau']:g}: "
+        f"{_answers(drawn, 2)} with ρ = {drawn.rho:.2g}; first lost at {k.k2:.3g}, last kept at "
+        f"{k.last_kept:.3g} ({100 * k.share_kept:.0f} % kept between)"
+    )
+    numbers = {"k2": k.k2, "last_kept": k.last_kept, "share_kept": k.share_kept, "rho": drawn.rho}
+    kept = [bool(f.order and f.gaps) for f in (printed, drawn)]
+    return Outcome(text, numbers | {"kept_printed": kept[0], "kept_drawn": kept[1]}, when(*kept))
+
+
+PRINTED = 0.5
+"""The step of Fig. 9b as the scan of the paper shows it."""
+
+
+@claim(
+    "cloud",
+    "fig09",
+    "Large numerical disturbances make the motion irregular: a cloud of points.",
+)
+def cloud(desk: Desk) -> Outcome:
+    motion = desk.motions("fig09")[-1]
+    found = compare(desk.undisturbed("fig09"), motion)
+    n = period(motion.section)
+    distinct = len(np.unique(np.round(motion.section, 9), axis=0))
+    m = int(returning(motion.section, LAGS).argmin()) + 1
+    back = returning(motion.section, LAGS).min()
+    text = (
+        f"Δτ = {motion.arguments['dtau']:g}: {_answers(found, 2)}; {distinct} distinct points in "
+        f"{len(motion.section)} periods, but the motion nearly returns after {m} (to {back:.2g})"
+    )
+    lost = n == 0 and not (found.order and found.gaps)
+    return Outcome(
+        text, {"distinct": distinct, "returns_after": m, "returns_to": back}, when(lost and back > 0.1, lost)
+    )
+
+
+@claim(
+    "reactions",
+    "fig09",
+    "Large numerical disturbances make the motion irregular, large physical ones give it other periods.",
+)
+def reactions(desk: Desk) -> Outcome:
+    back = []
+    for motion in (desk.motions("fig06")[-1], desk.motions("fig09")[-1]):
+        distance = returning(motion.section, LAGS)
+        back.append((int(distance.argmin()) + 1, float(distance.min())))
+    (m_eps, d_eps), (m_dtau, d_dtau) = back
+    text = (
+        f"the motion nearly returns after {m_eps} periods (to {d_eps:.2g}) under the largest ε drawn, "
+        f"and after {m_dtau} (to {d_dtau:.2g}) under the largest Δτ"
+    )
+    numbers = {"eps": [m_eps, d_eps], "dtau": [m_dtau, d_dtau]}
+    return Outcome(text, numbers, when(d_eps < 0.05 and d_dtau > 0.1, d_eps < 0.05))
+
+
+@claim(
+    "not-yet-critical",
+    "fig10",
+    "Δτ = 0.1 is large but not yet critical; its diagram shows that both kinds of disturbance act alike.",
+)
+def not_yet_critical(desk: Desk) -> Outcome:
+    results = desk.results("fig10")
+    exact = sweep(A=results.axes["A"], B=results.scalars["B"], section_phase=results.scalars["section_phase"],
+                  transient=results.settings.transient, periods=results.settings.periods)  # fmt: skip
+    n = period(exact.section)
+    kept = {k: bool(order(exact.section[k, -m:], results.section[k])) for k, m in enumerate(n) if m > 0}
+    share = float(np.mean(list(kept.values())))
+    low = float(np.mean([answer for k, answer in kept.items() if n[k] <= 3]))
+    text = (
+        f"at Δτ = {results.scalars['dtau']:g} order is kept at {100 * share:.0f} % of the values of A "
+        f"({100 * low:.0f} % where the period is 3 or less)"
+    )
+    return Outcome(text, {"share_kept": share, "share_kept_low_order": low}, when(share > 0.5, low > 0.5))
+
+
+@claim(
+    "unique",
+    "fig11",
+    "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.",
+)
+def unique(desk: Desk) -> Outcome:
+    motions = desk.motions("fig11")
+    if len(motions) < 2:
+        raise Unfit("one start cannot show that others lead elsewhere")
+    same = [bool(np.array_equal(m.section, motions[0].section)) for m in motions]
+    base = desk.undisturbed("fig11")
+    exact = [simulate(**exactly(a)) for a in points(desk.config("fig11").plan())]
+    shifts = [int(deviation(base.points, m.section)[1]) for m in exact]
+    text = (
+        f"{sum(same)} of {len(same)} starts give the same section to the bit; without the grid they lead to "
+        f"{len(set(shifts))} solutions"
+    )
+    return Outcome(text, {"same": same, "exact_shifts": shifts}, when(all(same) and len(set(shifts)) > 1))
+
+
+@claim(
+    "basic-motion",
+    "fig12",
+    "The motion consists of a basic motion of 6×2π, in place of 2×2π.",
+)
+def basic_motion(desk: Desk) -> Outcome:
+    motion, base = desk.motions("fig12")[0], desk.undisturbed("fig12")
+    slip = find_slip(motion, base.speed)
+    back = returning(motion.section, LAGS)
+    text = (
+        f"it nearly returns after {slip.basic} periods (to {back[slip.basic - 1]:.2g}; after {base.n}: "
+        f"{back[base.n - 1]:.2g}), with impacts {slip.usual} periods apart"
+    )
+    return Outcome(text, {"basic": slip.basic, "gap": slip.usual, "n": base.n}, when(slip.basic == 6 and base.n == 2))
+
+
+@claim(
+    "transient",
+    "fig12",
+    "Now and then a transient motion of exactly 2π comes between basic ones, with some regularity.",
+)
+def transient(desk: Desk) -> Outcome:
+    motion, base = desk.motions("fig12")[0], desk.undisturbed("fig12")
+    slip = find_slip(motion, base.speed)
+    apart = gaps(motion.switches, base.speed)
+    odd = np.flatnonzero(apart != slip.usual)
+    added = sorted({int(apart[k]) - slip.usual for k in odd})
+    between = Counter(int(np.sum(apart[a:b])) for a, b in itertools.pairwise(odd))
+    recurs = between.most_common(1)[0][0] if between else 0
+    text = (
+        f"gaps of {_set(apart[odd])} among gaps of {slip.usual}: {_set(added)} × 2π is inserted "
+        f"{len(odd)} times, every {_set(between)} periods"
+    )
+    closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
+    text += f", and the grid closes after {recurs}: a convergent" if recurs in closes else ""
+    return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
+
+
+@claim(
+    "why-six",
+    "grid",
+    "(a question the paper leaves open: why 6×2π?) The grid nearly closes then: 377·0.1 ≈ 6·2π.",
+)
+def why_six(desk: Desk) -> Outcome:
+    results = desk.results("grid")
+    steps = results.axes["dtau"]
+    closes = np.array([last_convergent(d) for d in steps])
+    returns = np.array([int(returning(s, LAGS).argmin()) + 1 for s in results.section])
+    equal, multiple = float((closes == returns).mean()), float((returns % closes == 0).mean())
+    step = desk.motions("fig12")[0].arguments["dtau"]
+    here = convergents(step, LAGS)[-1]
+    text = (
+        f"at Δτ = {step:g}: {here.steps}·Δτ = {here.periods}·2π {here.miss:+.2g}; over {len(steps)} steps "
+        f"the motion returns best after as many periods as the grid closes best in {100 * equal:.0f} %, "
+        f"after a multiple in {100 * multiple:.0f} % (chance: {100 * float(np.mean(1 / closes)):.0f} %)"
+    )
+    numbers = {
+        "equal": equal,
+        "multiple": multiple,
+        "chance": float(np.mean(1 / closes)),
+        "q": here.periods,
+    }
+    return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))
+
+
+def _structure(desk: Desk, name: str, index: int) -> tuple[Structure, float]:
+    arguments = list(points(desk.config(name).plan()))
+    if index >= len(arguments):
+        raise Unfit(f"{name} has no point {index}")
+    motion = simulate(**(arguments[index] | {"periods": LONG}))
+    return compare(desk.undisturbed(name), motion), arguments[index]["dtau"]
+
+
+def _whole(found: Structure) -> bool:
+    return bool(found.order and found.gaps and found.word)
+
+
+def _answers(found: Structure, count: int = 3) -> str:
+    answers = {"order": found.order, "gaps": found.gaps, "word": found.word}
+    return ", ".join(f"{name} {'kept' if answer else 'lost'}" for name, answer in list(answers.items())[:count])
+
+
+def _set(values: Iterable[int]) -> str:
+    return ", ".join(str(v) for v in sorted({int(v) for v in values})) or "none"

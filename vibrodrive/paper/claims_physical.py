@@ -1,0 +1,199 @@
+"""Claims about physical disturbances (§4 of the paper)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.trajectory import Trajectory
+from vibrodrive.model.states import State
+from vibrodrive.paper.claim import Outcome, claim, listed, when
+from vibrodrive.paper.run import Desk, Unfit
+from vibrodrive.stability.limit import limit, limits
+from vibrodrive.stability.structure import compare, impacts, order, period
+
+
+@claim(
+    "structure-kept",
+    "fig05",
+    "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.",
+)
+def structure_kept(desk: Desk) -> Outcome:
+    calm, disturbed = _two(desk.motions("fig05"))
+    found = compare(desk.undisturbed("fig05"), disturbed)
+    # an impact ends when it begins: it is one switching time, not two
+    rates = [
+        float(np.mean(m.switches["before"] != State.IMPACT)) * len(m.switches) / len(m.section)
+        for m in (calm, disturbed)
+    ]
+    text = (
+        f"main impacts once a period: {_kept(found.gaps)}; but {rates[1]:.0f} switches a period against "
+        f"{rates[0]:.0f}: the sequence of states is {'the same' if found.word else 'another one'}"
+    )
+    numbers = {"order": found.order, "gaps": found.gaps, "word": found.word, "switches_per_period": rates}
+    coarse = bool(found.order and found.gaps)
+    return Outcome(text, numbers, when(coarse and bool(found.word), coarse))
+
+
+@claim(
+    "broad-band",
+    "fig05",
+    "Periods differ from one another: the phase curve becomes a broad band.",
+)
+def broad_band(desk: Desk) -> Outcome:
+    spread, speed = [], []
+    for motion in _two(desk.motions("fig05")):
+        sample = motion.sample(PHASES)
+        by_phase = [v[:-1].reshape(-1, PHASES) for v in (sample.xi, sample.dxi)]
+        spread.append([float(np.ptp(v, axis=0).max()) for v in by_phase])
+        speed.append(float(-impacts(motion.switches)["dxi"].min(initial=0.0)))
+    text = (
+        f"at one and the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
+        f"(undisturbed: {spread[0][0]:.1g} and {spread[0][1]:.1g}); the fastest impact grows from "
+        f"{speed[0]:.3g} to {speed[1]:.3g}"
+    )
+    broad = all(wide > 1e-3 + 100 * narrow for narrow, wide in zip(*spread, strict=True))
+    return Outcome(text, {"spread_calm": spread[0], "spread": spread[1], "fastest_impact": speed}, when(broad))
+
+
+PHASES = 200
+"""Instants of a period at which periods are compared."""
+
+
+@claim(
+    "small-epsilon",
+    "fig06",
+    "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.",
+)
+def small_epsilon(desk: Desk) -> Outcome:
+    found = compare(desk.undisturbed("fig06"), desk.motions("fig06")[1])
+    apart = _apart(desk.undisturbed("fig06").points)
+    text = (
+        f"order {_kept(found.order)}, gaps {_kept(found.gaps)}; ρ = {found.rho:.3g}, "
+        f"the two points being {apart:.3g} apart"
+    )
+    slight = bool(found.order and found.gaps) and found.rho < 0.25 * apart
+    return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
+
+
+@claim(
+    "limit-epsilon",
+    "fig06",
+    "With growing ε the points spread up to a limit; beyond it other structures appear, a cloud of points.",
+)
+def limit_epsilon(desk: Desk) -> Outcome:
+    motions = desk.motions("fig06")
+    base, s = desk.undisturbed("fig06"), desk.config("fig06").plan().settings
+    at = motions[0].arguments
+    k = limit(
+        at["A"],
+        "eps",
+        B=at["B"],
+        eta=at["eta"],
+        transient=s.transient,
+        periods=s.periods,
+        threads=desk.threads,
+    )
+    found = [compare(base, m) for m in motions]
+    eps = [m.arguments["eps"] for m in motions]
+    rho = [f.rho for f in found]
+    kept = [bool(f.order and f.gaps) for f in found]
+    sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
+    text = (
+        f"k₂ = {k.k2:.4g} ({k.how}); kept at ε = {sides[0]}, lost at {sides[1]}; "
+        f"ρ = {', '.join(f'{r:.2g}' for r in rho)}"
+    )
+    fits = all(g == (e < k.k2) for e, g in zip(eps, kept, strict=True)) and rho == sorted(rho)
+    return Outcome(text, {"k2": k.k2, "eps": eps, "kept": kept, "rho": rho}, when(fits and not all(kept)))
+
+
+@claim(
+    "bands",
+    "fig07",
+    "ε = 2e-4 turns stable solutions into bands; low orders survive, high orders and bifurcation points do not.",
+)
+def bands(desk: Desk) -> Outcome:
+    results = desk.results("fig07")
+    if set(results.axes) != {"A", "eps"}:
+        raise Unfit("bands over A take the axes A and eps")
+    calm, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
+    n = period(calm.section)
+    survive: dict[int, list[bool]] = {}
+    for k, m in enumerate(n):
+        if m > 0:
+            survive.setdefault(int(m), []).append(bool(order(calm.section[k, -m:], disturbed.section[k])))
+    shares = {m: float(np.mean(v)) for m, v in sorted(survive.items())}
+    low = np.mean([v for m, vs in survive.items() if m <= 3 for v in vs]) if survive else np.nan
+    high = np.mean([v for m, vs in survive.items() if m > 3 for v in vs]) if survive else np.nan
+    text = (
+        f"order kept at ε = {disturbed.scalars['eps']:g}: {100 * low:.0f} % of the solutions of period up "
+        f"to 3, {100 * high:.0f} % of those of higher order ("
+        + ", ".join(f"n = {m}: {100 * s:.0f} %" for m, s in list(shares.items())[:4])
+        + ")"
+    )
+    return Outcome(
+        text,
+        {"low": low, "high": high, "by_period": [list(i) for i in shares.items()]},
+        when(low > 0.5 > high, low > high),
+    )
+
+
+@claim(
+    "precision",
+    "fig07",
+    "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.",
+)
+def precision(desk: Desk) -> Outcome:
+    results = desk.results("fig07")
+    A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
+    eps = float(results.axes["eps"].max())
+    # long enough for a missed pair of zeros, short enough that rounding has not grown to the size of one
+    span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
+    exact = sweep(A=A, **span).section
+    steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]
+    right = []
+    for step in steps:
+        section = sweep(A=A, **span, method="muller", dtau=step).section
+        right.append(float((np.abs(section - exact).max(axis=(1, 2)) < 1e-3).mean()))
+    enough = max((d for d, share in zip(steps, right, strict=True) if share == 1), default=np.nan)
+    text = "share of motions right over 40 periods: " + ", ".join(
+        f"{100 * share:.0f} % at Δτ = {d:g}" for d, share in zip(steps, right, strict=True)
+    )
+    numbers = {"dtau": steps, "right": right, "enough": enough}
+    return Outcome(text, numbers, when(enough <= 1e-5, bool(enough > 1e-5)))
+
+
+@claim(
+    "sensitivity",
+    "fig07",
+    "The further a solution has bifurcated, the more sensitive it is, to either kind of disturbance.",
+)
+def sensitivity(desk: Desk) -> Outcome:
+    A = [2.5, 3.04, 3.1, 3.17]
+    B = desk.results("fig07").scalars["B"]
+    span: dict[str, Any] = {"B": B, "transient": 1000, "periods": 500, "threads": desk.threads}
+    found = {kind: dict(limits(A, kind, **span)) for kind in ("eps", "dtau")}
+    n = [found["eps"][i].n for i in range(len(A))]
+    k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
+    text = "; ".join(
+        f"n = {n[i]} (A = {a}): k₂(ε) = {k2['eps'][i]:.2g}, k₂(Δτ) = {k2['dtau'][i]:.2g}" for i, a in enumerate(A)
+    )
+    falling = all(v == sorted(v, reverse=True) for v in k2.values()) and n == sorted(n)
+    return Outcome(text, {"A": A, "n": n, "k2_eps": k2["eps"], "k2_dtau": k2["dtau"]}, when(falling))
+
+
+def _two(motions: list[Trajectory]) -> list[Trajectory]:
+    if len(motions) != 2:
+        raise Unfit("two motions are to be compared: an undisturbed and a disturbed one")
+    return motions
+
+
+def _apart(points: np.ndarray) -> float:
+    """Smallest distance between two points of an orbit."""
+    return min((float(np.linalg.norm(p - q)) for i, p in enumerate(points) for q in points[:i]), default=np.inf)
+
+
+def _kept(answer: bool | None) -> str:
+    return "kept" if answer else "lost"

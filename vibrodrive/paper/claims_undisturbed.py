@@ -1,0 +1,147 @@
+"""Claims about the undisturbed motion (§4 of the paper)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.states import State
+from vibrodrive.paper.claim import Outcome, claim, listed, when
+from vibrodrive.paper.run import Desk
+from vibrodrive.stability.structure import LONGEST, deviation, period
+
+SETTLED = 1e-6
+"""A motion this close to an orbit has arrived on it."""
+
+
+@claim(
+    "route",
+    "fig03",
+    "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.",
+)
+def route(desk: Desk) -> Outcome:
+    results = desk.results("fig03")
+    A, n = results.axes["A"], period(results.section)
+    moving = (results.status != Status.NEVER_LEAVES) & (results.switches[:, State.IMPACT] > 0)
+    starts = {k: _first(A, moving & (n == k)) for k in (1, 2, 4, 3)}
+    beyond = moving & (starts[4] < A)
+    higher = sorted({int(k) for k in n[beyond]} - {0, 2, 4, 3})
+    irregular = float((n[beyond] == 0).mean()) if beyond.any() else np.nan
+    doubling = bool(starts[1] < starts[2] < starts[4])
+    text = (
+        f"the mass moves from A = {starts[1]:.4g}; period 2 from {starts[2]:.4g}, 4 from {starts[4]:.4g}, "
+        f"then windows of period {listed(higher)}, and 3 from {starts[3]:.4g}; {100 * irregular:.1f} % of "
+        f"the values beyond the second doubling show no period up to {LONGEST}"
+    )
+    numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
+    numbers |= {"higher_periods": higher, "share_without_period": irregular}
+    # the doublings are the logistic ones; windows of regular motion in place of chaos are not
+    return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and len(higher) > 0))
+
+
+@claim(
+    "interruptions",
+    "fig03",
+    "When A grows, sticking at the return is the first to disappear; resting after the impact goes, "
+    "in part or wholly, once the solution has bifurcated.",
+)
+def interruptions(desk: Desk) -> Outcome:
+    results = desk.results("fig03")
+    A, switches = results.axes["A"], results.switches
+    landed = switches[:, State.IMPACT]
+    moving = landed > 0
+    rest = np.where(moving, switches[:, State.REST] / np.maximum(landed, 1), np.nan)
+    stick_gone = _first(A, moving & (switches[:, State.STICK] == 0))
+    rest_less = _first(A, moving & (rest < 0.99))
+    bifurcated = moving & (period(results.section) > 1)
+    partly = float((rest[bifurcated] < 0.99).mean()) if bifurcated.any() else np.nan
+    text = (
+        f"sticking vanishes at A = {stick_gone:.4g}, resting begins to fail at {rest_less:.4g}; of the "
+        f"bifurcated solutions {100 * partly:.0f} % rest after some impacts only, or after none"
+    )
+    numbers = {"stick_vanishes": stick_gone, "rest_fails_from": rest_less, "share_partly": partly}
+    return Outcome(text, numbers, when(stick_gone < rest_less and partly > 0))
+
+
+@claim(
+    "two-solutions",
+    "fig04",
+    "A = 3.04 has two solutions of period 2×2π, alike but 2π apart; the start decides which is reached.",
+)
+def two_solutions(desk: Desk) -> Outcome:
+    motions = desk.motions("fig04")
+    base = desk.undisturbed("fig04")
+    found = [deviation(base.points, m.section) for m in motions]
+    shifts = [int(s) for _, s in found]
+    rho = max(float(r) for r, _ in found)
+    text = f"period {base.n}; the starts lead to shifts {listed(shifts)} × 2π of one orbit, to within {rho:.1g}"
+    settled = rho < SETTLED and base.n == 2
+    return Outcome(text, {"n": base.n, "shifts": shifts, "rho": rho}, when(settled and len(set(shifts)) == 2))
+
+
+@claim(
+    "n-solutions",
+    "coexisting",
+    "A subharmonic of order n means n stable solutions of one shape, whole periods apart.",
+)
+def n_solutions(desk: Desk) -> Outcome:
+    results = desk.results("coexisting")
+    base = desk.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
+    rho, shift = deviation(base.points, results.section)
+    shares = [float((shift == s).mean()) for s in range(base.n)]
+    counted = {base.n: sum(share > 0 for share in shares)}
+    for A in HIGHER:
+        orbit = desk.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
+        starts = sweep(A=A, xi0=np.linspace(0, 20, 201), transient=1000, periods=64)
+        away, kind = deviation(orbit.points, starts.section)
+        counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
+    settled = float((rho < SETTLED).mean())
+    text = (
+        f"{100 * settled:.1f} % of {rho.size} starts reach the orbit, in shares of "
+        f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; solutions found for n = "
+        f"{', '.join(f'{n}: {c}' for n, c in counted.items())}"
+    )
+    numbers = {
+        "n": base.n,
+        "shares": shares,
+        "settled": settled,
+        "solutions_by_n": [list(i) for i in counted.items()],
+    }
+    return Outcome(text, numbers, when(settled == 1 and all(n == c for n, c in counted.items())))
+
+
+HIGHER = (3.1, 3.22)
+"""Excitation amplitudes with subharmonics of order 4 and 3."""
+
+
+@claim(
+    "two-interruptions",
+    "fig05",
+    "The undisturbed motion at A = 1.5 is interrupted twice a period: where it turns and at the obstacle.",
+)
+def two_interruptions(desk: Desk) -> Outcome:
+    base = desk.undisturbed("fig05")
+    names = [[s.name for s in word] for word in base.word]
+    both = all({"STICK", "REST"} <= set(word) for word in names) and base.n == 1
+    return Outcome("between impacts: " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
+
+
+@claim(
+    "two-points",
+    "fig06",
+    "The undisturbed motion has two points in the Poincaré section.",
+)
+def two_points(desk: Desk) -> Outcome:
+    calm = desk.motions("fig06")[0]
+    base = desk.undisturbed("fig06")
+    n = period(calm.section)
+    points = [[float(v) for v in p] for p in base.points]
+    text = f"{n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)
+    return Outcome(text, {"n": n, "points": points}, when(n == 2))
+
+
+def _first(values: np.ndarray, where: np.ndarray) -> float:
+    return float(values[where][0]) if where.any() else np.nan

@@ -1,0 +1,265 @@
+"""How each figure of the paper is drawn from its configuration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.figures import diagrams as figures
+from vibrodrive.figures.curves import curve
+from vibrodrive.figures.model import drawing
+from vibrodrive.figures.scheme import scheme
+from vibrodrive.figures.style import (
+    GREY,
+    GREYS,
+    INK,
+    equation,
+    letter,
+    name_axes,
+    new,
+    periods_ticks,
+    styled,
+    symbol,
+)
+from vibrodrive.model.states import State
+from vibrodrive.paper.run import Desk, Unfit, points
+from vibrodrive.stability.commensurability import closing, convergents, returning
+from vibrodrive.stability.structure import deviation, gaps, major
+
+LAGS = 64
+"""Periods after which a motion on a grid is looked at again."""
+
+
+def fig01(desk: Desk) -> Figure:
+    return drawing()
+
+
+def fig02(desk: Desk) -> Figure:
+    """The path of the simplest solution is read off the undisturbed motion of Fig. 5."""
+    switches = desk.motions("fig05")[0].switches
+    steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
+    return scheme({(State(before), State(after)) for before, after in steps})
+
+
+def _diagram(name: str) -> Callable[[Desk], Figure]:
+    return lambda desk: figures.from_results(desk.results(name), **desk.config(name).figure)
+
+
+def fig04(desk: Desk) -> Figure:
+    return figures.time_curve(desk.motions("fig04"), "dxi", titles=_axis_values(desk, "fig04"))
+
+
+def fig05(desk: Desk) -> Figure:
+    return figures.phase_curve(desk.motions("fig05"), titles=_axis_values(desk, "fig05"))
+
+
+def fig06(desk: Desk) -> Figure:
+    return figures.poincare(desk.results("fig06"), reference=desk.undisturbed("fig06").points)
+
+
+def fig08(desk: Desk) -> Figure:
+    return figures.phase_curve(desk.motions("fig08"), titles=_axis_values(desk, "fig08"))
+
+
+def fig09(desk: Desk) -> Figure:
+    return figures.poincare(desk.results("fig09"), reference=desk.undisturbed("fig09").points)
+
+
+def fig11(desk: Desk) -> Figure:
+    disturbed = desk.motions("fig11")[0]
+    exact = simulate(**exactly(next(points(desk.config("fig11").plan()))))
+    step = disturbed.arguments["dtau"]
+    return figures.phase_curve([exact, disturbed], titles=["exact", equation("dtau", step)])
+
+
+def exactly(arguments: dict[str, Any]) -> dict[str, Any]:
+    """The same motion without the grid."""
+    return arguments | {"method": "certified", "dtau": None}
+
+
+class Slip(NamedTuple):
+    """A transient motion between basic ones: instants of the impacts around it, in τ."""
+
+    usual: int  # periods between impacts in the basic motion
+    odd: int  # periods between the impacts around the transient
+    basic: int  # periods after which the basic motion nearly repeats
+    before: tuple[float, float]
+    during: tuple[float, float]
+    after: tuple[float, float]
+
+
+def find_slip(motion: Trajectory, speed: float) -> Slip:
+    """The first transient motion with a whole basic motion on either side. Raises Unfit if there is none."""
+    apart = gaps(motion.switches, speed)
+    landed = major(motion.switches, speed)
+    if len(apart) < 3 or len(apart) != len(landed) - 1:
+        raise Unfit("the motion does not land at regular intervals")
+    usual = int(np.bincount(apart).argmax())
+    distance = returning(motion.section, 12)
+    basic = int(distance.argmin()) + 1
+    count = max(1, round(basic / usual))
+    tau = 2 * math.pi * landed["period"] + landed["phase"]
+    for k in np.flatnonzero(apart != usual):
+        if k >= count and k + 1 + count < len(tau):
+            ends = [(tau[k - count], tau[k]), (tau[k], tau[k + 1]), (tau[k + 1], tau[k + 1 + count])]
+            return Slip(usual, int(apart[k]), basic, *[(float(a), float(b)) for a, b in ends])
+    raise Unfit("the motion has no transient between basic motions")
+
+
+@styled
+def fig12(desk: Desk) -> Figure:
+    motion = desk.motions("fig12")[0]
+    slip = find_slip(motion, desk.undisturbed("fig12").speed)
+    drawn = curve(motion)
+    fig, axes = new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
+    phase, time = axes[:, 0]
+    marks = ((slip.before, "D", "basic motion before"), (slip.after, (6, 2, 0), "basic motion after"))
+    for (start, stop), mark, name in marks:
+        part = (drawn.tau >= start) & (drawn.tau <= stop)
+        shown = np.flatnonzero(part & np.isfinite(drawn.xi))[::12]
+        phase.plot(drawn.xi[shown], drawn.dxi[shown], ls="none", marker=mark, ms=3.6, mfc="none", mew=0.5, label=name)
+        time.plot(drawn.tau[part], drawn.xi[part], color=INK)
+    part = (drawn.tau >= slip.during[0]) & (drawn.tau <= slip.during[1])
+    phase.plot(drawn.xi[part], drawn.dxi[part], color=INK, lw=1.1, label="transient motion")
+    time.plot(drawn.tau[part], drawn.xi[part], "--", color=INK, lw=1.1)
+    phase.axhline(0.0, color=GREY, lw=0.4, zorder=0)
+    phase.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.2, columnspacing=1.2)
+    name_axes(phase, "xi", "dxi")
+    low = 2 * math.pi * math.floor(slip.before[0] / (2 * math.pi))
+    high = 2 * math.pi * math.ceil(slip.after[1] / (2 * math.pi))
+    tau = np.linspace(low, high, 1000)
+    time.plot(tau, np.sin(tau), color=GREY, lw=0.7, zorder=0, label=r"$\sin\tau$")
+    time.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderpad=0.2)
+    periods_ticks(time, low, high)
+    name_axes(time, None, "xi")
+    letter(phase, 0)
+    letter(time, 1)
+    return fig
+
+
+@styled
+def coexisting(desk: Desk) -> Figure:
+    """Which of the n coexisting solutions each start leads to, named by its shift."""
+    results = desk.results("coexisting")
+    if len(results.axes) != 2:
+        raise Unfit("a map of starts needs two axes")
+    base = desk.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
+    rho, shift = deviation(base.points, results.section)
+    named = np.where(rho < SETTLED, shift, np.nan)
+    (y, heights), (x, widths) = results.axes.items()
+    fig, axes = new(1, 1, height=3.4)
+    ax = axes[0, 0]
+    shade = 0.55 * (1 - named / max(1, base.n - 1))
+    extent = (widths[0], widths[-1], heights[0], heights[-1])
+    ax.imshow(
+        shade,
+        extent=extent,
+        origin="lower",
+        aspect="auto",
+        cmap=GREYS,
+        vmin=0,
+        vmax=1,
+        interpolation="nearest",
+    )
+    for s in range(base.n):
+        label = rf"shifted by ${s}\cdot 2\pi$" if s else "not shifted"
+        grey = 1 - 0.55 * (1 - s / max(1, base.n - 1))
+        ax.plot([], [], "s", ms=8, mfc=str(grey), mec=INK, mew=0.5, label=label)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=base.n, borderpad=0.2)
+    name_axes(ax, x, y)
+    return fig
+
+
+SETTLED = 1e-6
+"""A motion this close to the orbit has arrived."""
+
+
+@styled
+def grid(desk: Desk) -> Figure:
+    """After how many periods the motion comes back, and after how many the grid nearly closes.
+
+    a) over Δτ, the best of both up to LAGS; b) every number of periods at the Δτ of Fig. 12.
+    """
+    results = desk.results("grid")
+    steps = results.axes["dtau"]
+    fig, axes = new(2, 1, height=5.6, height_ratios=[1.4, 1.0])
+    over, one = axes[:, 0]
+    closes = [last_convergent(step) for step in steps]
+    returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
+    over.plot(steps, closes, "o", ms=5, mfc="none", mec=INK, mew=0.5, label="the grid closes (convergent $q$)")
+    over.plot(steps, returns, ".", ms=3.2, mew=0, color=INK, label="the motion comes back")
+    over.set_ylim(0, LAGS + 1)
+    over.margins(x=0.01)
+    over.set_xlabel(symbol("dtau"))
+    over.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.2)
+    over.set_ylabel("periods $m$")
+    letter(over, 0)
+
+    motion = desk.motions("fig12")[0]
+    step = motion.arguments["dtau"]
+    m = np.arange(1, LAGS + 1)
+    one.semilogy(
+        m,
+        returning(motion.section, LAGS),
+        ".-",
+        lw=0.6,
+        ms=5,
+        mew=0,
+        label="distance of the motion from itself",
+    )
+    one.semilogy(
+        m,
+        closing(step, LAGS),
+        "o--",
+        lw=0.5,
+        ms=4,
+        mfc="white",
+        mew=0.5,
+        label=r"distance of $m\cdot2\pi$ from the grid",
+    )
+    one.set_xlim(0, LAGS + 1)
+    one.set_xlabel("periods $m$")
+    one.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.2)
+    letter(one, 1, equation("dtau", step))
+    return fig
+
+
+def last_convergent(step: float) -> int:
+    """Number of periods, up to LAGS, after which the grid closes best."""
+    return convergents(step, LAGS)[-1].periods
+
+
+def _axis_values(desk: Desk, name: str) -> list[str]:
+    """What distinguishes the points of a configuration, as titles."""
+    plan = desk.config(name).plan()
+    index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
+    return [", ".join(equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
+
+
+class Drawing(NamedTuple):
+    title: str
+    draw: Callable[[Desk], Figure]
+
+
+FIGURES = {
+    "fig01": Drawing("mass, vibrating incline and obstacle", fig01),
+    "fig02": Drawing("scheme of states", fig02),
+    "fig03": Drawing("bifurcation diagram, undisturbed", _diagram("fig03")),
+    "fig04": Drawing("non-unique solutions", fig04),
+    "fig05": Drawing("non-bifurcated solution, physical disturbance", fig05),
+    "fig06": Drawing("Poincaré sections, physical disturbance", fig06),
+    "fig07": Drawing("bifurcation diagrams, undisturbed and disturbed", _diagram("fig07")),
+    "fig08": Drawing("non-bifurcated solution, constant step", fig08),
+    "fig09": Drawing("Poincaré sections, constant step", fig09),
+    "fig10": Drawing("bifurcation diagram, constant step", _diagram("fig10")),
+    "fig11": Drawing("phase curves, exact and with a constant step", fig11),
+    "fig12": Drawing("basic and transient motions", fig12),
+    "coexisting": Drawing("which start leads to which solution", coexisting),
+    "grid": Drawing("when a grid closes and when its motion returns", grid),
+}
+"""Everything `vibrodrive paper` draws: the figures of the paper, and two that explain Fig. 4 and Fig. 12."""

@@ -1,0 +1,261 @@
+"""Values of A at which a periodic orbit is born, dies or changes, to the last digits.
+
+Orbits are compared on a grid of A. Where the orbits of two neighbours differ, one that differs is followed by
+its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. What
+ends it names the kind, and the rest of the interval is compared again. So every change that shows between
+grid points is found; an orbit that is born and dies between two of them is not. The grid is even up to A = 4; from
+there on its spacing, as every other distance in A, grows with A (continuation.unit), so that a wide range takes a
+thousand values for every factor of e.
+
+An orbit can end, or change, only where
+
+* A = 1 + B: the mass begins to move (*onset*);
+* its multiplier is -1 (*period doubling*; odd number of impacts) or +1 (*fold*; even number, two orbits
+  meet);
+* one of its impacts falls on a breakpoint of the impact-phase map: on an end of the window, so that a rest
+  appears or vanishes (*border*), or on a launch whose flight just touches the obstacle (*grazing*), or on one
+  with a sticking of no duration (*stick*: the word changes, the derivative of the map is continuous there).
+
+Where an orbit grazes on the side of the impact its multiplier tends to minus infinity as a square root, and
+its launch comes closer to the breakpoint than floats can tell long before A does. There the orbit is
+followed with the impact at the touching itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import numbers
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.model.parameters import bad, check, real_number
+from vibrodrive.periodic.continuation import DOUBLING, FAR, Path, unit
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
+from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, check_period, itineraries, orbits
+
+ONSET = "onset"
+
+STEP = 1.0 / 256.0
+"""Spacing of the grid of A at most, times `unit`, where the caller says nothing."""
+
+MOST_VALUES = 100_000
+"""Values of A on a grid whose spacing the caller says."""
+
+MOST_WORK = 10_000_000
+"""Itineraries, over all values of A, that are followed: about an hour's worth."""
+
+FINER = 32
+"""How many times finer the orbit that rests is looked at. Windows in which it has a short period are the
+narrowest things between 3.15 and 3.19, and most other orbits are born and die at their ends."""
+
+APART = 1e-10
+"""How far from a bifurcation, times `unit`, the orbits on either side are taken; two closer ones are reported as
+one."""
+
+MEET = 1e-3
+"""Phases of one orbit on both sides of a bifurcation, APART from it, differ by less than this."""
+
+AGAIN = 1e-8
+"""A bifurcation of one kind found twice (a doubling, seen by both orbits) is found within this, times `unit`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bifurcation:
+    """One value of A at which an orbit is born, dies or changes.
+
+    Attributes
+    ----------
+    A, B : where.
+    kind : "onset", "period doubling", "fold", "border", "grazing" or "stick" (see the head of this module).
+    orbit : the orbit, as close to A as floats tell it from what it ends in.
+    multiplier_below, multiplier_above : its multiplier a little below and above A; NaN where there is no such
+        orbit.
+    """
+
+    A: float
+    kind: str
+    orbit: Orbit
+    multiplier_below: float
+    multiplier_above: float
+
+    @property
+    def B(self) -> float:
+        return self.orbit.B
+
+
+def bifurcations(
+    A: tuple[float, float] = (1.05, 3.25), B: float = 0.1, max_period: int = 3, *, step: float | None = None
+) -> list[Bifurcation]:
+    """Every bifurcation between A[0] and A[1] of the orbits of up to `max_period` excitation periods, by A.
+
+    `step` is the spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion
+    to A from there on, unless told (see the head of this module). On the level (B = 0) there is one orbit, which
+    changes at A = √(1 + π²/4); for 0 < B <= 1e-7 A only the orbit that rests is followed (search.py).
+
+    Raises
+    ------
+    TypeError, ValueError
+        if an argument is no number or out of range; if there are more than 100 000 values of A `step` apart; if
+        there are too many orbits of up to `max_period` periods (see `orbits`).
+    """
+    try:
+        first, last = A
+    except (TypeError, ValueError):
+        raise TypeError(bad("A", A, "two numbers, the smaller one first")) from None
+    low, high = check("A", first), check("A", last)
+    incline = check("B", B)
+    limit = check_period("max_period", max_period)
+    if not low < high:
+        raise ValueError(bad("A", (first, last), "two numbers, the smaller one first"))
+    if step is not None:
+        if not 0.0 < real_number("step", step, "a number > 0") < math.inf:
+            raise ValueError(bad("step", step, "a number > 0"))
+        check_step(step, high - low)
+    return _Search(incline, limit).between(low, high, step)
+
+
+def check_step(step: object, width: float) -> None:
+    """Refuse a spacing of the grid of A that is none, or that a range of this width has too many of."""
+    least = width / MOST_VALUES
+    allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
+    if isinstance(step, bool) or not isinstance(step, numbers.Real):
+        raise TypeError(bad("step", step, allowed))
+    if not 0.0 < float(step) < math.inf or float(step) < least:
+        raise ValueError(bad("step", step, allowed))
+
+
+def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
+    """Values of A from low to high, `step` apart at most, or STEP × `unit` if it is None; or so many times finer."""
+    if step is not None:
+        return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
+    turn = min(max(low, FAR), high)
+    near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
+    # of constant ratio, which keeps the spacing in proportion to A
+    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * FAR / STEP)))
+    return np.append(near, far[1:])
+
+
+class _Search:
+    """One search: what is fixed, and what has been found."""
+
+    def __init__(self, B: float, limit: int):
+        self.B = B
+        self.limit = limit
+        self.found: list[Bifurcation] = []
+
+    def orbits(self, A: float) -> list[Orbit]:
+        return orbits(A, self.B, self.limit)
+
+    def between(self, low: float, high: float, step: float | None) -> list[Bifurcation]:
+        onset = 1.0 + self.B
+        if high <= onset:
+            return []
+        begin = min(onset + APART * unit(onset), high)
+        starts = low < onset
+        low = max(low, begin)
+        even = spread(low, high, step)
+        self.check_effort(high, len(even))
+        grid = np.union1d(even, self.changes_of_rest(spread(low, high, step, FINER))).tolist()
+        below = self.orbits(grid[0])
+        if starts:
+            self.found += [Bifurcation(onset, ONSET, o, math.nan, o.multiplier) for o in below]
+        for a, b in itertools.pairwise(grid):
+            above = self.orbits(b)
+            self.compare(a, below, b, above)
+            below = above
+        return sorted(self.found, key=lambda f: f.A)
+
+    def check_effort(self, high: float, values: int) -> None:
+        """Refuse a search that would last too long, by the itineraries at the last A, where most of them are."""
+        each = len(itineraries(ImpactMap(high, self.B), self.limit))
+        if each * values > MOST_WORK:
+            work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
+            raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
+
+    def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
+        """Neighbours among values of A between which the orbit that rests changes: found at no cost."""
+        names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
+        changes = np.flatnonzero(names[1:] != names[:-1])
+        return values[np.union1d(changes, changes + 1)]
+
+    def compare(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
+        """Find what happens between a and b, whose orbits are `below` and `above`."""
+        waiting = [(a, below, b, above)]
+        while waiting:
+            a, below, b, above = waiting.pop()
+            change = self.change(a, below, b, above)
+            if change is None:
+                continue
+            where, kind, last, orbit = change
+            apart = APART * unit(where)
+            first, last = min(where, last) - apart, max(where, last) + apart
+            before, after = self.orbits(first), self.orbits(last)
+            if not any(f.kind == kind and abs(f.A - where) < AGAIN * unit(where) for f in self.found):
+                sides = _multiplier(orbit, before), _multiplier(orbit, after)
+                self.found.append(Bifurcation(where, kind, orbit, *sides))
+            if last < b:
+                waiting.append((last, after, b, above))
+            if first > a:
+                waiting.append((a, below, first, before))
+
+    def change(
+        self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
+    ) -> tuple[float, str, float, Orbit] | None:
+        """(A, kind, last, orbit) of one bifurcation between a and b, see Path.end; None if nothing changes there."""
+        for ends, lives_below in _that_end(below, above):
+            path = Path.of(ends)
+            inside, outside = (a, b) if lives_below else (b, a)
+            if len(path.starts(inside)) <= len(path.starts(outside)):
+                continue  # so close to an end of its itinerary that rounding has named it
+            where, kind, last = path.end(inside, outside)
+            orbit = (path.parent.orbit(where) if kind == DOUBLING else None) or path.orbit(last)
+            return where, kind, last, orbit or ends
+        if (turns := _that_turns(below, above)) is not None:
+            path = Path.of(turns)
+            where = path.doubling(a, b)
+            return where, DOUBLING, where, path.orbit(where) or turns
+        return None
+
+
+def _name_of_rest(A: float, B: float, limit: int) -> int:
+    """The itinerary of the orbit that rests, 0 if it has a longer period."""
+    up = ImpactMap(A, B).window[0]
+    itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NOTHING)
+    return itinerary if fate == RESTS else 0
+
+
+def _that_end(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
+    """The orbits on one side that are not on the other, by name, and whether they are among `below`."""
+    count = Counter(o.name for o in below)
+    count.subtract(o.name for o in above)
+    for side, sign in ((below, 1), (above, -1)):
+        for orbit in side:
+            if sign * count[orbit.name] > 0:
+                yield orbit, side is below
+
+
+def _that_turns(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
+    """An orbit of both sides that is stable on one only."""
+    kinds = {(o.name, o.kind) for o in above}
+    other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
+    changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, other.get(o.kind)) in kinds)
+    return next(changed, None)
+
+
+def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
+    """The multiplier of what `orbit` is among others: of its period, and close. NaN if it is none of them."""
+    near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < MEET]
+    same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
+    return same.multiplier if same else math.nan
+
+
+def gap_between(one: Orbit, other: Orbit) -> float:
+    """How far the impacts of the orbit with fewer are from impacts of the other, at most, in phase."""
+    few, many = sorted((one.phases, other.phases), key=len)
+    apart = abs(few[:, None] - many[None, :])
+    return float(np.minimum(apart, 2.0 * math.pi - apart).min(axis=1).max())

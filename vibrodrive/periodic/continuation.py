@@ -1,0 +1,204 @@
+"""One orbit as A moves: found again by its itinerary, without a search, up to the A where it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
+from vibrodrive.periodic.flight import NO_WORD, flight
+from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
+from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
+from vibrodrive.periodic.search import Orbit, cells, follow, launches, returns, touch
+
+DOUBLING, FOLD, BORDER, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
+
+ON_IT = 1e-7
+"""A launch this close to a breakpoint, at the last float of A at which its orbit is found, is on it."""
+
+NEAR = 0.05
+"""An orbit whose multiplier is this close to -1 may be the one whose period doubles."""
+
+FIRST = 1e-9
+"""First step in A of a search that starts at a bifurcation, times `unit`."""
+
+ASTRAY = 1e-4
+"""A search that starts at a bifurcation and ends further from it than this, times `unit`, has lost it."""
+
+
+FAR = 4.0
+"""The A from which on distances along A grow with A, as do those of its floats."""
+
+
+def unit(A: float) -> float:
+    """What distances along A are multiples of: 1 up to FAR."""
+    return max(1.0, A / FAR)
+
+
+@dataclass(frozen=True)
+class Path:
+    """An orbit as a function of A: its number of impacts, its period, and its itinerary.
+
+    `itinerary` are the numbers of the first 1, 2, … flights (itineraries.flights).
+    """
+
+    B: float
+    impacts: int
+    period: int
+    rests: bool
+    itinerary: tuple[int, ...]
+    doubled: bool
+
+    @classmethod
+    def of(cls, orbit: Orbit) -> Path:
+        """The path through an orbit found at some A."""
+        n, name = orbit.impacts, orbit.name
+        rests = "REST" in orbit.word.split()
+        start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
+        itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NOTHING)[0] for k in range(1, n + 1))
+        doubled = not rests and n % 2 == 0 and name[: n // 2] == name[n // 2 :]
+        return cls(orbit.B, n, orbit.period, rests, itinerary, doubled)
+
+    @property
+    def parent(self) -> Path:
+        """The orbit of half as many impacts with the same itinerary, of one that is `doubled`."""
+        half = self.impacts // 2
+        return Path(self.B, half, self.period // 2, False, self.itinerary[:half], False)
+
+    def starts(self, A: float) -> list[float]:
+        """The launch phases at A from which flights of this itinerary return; φ_up if the orbit rests."""
+        system = ImpactMap(A, self.B)
+        if not system.moves:
+            return []
+        if self.rests:
+            up = system.window[0]
+            code, _, _, _, _, fate, _ = flights(up, self.impacts, A, self.B, self.period, NOTHING)
+            return [up] if fate == RESTS and code == self.itinerary[-1] else []
+        return [
+            psi
+            for low, high, n, periods in cells(system, self.period, self.itinerary)
+            if n == self.impacts
+            for psi, _ in returns(system, low, high, n, periods)
+        ]
+
+    def orbit(self, A: float) -> Orbit | None:
+        """The orbit at A, None where it does not exist; of several the most stable one."""
+        system = ImpactMap(A, self.B)
+        if system.moves and system.B == 0.0:
+            return touch(system)
+        found = [follow(system, psi, self.impacts, True) for psi in self.starts(A)]
+        return min(found, key=lambda o: abs(o.multiplier), default=None)
+
+    def multiplier(self, A: float) -> float:
+        """At A, of the first such orbit; NaN if there is none."""
+        found = self.starts(A)
+        return flights(found[0], self.impacts, A, self.B, self.period, NOTHING)[3] if found else math.nan
+
+    def doubling(self, a: float, b: float) -> float:
+        """Where between a and b, at both of which it exists, its multiplier passes -1."""
+        stable = abs(self.multiplier(a)) < 1.0
+        return bisect(lambda A: (abs(self.multiplier(A)) < 1.0) == stable, a, b)[0]
+
+    def end(self, inside: float, outside: float) -> tuple[float, str, float]:
+        """(A, kind, last) of the bifurcation between two values of A; only `inside` has (as many) such orbits.
+
+        `last` is the last A at which floats tell the orbit from what it ends in.
+        """
+        count = len(self.starts(inside))
+        last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
+        if self.rests:
+            return last, self._change(last, beyond), last
+        distance, kind, launch, point = self._closest_to_breakpoint(last)
+        if distance < ON_IT:
+            grazes = kind == GRAZING and launch >= point
+            return self._touching(last, launch) if grazes else last, kind, last
+        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR and (sides := self._across(last)):
+            return self.parent.doubling(*sides), DOUBLING, last
+        return last, FOLD, last
+
+    def _change(self, last: float, beyond: float) -> str:
+        """Why an orbit that rests has different itineraries at two neighbouring values of A."""
+        one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
+        psi, phi = one.window[0], other.window[0]
+        for _ in range(self.impacts):
+            before, after = states(psi, one.A, one.B), states(phi, other.A, other.B)
+            if before != after:
+                return kind_of_change(before, after)
+            psi, phi = float(one(psi).phase), float(other(phi).phase)
+        return BORDER
+
+    def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
+        """(distance, kind, launch, breakpoint) of the launch closest to a breakpoint of the map."""
+        system = ImpactMap(A, self.B)
+        points, kinds, _ = system.pieces(self.period)
+        return min(
+            (abs(psi - point), BORDER if kind == "rest" else kind, psi, point)
+            for start in self.starts(A)
+            for psi in launches(system, start, self.impacts, self.period)
+            for point, kind in zip(points.tolist(), kinds, strict=True)
+        )
+
+    def _across(self, A: float) -> tuple[float, float] | None:
+        """Two values of A on either side of the parent's doubling, if it is close to A."""
+        step = FIRST * unit(A)
+        while step < ASTRAY * unit(A):
+            a, b = A - step, A + step
+            if (abs(self.parent.multiplier(a)) < 1.0) != (abs(self.parent.multiplier(b)) < 1.0):
+                return a, b
+            step *= 4.0
+        return None
+
+    def _touching(self, A: float, launch: float) -> float:
+        """The bifurcation near A at which the flight from near `launch` just touches the obstacle.
+
+        On the side of the impact the orbit reaches its breakpoint as the square of the distance in A: the
+        last float of A is far from it. The orbit with its impact at the touching itself is smooth in A.
+        """
+
+        def residual(a: float) -> float:
+            if not abs(a - A) < ASTRAY * unit(A):
+                return math.nan
+            system = ImpactMap(a, self.B)
+            points, kinds, _ = system.pieces(self.period)
+            grazings = [p for p, kind in zip(points.tolist(), kinds, strict=True) if kind == GRAZING]
+            if not grazings:
+                return math.nan
+            point = min(grazings, key=lambda p: abs(p - launch))
+            landed = flight(point, a, self.B, self.period, NO_WORD, NOTHING)[5]
+            slides = np.full((landed, 3), math.nan)
+            flight(math.nextafter(point, 0.0), a, self.B, self.period, NO_WORD, slides)
+            tau, h, _ = slides[-1].tolist()
+            met = (tau + h - TWO_PI) - TWO_PI_LOW
+            return flights(met, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point
+
+        touched = secant(residual, A, A + FIRST * unit(A))
+        return A if math.isnan(residual(touched)) else touched
+
+
+def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
+    """Neighbouring floats between `good`, where the condition holds, and `bad`, where it doesn't."""
+    while True:
+        middle = 0.5 * (good + bad)
+        if middle in (good, bad):
+            return good, bad
+        if holds(middle):
+            good = middle
+        else:
+            bad = middle
+
+
+def secant(f: Callable[[float], float], a: float, b: float) -> float:
+    """The zero of a smooth function close to a and b: until the steps no longer shrink."""
+    fa, fb = f(a), f(b)
+    last = math.inf
+    while fa != fb:
+        step = fb * (b - a) / (fb - fa)
+        if not abs(step) < last:
+            break
+        a, fa, last = b, fb, abs(step)
+        b -= step
+        fb = f(b)
+    return b

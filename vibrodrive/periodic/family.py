@@ -1,0 +1,108 @@
+"""All orbits over a range of A, joined into branches between bifurcations."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.parameters import bad, check
+from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, bifurcations
+from vibrodrive.periodic.continuation import DOUBLING, FOLD, unit
+from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits
+
+BESIDE = 1e-9
+"""How far from a bifurcation, times `unit`, the branches on either side of it are drawn to."""
+
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+"""And from where on where they part like a square root, at a doubling or fold: closer, floats cannot tell."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One orbit over an interval of A without a bifurcation: as it is at the values A (n,), ascending."""
+
+    A: np.ndarray
+    orbits: list[Orbit]
+
+    @property
+    def unstable(self) -> bool:
+        return self.orbits[len(self.orbits) // 2].kind == UNSTABLE
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Every orbit of up to `max_period` periods for A[0] <= A <= A[-1].
+
+    A : where orbits were sought: an even grid, and both sides of every bifurcation.
+    orbits : those at each A.
+    """
+
+    A: np.ndarray
+    B: float
+    max_period: int
+    orbits: list[list[Orbit]]
+    bifurcations: list[Bifurcation]
+
+    def branches(self) -> Iterator[Branch]:
+        """The orbits, joined while they keep their name and kind from one A to the next."""
+        held: dict[tuple, list[int]] = defaultdict(list)
+        rows: dict[tuple, list[Orbit]] = defaultdict(list)
+        for i, there in enumerate(self.orbits):
+            twins: dict[tuple, int] = defaultdict(int)
+            for orbit in there:
+                key = (orbit.name, orbit.kind)
+                twins[key] += 1
+                held[(*key, twins[key])].append(i)
+                rows[(*key, twins[key])].append(orbit)
+        for key, places in held.items():
+            cuts = [
+                0,
+                *(k + 1 for k, (a, b) in enumerate(itertools.pairwise(places)) if b != a + 1),
+                len(places),
+            ]
+            for first, last in itertools.pairwise(cuts):
+                yield Branch(self.A[places[first:last]], rows[key][first:last])
+
+
+def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3) -> Family:
+    """All orbits at the values `A` and beside every bifurcation between the smallest and the largest of them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        if an argument is no number or out of range, or if there are fewer than two values of A.
+    """
+    grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
+    if len(grid) < 2:
+        raise ValueError(bad("A", list(A), "at least two values"))
+    low, high = float(grid[0]), float(grid[-1])
+    step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
+    found = bifurcations((low, high), B, max_period, step=step if step < STEP * unit(low) else None)
+    sides = [
+        b.A + sign * d * unit(b.A)
+        for b in found
+        for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
+        for sign in (-1, 1)
+    ]
+    values = np.union1d(grid, [a for a in sides if grid[0] <= a <= grid[-1]])
+    return Family(values, B, max_period, [orbits(a, B, max_period) for a in values.tolist()], found)
+
+
+def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
+    """The section points (ξ, ξ') at τ = phase + 2πk, from the first impact on: float64 (period, 2)."""
+    start = float(orbit.phases[0])
+    motion = simulate(A=orbit.A, B=orbit.B, tau0=start, transient=0, periods=orbit.period, section_phase=phase)
+    return np.asarray(motion.section)
+
+
+def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
+    """One row of numbers for each A: the values of the orbit there, sorted, so that columns are curves."""
+    rows = [np.sort(values(orbit)) for orbit in branch.orbits]
+    width = max(map(len, rows), default=0)
+    return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])

@@ -1,0 +1,193 @@
+"""Launch phases that return to themselves after n flights: all of them, each bracketed.
+
+On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone, falling
+for odd n, growing for even n. For odd n G(ψ) - ψ falls: one root or none, told by its signs at the ends. For
+even n the cell is halved until each piece is decided:
+
+* no root, where the images of the ends, or the value in the middle and the slope, exclude one;
+* one root or none, told by the signs, where the slope stays on one side of 1;
+* undecided, where G(ψ) - ψ is within rounding of zero and the slope of 1: a tangency (fold, doubling) as
+  close as floats can tell.
+
+The slope on a piece is enclosed, not sampled: every time and phase in its formula is monotone in ψ, so
+the two ends bound it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibrodrive.jit.compile import inline, jit, part
+from vibrodrive.jit.slices import in_slices
+from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
+from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.itineraries import FEW, NOTHING, flights
+
+SLACK = 1e-12  # widens every enclosure, relatively: far above the rounding of the terms in it
+NOISE = 2e-14  # of G(ψ) - ψ, phases being of order 1
+
+ROWS = 64  # pieces of a cell waiting: halving a cell 53 times leaves at most 54
+
+
+@inline
+def force_between(one, other, falling, A, B):
+    """Bounds of |H| over phases inside one half wave, where it has one peak in the middle."""
+    peak = 3.0 * HALF_PI if falling else HALF_PI
+    sign = -1.0 if falling else 1.0
+    h_one = sign * (A * math.sin(one) - B)
+    h_other = sign * (A * math.sin(other) - B)
+    low, high = min(h_one, h_other), max(h_one, h_other)
+    if (one - peak) * (other - peak) < 0.0:
+        high = A - sign * B
+    return max(low, 1.0), max(high, 1.0)
+
+
+@inline
+def cosine_between(low, high):
+    """Bounds of the cosine on [low, high]."""
+    one, other = math.cos(low), math.cos(high)
+    least, most = min(one, other), max(one, other)
+    if math.floor((high - PI) / TWO_PI) > math.floor((low - PI) / TWO_PI):
+        least = -1.0
+    if math.floor(high / TWO_PI) > math.floor(low / TWO_PI):
+        most = 1.0
+    return least, most
+
+
+@part
+def slope_between(one, other, count, A, B):
+    """Bounds of |dG/dψ| between two phases whose flights have the slides `one` and `other`."""
+    low, high = 1.0, 1.0
+    w_low, w_high, s_low, s_high = 0.0, 0.0, 0.0, 0.0
+    falling = False
+    for i in range(count):
+        tau_a, h_a, begun = one[i, 0], one[i, 1], int(one[i, 2])
+        tau_b, h_b = other[i, 0], other[i, 1]
+        if begun == FROM_GROUND:
+            falling = False
+            s_low, s_high = 0.0, 0.0
+        elif begun == FROM_STICK:
+            falling = tau_a > HALF_PI
+            w_low, w_high = 0.0, 0.0
+        else:
+            falling = not falling
+        if begun != FROM_STICK:
+            least, most = force_between(tau_a, tau_b, falling, A, B)
+            if begun == FROM_REVERSAL:
+                w_low *= (least - 1.0) / (least + 1.0)
+                w_high *= (most - 1.0) / (most + 1.0)
+            else:
+                w_low, w_high = least - 1.0, most - 1.0
+        lands = i == count - 1 or int(one[i + 1, 2]) == FROM_GROUND
+        if not lands:
+            s_low += w_low * min(h_a, h_b)
+            s_high += w_high * max(h_a, h_b)
+            continue
+        first, last = min(tau_a, tau_b), max(tau_a, tau_b)
+        early, late = min(tau_a + h_a, tau_b + h_b), max(tau_a + h_a, tau_b + h_b)
+        s_low += w_low * max(early - last, 0.0)
+        s_high += w_high * (late - first)
+        c_first, c_last = cosine_between(first, last)
+        c_early, c_late = cosine_between(early, late)
+        drift = (1.0 - B) * (early - last), (1.0 - B) * (late - first)
+        slow = max(A * (c_early - c_last) - max(drift), 0.0)
+        fast = A * (c_late - c_first) - min(drift)
+        low *= s_low / fast if fast > 0.0 else 0.0
+        high *= s_high / slow if slow > 0.0 else math.inf
+    return low * (1.0 - SLACK), high * (1.0 + SLACK)
+
+
+@part
+def bisect(a, ga, b, n, A, B, horizon, nothing):
+    """The root of G(ψ) - ψ in [a, b], to neighbouring floats; ga is its value at a."""
+    while True:
+        middle = 0.5 * (a + b)
+        if middle <= a or middle >= b:
+            break
+        g = flights(middle, n, A, B, horizon, nothing)[2] - middle
+        if (g > 0.0) == (ga > 0.0):
+            a, ga = middle, g
+        else:
+            b = middle
+    gb = flights(b, n, A, B, horizon, nothing)[2] - b
+    return a if abs(ga) < abs(gb) else b
+
+
+@jit(_nrt=False)
+def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, nothing):
+    """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
+
+    `certain` tells the undecided. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are memory to work
+    in, `nothing` float64 (0, 3). `under_way` int64 (2,) are the pieces on the stack, -1 at first, and the roots found.
+    Returns whether all are; if not, the next call goes on: with more rows, if all of them are full.
+    """
+    top, number = under_way[0], under_way[1]
+    if n % 2 == 1:
+        g_low = flights(low, n, A, B, horizon, nothing)[2] - low
+        g_high = flights(high, n, A, B, horizon, nothing)[2] - high
+        if not (g_low < 0.0 or g_high > 0.0):
+            found[0] = bisect(low, g_low, high, n, A, B, horizon, nothing)
+            certain[0] = True
+            under_way[1] = 1
+        return True
+    if top < 0:
+        stack[0, 0] = low
+        stack[0, 1] = high
+        top = 1
+    for _ in range(steps):
+        if top == 0 or number == len(found):
+            break
+        top -= 1
+        a, b = stack[top, 0], stack[top, 1]
+        _, _, end_a, _, _, _, count = flights(a, n, A, B, horizon, one)
+        _, _, end_b, _, _, _, _ = flights(b, n, A, B, horizon, other)
+        if end_a > b or end_b < a:
+            continue
+        ga, gb = end_a - a, end_b - b
+        least, most = slope_between(one, other, count, A, B)
+        if most < 1.0 or least > 1.0:
+            if (ga > 0.0) != (gb > 0.0) or ga == 0.0 or gb == 0.0:
+                root = bisect(a, ga, b, n, A, B, horizon, nothing)
+                if number == 0 or root > found[number - 1]:
+                    found[number] = root
+                    certain[number] = True
+                    number += 1
+            continue
+        middle = 0.5 * (a + b)
+        g = flights(middle, n, A, B, horizon, nothing)[2] - middle
+        reach = max(most - 1.0, 1.0 - least) * 0.5 * (b - a)
+        if abs(g) > reach + NOISE:
+            continue
+        if reach <= NOISE or middle <= a or middle >= b:
+            if number > 0 and not certain[number - 1]:
+                continue
+            found[number] = middle
+            certain[number] = False
+            number += 1
+            continue
+        stack[top, 0] = middle
+        stack[top, 1] = b
+        stack[top + 1, 0] = a
+        stack[top + 1, 1] = middle
+        top += 2
+    under_way[0], under_way[1] = top, number
+    return top == 0
+
+
+def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
+    """(ψ, certain) of all roots in the cell [low, high]."""
+    # a period holds one slide up and one down at most
+    one, other = np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3))
+    found, certain, stack = np.empty(64), np.empty(64, dtype=np.bool_), np.empty((ROWS, 2))
+    under_way = np.array([-1, 0])
+
+    def advance(steps: int) -> bool:
+        nonlocal found, certain
+        if under_way[1] == len(found):
+            found, certain = (np.concatenate([full, np.empty(3 * len(full), full.dtype)]) for full in (found, certain))
+        return roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, NOTHING)
+
+    in_slices(advance, first=FEW)
+    return found[: under_way[1]], certain[: under_way[1]]

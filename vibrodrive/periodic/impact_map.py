@@ -1,0 +1,256 @@
+"""The impact-phase map: at ε = 0 an ideally plastic impact forgets everything except when it happened.
+
+So the motion is a map of the circle, phase of an impact ↦ phase of the next one. Over the phases at which an
+impact is followed by a rest it is constant; over the rest, the window φ_up < φ < π - φ_up in which H > 1, it
+falls on every branch between breakpoints. Its derivative is continuous where a sticking appears or vanishes
+and at φ_up (there it is 0); the map jumps at π - φ_up and where a flight grazes the obstacle.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibrodrive.jit.compile import jit
+from vibrodrive.jit.slices import in_slices
+from vibrodrive.jit.trig import PI, PI_LOW, turns
+from vibrodrive.kernels.release import release_up
+from vibrodrive.model.parameters import bad, check, real_array
+from vibrodrive.model.states import State
+from vibrodrive.periodic.flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching
+from vibrodrive.periodic.itineraries import FEW, NOTHING, intervals
+
+HORIZON = 10_000
+"""A flight of more excitation periods is given up: the smaller B, the longer the mass may stay in the air."""
+
+LANDINGS = 100
+"""Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
+There is one for every number of periods that a flight may last, and those are about 0.1/B."""
+
+FAR = 1e12
+"""Phases up to here, as times: beyond, a double has few digits left for where in its period one lies."""
+
+PHASES = f"a number between {-FAR:g} and {FAR:g}, or an array of them"
+
+SHOWN = 16
+"""Slides named of a flight that never lands."""
+
+
+@jit(_nrt=False)
+def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
+    """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
+    up, _ = release_up(A, B)
+    end = PI - up + PI_LOW
+    none = np.int64(NO_WORD)  # a literal would compile another specialisation
+    rested = False  # the flight out of a rest, which may be a long one, is followed once, and only if it is met
+    k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
+    for i in range(len(phi)):
+        psi = turns(phi[i], 0.0)[1]
+        if up < psi < end:
+            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, nothing)
+        else:
+            if not rested:
+                rested = True
+                k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(none, REST + 1), nothing)
+            k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
+            if psi >= end and k0 >= 0:
+                k = k0 + 1
+        phase[i] = landed
+        periods[i] = k
+        speed[i] = -velocity + 0.0  # no -0.0
+        slope[i] = rate
+        code[i] = append(word, IMPACT + 1)
+
+
+@jit(_nrt=False)
+def evaluate_excitation(phi, A, B):
+    """(ψ, rests): the phase φ in [0, 2π), and whether an impact at it is followed by a rest."""
+    psi = turns(phi, 0.0)[1]
+    up, _ = release_up(A, B)
+    return psi, psi <= up or psi >= PI - up + PI_LOW
+
+
+@jit(_nrt=False)
+def opening(A, B):
+    """(φ_up, ψ*): where the window opens, and the launch whose flight touches without speed if B = 0."""
+    up = release_up(A, B)[0]
+    return up, touching(A, up)
+
+
+def states(psi: float, A: float, B: float) -> list[State]:
+    """The states of the flight launched at ψ, from UP to IMPACT, without a rest before it.
+
+    The first SHOWN of a flight that never lands.
+    """
+    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NOTHING)
+    slides = np.empty((count if k >= 0 else SHOWN, 3))
+    flight(psi, A, B, HORIZON, NO_WORD, slides)
+    word: list[State] = []
+    falling = True
+    for tau, _, begun in slides:
+        if begun == FROM_STICK:
+            word.append(State.STICK)
+            falling = tau > 0.5 * PI
+        else:
+            falling = not falling
+        word.append(State.DOWN if falling else State.UP)
+    return [*word, State.IMPACT] if k >= 0 else word
+
+
+def spell(word: list[State]) -> str:
+    """A word as text: "REST UP STICK DOWN IMPACT"."""
+    return " ".join(s.name for s in word)
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """The next impact after each of `start`; all arrays have its shape.
+
+    phase : phase of the next impact in [0, 2π); NaN if there is none.
+    periods : whole excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
+    speed : impact speed |ξ'|.
+    derivative : d phase / d start, exact: 0 after a rest, else closed-form variation of the flight.
+    word : the states on the way, as text.
+    """
+
+    start: np.ndarray
+    phase: np.ndarray
+    periods: np.ndarray
+    speed: np.ndarray
+    derivative: np.ndarray
+    code: np.ndarray = field(repr=False)
+    A: float = field(repr=False)
+    B: float = field(repr=False)
+
+    @functools.cached_property
+    def word(self) -> np.ndarray:
+        _, first, which = np.unique(self.code, return_index=True, return_inverse=True)
+        texts = [_word_from(phi, self.A, self.B) for phi in np.ravel(self.start)[first]]
+        return np.array(texts)[which].reshape(np.shape(self.start))
+
+
+def _word_from(phi: float, A: float, B: float) -> str:
+    if A <= 1.0 + B:
+        return State.REST.name
+    psi, rests = evaluate_excitation(phi, A, B)
+    return spell([State.REST] * int(rests) + states(psi, A, B))
+
+
+class ImpactMap:
+    """φ ↦ next impact, for one A and B.
+
+    `window` are the phases between which an impact is followed by a launch at once (empty for A <= 1 + B,
+    where the mass never leaves). `breakpoints` (ascending, in the window including its ends) are where the
+    map is not smooth, with `kinds` "rest" (the rest after the impact begins or ends), "grazing" (a jump: the
+    flight just touches the obstacle) or "stick" (a sticking in the air appears or vanishes), and `words` of
+    the flights between them; the ones of flights of more than LANDINGS excitation periods are left out.
+    """
+
+    def __init__(self, A: float, B: float = 0.1):
+        self.A = check("A", A)
+        self.B = check("B", B)
+        self.moves = self.A > 1.0 + self.B
+        self.touching: float  # the launch whose flight touches the obstacle without speed, if B = 0
+        up, self.touching = opening(self.A, self.B) if self.moves else (0.5 * math.pi, math.nan)
+        self.window = (up, (PI - up) + PI_LOW)
+
+    def __call__(self, phi) -> Impacts:
+        """The next impact after each of the phases `phi`, of any shape.
+
+        Raises
+        ------
+        TypeError, ValueError
+            if a phase is no number, NaN, or beyond ±1e12.
+        """
+        start = real_array("phi", phi, PHASES)
+        if start.size and not (start.min() >= -FAR and start.max() <= FAR):  # NaN is neither
+            raise ValueError(bad("phi", start[~(abs(start) <= FAR)][0].item(), PHASES))
+        flat = np.ascontiguousarray(start).reshape(-1)
+        n = flat.size
+        phase, speed, slope = np.empty(n), np.empty(n), np.empty(n)
+        periods, code = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+        if not self.moves:
+            phase[:] = speed[:] = slope[:] = np.nan
+            periods[:] = -1
+            code[:] = 0
+        else:
+            done = 0
+
+            def advance(steps: int) -> bool:
+                nonlocal done
+                part = slice(done, done + steps)
+                out = phase[part], periods[part], speed[part], slope[part], code[part]
+                impacts(flat[part], self.A, self.B, HORIZON, *out, NOTHING)
+                done += steps
+                return done >= n
+
+            in_slices(advance, first=FEW)
+        return Impacts(
+            start,
+            phase.reshape(start.shape),
+            periods.reshape(start.shape),
+            speed.reshape(start.shape),
+            slope.reshape(start.shape),
+            code.reshape(start.shape),
+            self.A,
+            self.B,
+        )
+
+    def __repr__(self) -> str:
+        return f"ImpactMap(A={self.A!r}, B={self.B!r})"
+
+    @functools.cached_property
+    def _pieces(self) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        return self.pieces(LANDINGS)
+
+    def pieces(self, horizon: int) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
+        """(breakpoints, kinds, words) as far as flights of up to `horizon` excitation periods have them."""
+        if not self.moves:
+            return np.empty(0), (), ()
+        up, end = self.window
+        low, high = math.nextafter(up, end), math.nextafter(end, up)
+        if not low <= high:  # A within rounding of 1 + B: a window without a float in it
+            return np.array([up, end]), ("rest", "rest"), (_word_from(up, self.A, self.B),)
+        cells = intervals(low, high, 1, self.A, self.B, horizon)
+        phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
+        for (_, last), (first, _) in itertools.pairwise(cells):
+            before, after = (states(psi, self.A, self.B) for psi in (last, first))
+            if before != after:  # else only the place of the impact differs: the map is smooth here
+                phases.append(first)
+                kinds.append(kind_of_change(before, after))
+                words.append(spell(after))
+        return np.array([*phases, end]), (*kinds, "rest"), tuple(words)
+
+    @property
+    def breakpoints(self) -> np.ndarray:
+        return self._pieces[0]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        return self._pieces[1]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """One word for each interval between two breakpoints."""
+        return self._pieces[2]
+
+
+def kind_of_change(before: list[State], after: list[State]) -> str:
+    """Why two neighbouring flights have different words: "grazing" if one ends where the other goes on."""
+    one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
+    return "grazing" if State.IMPACT in (one, other) else "stick"
+
+
+def impact_map(A: float, B: float = 0.1) -> ImpactMap:
+    """The impact-phase map at ε = 0 for excitation A and incline B.
+
+    Raises
+    ------
+    TypeError, ValueError
+        if A or B is no real number, NaN, infinite or negative.
+    """
+    return ImpactMap(A, B)

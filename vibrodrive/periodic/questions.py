@@ -1,0 +1,176 @@
+"""Three questions the paper leaves open, answered from the map with numbers.
+
+(a) `chaos`: is there chaos between two values of A, or only windows of superstable and stable orbits?
+
+(b) `what_sets_limit`: with what does the limit k₂ of practically orbital stability go: the multiplier, or
+the distance to the nearest unstable orbit, grazing or border?
+
+(c) `kinds_of`: which of the bifurcations that a diagram shows are doublings, folds, borders, grazings?
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.model.parameters import bad
+from vibrodrive.periodic.attractors import KINDS, Attractors, attractors
+from vibrodrive.periodic.bifurcations import Bifurcation
+from vibrodrive.periodic.continuation import BORDER, STICK
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
+
+
+@dataclass(frozen=True, eq=False)
+class Chaos:
+    """The answer to (a): what the motion ends in on a grid of A.
+
+    shares : share of the grid by kind (KINDS).
+    step : spacing of the grid: what is narrower may be missed.
+    exponent : the largest Lyapunov exponent per period met; -inf if every attractor rests.
+    longest : the longest period of a periodic attractor, in excitation periods.
+    transient : the most flights from a rest to the next; 0 if nothing rests.
+    """
+
+    attractors: Attractors
+    shares: dict[str, float]
+    step: float
+    exponent: float
+    longest: int
+    transient: int
+
+
+def chaos(low: float = 3.15, high: float = 3.19, num: int = 4001, B: float = 0.1, limit: int = 20_000) -> Chaos:
+    """Question (a) on `num` values of A from low to high, each followed for `limit` flights."""
+    found = attractors(np.linspace(low, high, num), B, limit)
+    rests = found.kind == KINDS.index(SUPERSTABLE)
+    return Chaos(
+        attractors=found,
+        shares={kind: found.share(kind) for kind in KINDS},
+        step=(high - low) / (num - 1),
+        exponent=float(found.exponent.max()),
+        longest=int(found.period.max()),
+        transient=int(found.flown[rests].max(initial=0)),
+    )
+
+
+MEASURES = ("multiplier", "unstable", "border", "grazing", "nearest")
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Where the most stable orbit lies at each of A (n,); NaN where there is none, or no such neighbour.
+
+    period : its period, int64; 0 if none is stable within the periods searched.
+    multiplier : its modulus.
+    unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
+    border : distance from one of its impacts to the nearest end of the window.
+    grazing : distance from one of its launches to the nearest grazing.
+    nearest : the smallest of the three distances that there are.
+    """
+
+    A: np.ndarray
+    period: np.ndarray
+    multiplier: np.ndarray
+    unstable: np.ndarray
+    border: np.ndarray
+    grazing: np.ndarray
+
+    @property
+    def nearest(self) -> np.ndarray:
+        return np.fmin(np.fmin(self.unstable, self.border), self.grazing)
+
+
+def surroundings(A: Iterable[float], B: float = 0.1, max_period: int = 6) -> Surroundings:
+    """The neighbourhood, in phase, of the stable orbit with the smallest multiplier at each of A."""
+    values = np.array(list(A), dtype=np.float64)
+    rows = np.array([_around(a, B, max_period) for a in values.tolist()]).reshape(-1, 5)
+    return Surroundings(values, rows[:, 0].astype(np.int64), *rows[:, 1:].T)
+
+
+def _around(A: float, B: float, max_period: int) -> tuple[float, float, float, float, float]:
+    found = orbits(A, B, max_period)
+    stable = [o for o in found if o.kind in (STABLE, SUPERSTABLE)]
+    if not stable:
+        return 0, math.nan, math.nan, math.nan, math.nan
+    orbit = min(stable, key=lambda o: (abs(o.multiplier), o.period))
+    unstable = [p for o in found if o.kind == UNSTABLE for p in o.phases]
+    system = ImpactMap(A, B)
+    up, end = system.window
+    grazing = [p for p, kind in zip(system.breakpoints, system.kinds, strict=True) if kind == "grazing"]
+    launches = np.where((orbit.phases > up) & (orbit.phases < end), orbit.phases, up)
+    return (
+        orbit.period,
+        abs(orbit.multiplier),
+        distance(orbit.phases, unstable),
+        distance(orbit.phases, [up, end]),
+        distance(launches, grazing),
+    )
+
+
+def distance(some: Sequence[float] | np.ndarray, others: Sequence[float] | np.ndarray) -> float:
+    """The smallest distance on the circle between two sets of phases; NaN if one is empty."""
+    if not len(some) or not len(others):
+        return math.nan
+    apart = np.abs(np.subtract.outer(some, others))
+    return float(np.minimum(apart, 2.0 * math.pi - apart).min())
+
+
+def what_sets_limit(
+    A: Sequence[float] | np.ndarray, k2: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 6
+) -> dict[str, tuple[float, int]]:
+    """Question (b): rank correlation of k₂ with the period and each of MEASURES, and how many A it rests on.
+
+    `k2` holds the limit at each of A; NaN and infinite ones (none found) are left out.
+
+    Raises
+    ------
+    ValueError
+        if the lengths differ.
+    """
+    limits = np.asarray(k2, dtype=np.float64)
+    if limits.shape != np.shape(A):
+        raise ValueError(bad("k2", f"array of shape {limits.shape}", f"of the shape of A, {np.shape(A)}"))
+    around = surroundings(A, B, max_period)
+    known = np.isfinite(limits) & (around.period > 0)
+    answer = {}
+    for name in ("period", *MEASURES):
+        values = getattr(around, name).astype(np.float64)
+        use = known & np.isfinite(values)
+        answer[name] = (rank_correlation(values[use], limits[use]), int(use.sum()))
+    return answer
+
+
+def rank_correlation(x: np.ndarray, y: np.ndarray) -> float:
+    """Spearman's rank correlation, equal values sharing their rank; NaN if one does not vary."""
+    if len(x) < 2:
+        return math.nan
+    a, b = (_ranks(v) - 0.5 * (len(v) - 1) for v in (x, y))
+    scale = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / scale if scale > 0.0 else math.nan
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    ordered = np.sort(values)
+    return 0.5 * (np.searchsorted(ordered, values, "left") + np.searchsorted(ordered, values, "right") - 1)
+
+
+def kinds_of(seen: Iterable[float], found: Sequence[Bifurcation]) -> dict[float, Bifurcation]:
+    """Question (c): for every A at which a diagram changes, the closest bifurcation that it can show.
+
+    It shows no unstable orbit, and nothing where a stable one only rests, or sticks, from there on.
+    """
+    visible = [b for b in found if _shows(b)]
+    if not visible:
+        return {}
+    values = np.array([b.A for b in visible])
+    return {a: visible[int(np.argmin(np.abs(values - a)))] for a in seen}
+
+
+def _shows(b: Bifurcation) -> bool:
+    sides = np.abs([b.multiplier_below, b.multiplier_above])
+    goes_on = b.kind in (BORDER, STICK) and not np.isnan(sides).any()
+    return bool(np.nanmin(sides) < 1.0) and not goes_on

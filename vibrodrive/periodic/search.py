@@ -1,0 +1,252 @@
+"""Every periodic orbit of the undisturbed motion, stable or not, from the impact-phase map.
+
+An orbit that ever rests is launched at φ_up, and all that do are one: it is followed, not searched. The
+others launch at every impact; each gives a fixed point of the n-fold map on a cell of one itinerary, and
+every cell is searched with a bracket (itineraries.py, fixed_points.py). Since the map falls on every branch,
+an orbit of an odd number of impacts has a negative multiplier and can only lose its stability by period
+doubling, one of an even number a positive multiplier and can only do so in a fold.
+
+Not an orbit of the map, and not listed: the mass at rest for good (A <= 1 + B), or in the air for good (B =
+0).
+
+**On the level (B = 0)** slides up and down undo each other, and at every A > 1 exactly one motion returns to the
+obstacle: it touches it once a period, without speed (flight.py). It is listed as "touching", not found by a
+search. With a gap of any size added it is a periodic motion in the air; launched later it lands with some speed;
+so it is neither stable nor unstable, and has no multiplier. `simulate` ends on it with TOO_CLOSE.
+
+**Close to the level** an orbit that launches at every impact has a speed of about 10 B there, and each of its flights
+multiplies a difference of launches by some A/B. Its launch lies in an interval as wide as B/A over its multiplier:
+where hardly a float is in that (STEEP), and for B <= LEVEL A, rounding would decide which orbits there are, and they
+are left out.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.states import State
+from vibrodrive.periodic.fixed_points import fixed_points
+from vibrodrive.periodic.impact_map import ImpactMap, spell, states
+from vibrodrive.periodic.itineraries import FLYING, NOTHING, RESTS, flights, intervals
+
+STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
+
+TOUCHING = "touching"
+
+LEVEL = 1e-7
+"""B/A up to which an orbit that launches at every impact is not told from one that touches without speed."""
+
+STEEP = 1e13
+"""Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
+
+SAME = 1e-8
+"""Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. An orbit that has just
+doubled its period is this narrow only within 1e-15 of the bifurcation."""
+
+LONGEST = 100
+"""The longest period sought, in excitation periods: what a search costs grows at least with its square."""
+
+MOST = 400_000
+"""Itineraries times periods that a search may have to look at: some ten seconds' worth. Where the motion is irregular
+(A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
+allows 14 periods."""
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """One periodic orbit; the `period` orbits that differ by whole excitation periods only are one.
+
+    Attributes
+    ----------
+    period : whole excitation periods.
+    impacts : number of impacts in one period.
+    phases, speeds : phase and impact speed |ξ'| of each impact in order, float64 (impacts,), smallest phase
+        first.
+    gaps : whole excitation periods from each impact to the next, int64 (impacts,).
+    multiplier : derivative of the impacts-fold map, exact; its modulus decides on stability.
+    kind : "stable", "unstable", "superstable" (it rests: whatever is close joins it), "undecided" (a fold
+        or doubling closer than rounding can tell; then the phases are good to some 1e-7 only), or "touching"
+        (B = 0: its one impact has no speed, and it no multiplier: NaN).
+    word : the states of one period, after the first impact, as text.
+    A, B : where.
+    name : the word of each flight with the number of windows it spans, in a rotation that does not depend on
+        where the orbit is said to begin: what stays the same until a bifurcation is met as A moves.
+    """
+
+    period: int
+    impacts: int
+    phases: np.ndarray
+    speeds: np.ndarray
+    gaps: np.ndarray
+    multiplier: float
+    kind: str
+    word: str
+    A: float
+    B: float
+    name: tuple[str, ...] = field(repr=False)
+
+
+def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
+    """Every periodic orbit of up to `max_period` excitation periods at ε = 0, by period, impacts and phase.
+
+    The effort grows with the number of itineraries: milliseconds up to some eight periods in the paper's
+    range, ten seconds at most, from where on the search is refused. For B = 0 there is one orbit, "touching", at
+    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is told from a touch, and listed (see the head of
+    this module).
+
+    Raises
+    ------
+    TypeError, ValueError
+        if an argument is no number or out of range; if `max_period` is above LONGEST (100), or so long that there
+        are too many itineraries at this A and B.
+    """
+    system = ImpactMap(A, B)
+    limit = check_period("max_period", max_period)
+    if not system.moves:
+        return []
+    if system.B == 0.0:
+        return [touch(system)]
+    found = [*resting(system, limit), *launching(system, limit)]
+    return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
+
+
+def check_period(name: str, value: object) -> int:
+    """Cast a longest period to seek. Raises TypeError or ValueError with the one sentence."""
+    return check_count(name, value, 1, LONGEST)
+
+
+def touch(system: ImpactMap) -> Orbit:
+    """The one orbit on the level."""
+    return replace(follow(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
+
+
+def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
+    """The orbit that rests, if its period is at most `limit`: none or one."""
+    up = system.window[0]
+    _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NOTHING)
+    if fate == RESTS and periods <= limit:
+        yield follow(system, up, n, True)
+
+
+def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
+    """The orbits that launch at every impact, as far as floats resolve them."""
+    steep = STEEP * system.B / system.A
+    for cell in itineraries(system, limit):
+        yield from (orbit for orbit in closed(system, *cell) if abs(orbit.multiplier) < steep)
+
+
+def itineraries(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
+    """All cells to be searched for orbits of up to `limit` periods.
+
+    Raises
+    ------
+    ValueError
+        if they are too many.
+    """
+    if system.B <= LEVEL * system.A:
+        return []
+    most = MOST // limit
+    there = list(itertools.islice(cells(system, limit), most + 1))
+    if len(there) > most:
+        beside = f"A = {system.A!r} and B = {system.B!r}"
+        raise ValueError(bad("max_period", limit, f"smaller: there are more than {most} itineraries at {beside}"))
+    return there
+
+
+def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> Iterator[tuple[float, float, int, int]]:
+    """(low, high, n, periods) of every interval of ψ with one itinerary of n flights and launches.
+
+    `only` those whose itineraries of 1, 2, … flights are the given numbers.
+    """
+    A, B = system.A, system.B
+    up, end = system.window
+    low, high = math.nextafter(up, end), math.nextafter(end, up)
+    alive = [(low, high)] if low <= high else []  # A within rounding of 1 + B: a window without a float in it
+    for n in range(1, (limit if only is None else len(only)) + 1):
+        above = alive
+        alive = []
+        for low, high in above:
+            for a, b in intervals(low, high, n, A, B, limit):
+                itinerary, periods, _, _, _, fate, _ = flights(a, n, A, B, limit, NOTHING)
+                if fate == FLYING and (only is None or itinerary == only[n - 1]):
+                    alive.append((a, b))
+                    yield a, b, n, periods
+
+
+def closed(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[Orbit]:
+    """The orbits of n impacts with their smallest launch phase in the cell [low, high]."""
+    for psi, certain in returns(system, low, high, n, periods):
+        if psi == min(launches(system, psi, n, periods)):
+            yield follow(system, psi, n, certain)
+
+
+def returns(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[tuple[float, bool]]:
+    """(ψ, certain) of every launch phase in the cell that returns after n flights, and not before."""
+    phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
+    for own, psi in enumerate(phases.tolist()):
+        later = launches(system, psi, n, periods)[1:]
+        # flights of an orbit of fewer impacts lead back to the very root before the n-th
+        if not any(abs(p - psi) < SAME or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in later):
+            yield psi, bool(certain[own])
+
+
+def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]:
+    """The n launch phases of the orbit through ψ."""
+    path = [psi]
+    for _ in range(n - 1):
+        path.append(flights(path[-1], 1, system.A, system.B, periods, NOTHING)[2])
+    return path
+
+
+def follow(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
+    """The orbit of n impacts through the launch phase ψ."""
+    A, B = system.A, system.B
+    up, end = system.window
+    phases, speeds, gaps, words = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64), []
+    multiplier = 1.0
+    phase = psi
+    if psi == up:
+        for _ in range(n):
+            phase = float(system(phase).phase)
+    for i in range(n):
+        step = system(phase)
+        phases[i] = phase
+        gaps[i] = step.periods
+        multiplier *= float(step.derivative)
+        rests = not up < phase < end
+        words.append([State.REST] * rests + states(up if rests else phase, A, B))
+        phase = float(step.phase)
+        speeds[(i + 1) % n] = step.speed
+    if any(State.REST in word for word in words):
+        multiplier = 0.0  # whatever the slopes of its other flights
+    late = (phases >= end).astype(np.int64)
+    spans = gaps + np.roll(late, -1) - late  # counted from launch to launch: a rest may last over the turn 2π
+    names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
+    first = int(np.argmin(phases))
+    words = words[first:] + words[:first]
+    return Orbit(
+        period=int(gaps.sum()),
+        impacts=n,
+        phases=np.roll(phases, -first),
+        speeds=np.roll(speeds, -first),
+        gaps=np.roll(gaps, -first),
+        multiplier=multiplier + 0.0,
+        kind=kind_of(multiplier) if certain else UNDECIDED,
+        word=spell([s for word in words for s in word]),
+        A=A,
+        B=B,
+        name=min(tuple(names[i:] + names[:i]) for i in range(n)),
+    )
+
+
+def kind_of(multiplier: float) -> str:
+    """Stability by the multiplier."""
+    if multiplier == 0.0:
+        return SUPERSTABLE
+    return STABLE if abs(multiplier) < 1.0 else UNSTABLE

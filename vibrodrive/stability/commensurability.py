@@ -1,0 +1,67 @@
+"""Why 6×2π (Fig. 12): a grid Δτ closes, nearly, after q excitation periods if p·Δτ ≈ q·2π.
+
+A plastic impact forgets everything but the instant, and on a fixed grid that instant is a grid point. So a
+disturbed motion is a sequence of phases kΔτ mod 2π, and it can nearly repeat only after a number of periods
+after which the grid itself does. The best such numbers are the convergents of the continued fraction of
+Δτ/2π.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.model.parameters import check, check_count
+
+TWO_PI = Fraction("6.28318530717958647692528676655900576839433879875021")
+
+
+class Convergent(NamedTuple):
+    """`steps`·Δτ = `periods`·2π + `miss`."""
+
+    steps: int
+    periods: int
+    miss: float
+
+
+def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
+    """The continued-fraction convergents p·Δτ ≈ q·2π with 1 <= q <= `longest`, in order of growing p.
+
+    No smaller number of periods comes closer to a grid point. Raises ValueError or TypeError for a Δτ
+    or a `longest` out of range.
+    """
+    check_count("longest", longest, 1)
+    step = Fraction(check("dtau", dtau))
+    rest = step / TWO_PI
+    q, q_before, p, p_before = 1, 0, 0, 1
+    found: list[Convergent] = []
+    while True:
+        whole = math.floor(rest)
+        q, q_before = whole * q + q_before, q
+        p, p_before = whole * p + p_before, p
+        if q > longest:
+            return found
+        if q > 0:
+            found.append(Convergent(p, q, float(p * step - q * TWO_PI)))
+        if rest == whole:
+            return found
+        rest = 1 / (rest - whole)
+
+
+def closing(dtau: float, longest: int) -> np.ndarray:
+    """Distance of m·2π from the nearest grid point, m = 1 … `longest`: float64 (longest,). Predicted."""
+    m = np.arange(1, longest + 1)
+    return np.abs(m * (2 * math.pi) - dtau * np.rint(m * (2 * math.pi) / dtau))
+
+
+def returning(section: np.ndarray, longest: int) -> np.ndarray:
+    """How far a motion is from itself m periods later, m = 1 … `longest`: float64 (longest,). Measured.
+
+    `section` is float64 (periods, 2) with more than `longest` periods. The median over time of the
+    distance is taken, which single transient motions in between do not reach.
+    """
+    section = np.asarray(section, dtype=np.float64)
+    return np.array([np.median(np.abs(section[m:] - section[:-m]).max(axis=1)) for m in range(1, longest + 1)])

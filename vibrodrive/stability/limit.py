@@ -1,0 +1,292 @@
+"""The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
+
+A loss in ε has a narrow edge: kept below, lost above, and in between, looked at finely, sometimes in turn (A = 3.9,
+B = 0.6: kept and lost alternate from 2.45e-3 to 2.54e-3). A loss in Δτ has none: structure is lost at isolated values
+first and comes back, because a grid either happens to meet the switches of this orbit or not. So a limit is a band
+with two ends, the first loss and the last value kept.
+
+Many searches go abreast: each asks for the disturbances it wants judged next, and all that are asked for
+are simulated on all cores (the kernels hold no lock).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.batch.sweep import check_threads
+from vibrodrive.batch.trajectory import Trajectory, follow, simulate
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.parameters import COLUMNS, Method, bad, check, check_count
+from vibrodrive.model.plan import DEFAULT_BUDGET, Plan, make_plan
+from vibrodrive.stability.limit_search import GRIDS, Asking, Band, search
+from vibrodrive.stability.structure import Orbit, Structure, compare, gaps, keeps, orbit
+
+CRITERIA = ("order", "gaps", "word")
+
+SETTLING = 20_000
+"""Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
+
+WATCHED = 256
+"""Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST) four times."""
+
+ABREAST = 32
+"""Searches under way at a time."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The limit of one orbit.
+
+    k2 : the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was
+        found up to `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half
+        the record)
+    kept_below : largest disturbance below k2 that was kept in the bisection
+    last_kept : largest value kept together with its lower neighbour on the grid (a single one kept among
+        losses is chance); `kept_below` if nothing is kept above k2
+    share_kept : share of the values tried between k2 and last_kept that are kept; 0 if there are none
+    n : period of the undisturbed orbit, 0 if it has none
+    kept, lost : Structure at kept_below and at k2
+    how : how it was lost, in words
+    """
+
+    A: float
+    disturbance: str
+    method: str
+    criterion: str
+    k2: float = math.nan
+    kept_below: float = math.nan
+    last_kept: float = math.nan
+    share_kept: float = math.nan
+    searched_to: float = math.nan
+    n: int = 0
+    kept: Structure | None = None
+    lost: Structure | None = None
+    how: str = ""
+
+
+def limit(
+    A: float,
+    disturbance: str = "eps",
+    method: str | None = None,
+    criterion: str = "order and gaps",
+    **arguments: Any,
+) -> Limit:
+    """Find the limit k₂ at one A.
+
+    Parameters
+    ----------
+    A : float
+    disturbance : "eps" or "dtau"
+        physical, eq. (9), or numerical (§5).
+    method : str, optional
+        how switches are found in the disturbed motion: "certified" (default for ε), "fixed" (default for
+        Δτ) or "muller". The undisturbed motion is always certified and has ε = 0.
+    criterion : str
+        what must be kept, of "order", "gaps" and "word" (see structure.py), joined by "and".
+    **arguments
+        those of `simulate`, e.g. B, eta, transient = 1000, periods = 1500; `dtau` where ε is sought on a
+        grid, `eps` where Δτ is sought for a disturbed motion; and `threads`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than twice the
+        period of the undisturbed motion: too few to see whether its structure is kept.
+    """
+    if isinstance(disturbance, str) and arguments.get(disturbance) is not None:
+        raise TypeError(bad(disturbance, arguments[disturbance], "left out, as it is what is sought"))
+    search = _planned([check("A", A)], disturbance, method, criterion, **arguments)
+    ((_, found),) = search.run(strict=True)
+    return found
+
+
+def limits(
+    A: Sequence[float] | np.ndarray,
+    disturbance: str = "eps",
+    method: str | None = None,
+    criterion: str = "order and gaps",
+    *,
+    threads: int | None = None,
+    **arguments: Any,
+) -> Iterator[tuple[int, Limit]]:
+    """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`.
+
+    Where `periods` are too few to judge by, a Limit says so in place of a number.
+    """
+    return _planned(list(A), disturbance, method, criterion, threads=threads, **arguments).run()
+
+
+def _planned(
+    A: list[float],
+    disturbance: str,
+    method: str | None,
+    criterion: str,
+    *,
+    threads: int | None = None,
+    **arguments: Any,
+) -> _Search:
+    wanted = _criterion(criterion)
+    if not isinstance(disturbance, str):
+        raise TypeError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+    if disturbance not in GRIDS:
+        raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+    if method is None:
+        method = "certified" if disturbance == "eps" else "fixed"
+    defaults = {"transient": 1000, "periods": 1500, "budget": DEFAULT_BUDGET}
+    plan = make_plan({**defaults, **arguments, "A": A, "method": method, disturbance: 1e-3})
+    for name, values in plan.axes.items():
+        if name != "A":
+            raise TypeError(bad(name, f"array of {len(values)} values", "a single number: only A may be an axis"))
+    check_count("periods", plan.settings.periods, 2)
+    chosen = Method(plan.settings.method)
+    if disturbance == "dtau" and chosen == Method.CERTIFIED:
+        raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
+    return _Search(plan, disturbance, chosen.name.lower(), criterion, wanted, check_threads(threads))
+
+
+def _criterion(text: str) -> tuple[str, ...]:
+    if not isinstance(text, str):
+        raise TypeError(bad("criterion", text, "a text"))
+    names = tuple(part.strip() for part in text.split(" and "))
+    for name in names:
+        if name not in CRITERIA:
+            raise ValueError(bad("criterion", text, " and ".join(CRITERIA) + ", or some of them"))
+    return names
+
+
+@dataclass
+class _Problem:
+    """One search under way."""
+
+    index: int
+    row: np.ndarray  # the point, float64 (columns,)
+    base: Orbit
+    asking: Asking
+    asked: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Search:
+    """What is sought, checked."""
+
+    plan: Plan
+    disturbance: str
+    method: str
+    criterion: str
+    wanted: tuple[str, ...]
+    threads: int
+
+    def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
+        """(index, Limit) as they are found. strict: ValueError where the periods are too few to judge by."""
+        plan = self.plan
+        judge = _Judge(plan, self.disturbance, self.wanted, self.threads)
+        blank = Limit(math.nan, self.disturbance, self.method, self.criterion)
+        waiting = list(range(plan.n_points))[::-1]
+        active: list[_Problem] = []
+        while waiting or active:
+            while waiting and len(active) < ABREAST:
+                index = waiting.pop()
+                row = plan.points(index, index + 1)[0]
+                here = replace(blank, A=float(row[0]))
+                base = judge.undisturbed(row)
+                if base is None:
+                    yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
+                    continue
+                if (periods := plan.settings.periods) < 2 * base.n:
+                    twice = f">= {2 * base.n}, twice the period of the undisturbed motion at A = {here.A:g}"
+                    if strict:
+                        raise ValueError(bad("periods", periods, twice))
+                    yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
+                    continue
+                asking = search(GRIDS[self.disturbance])
+                active.append(_Problem(index, row, base, asking, next(asking)))
+            if not active:
+                return
+            verdicts = judge([(p.row, p.base, p.asked) for p in active])
+            for problem, verdict in zip(list(active), verdicts, strict=True):
+                try:
+                    problem.asked = problem.asking.send(verdict)
+                except StopIteration as end:
+                    active.remove(problem)
+                    yield problem.index, judge.explain(problem, end.value, blank)
+
+
+class _Judge:
+    """Verdicts on disturbed motions."""
+
+    def __init__(self, plan: Plan, disturbance: str, wanted: tuple[str, ...], threads: int) -> None:
+        self.settings = plan.settings
+        self.column = COLUMNS.index(disturbance)
+        self.disturbance = disturbance
+        self.wanted = wanted
+        self.threads = threads
+        self.halt = Halt()
+
+    def undisturbed(self, row: np.ndarray) -> Orbit | None:
+        exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
+        settings = {"transient": max(SETTLING, self.settings.transient), "budget": self.settings.budget}
+        return orbit(simulate(**exact, **settings, method="certified", periods=WATCHED))
+
+    def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:
+        """bool array for each (point, orbit, disturbances)."""
+
+        def kept(task: tuple[np.ndarray, Orbit, float]) -> bool:
+            row, base, value = task
+            return keeps(base, self._trajectory(row, value), self.wanted)
+
+        tasks = [(row, base, value) for row, base, values in requests for value in values.tolist()]
+        with ThreadPoolExecutor(self.threads) as pool:
+            try:
+                verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
+            except BaseException:
+                self.halt.call()
+                raise
+        return np.split(verdicts, np.cumsum([len(values) for _, _, values in requests])[:-1])
+
+    def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
+        """The Limit of a finished search, with the structure on both sides of the first loss."""
+        found = replace(blank, A=float(problem.row[0]), **band._asdict(), n=problem.base.n)
+        if not math.isfinite(band.k2):
+            return replace(found, how=f"not lost up to {band.searched_to:g}")
+        lost = self._trajectory(problem.row, band.k2)
+        kept = self._trajectory(problem.row, band.kept_below) if band.kept_below > 0 else None
+        structure = compare(problem.base, lost)
+        return replace(
+            found,
+            kept=compare(problem.base, kept) if kept is not None else None,
+            lost=structure,
+            how=_how(self.wanted, structure, lost, problem.base),
+        )
+
+    def _trajectory(self, row: np.ndarray, value: float) -> Trajectory:
+        point = dict(zip(COLUMNS, row.tolist(), strict=True)) | {self.disturbance: float(value)}
+        if self.settings.method == Method.CERTIFIED:
+            point["dtau"] = None
+        s = self.settings
+        settings = {"transient": s.transient, "periods": s.periods, "budget": s.budget}
+        return follow(make_plan({**point, **settings, "method": Method(s.method)}), self.halt)
+
+
+def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:
+    told = []
+    if "order" in wanted and not lost.order:
+        nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
+        broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
+        where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
+        told.append(f"order broken {where}")
+    if "gaps" in wanted and not lost.gaps:
+        seen = sorted(set(gaps(motion.switches, base.speed).tolist()))
+        told.append(f"gaps {_listed(base.gaps)} became {_listed(seen)}")
+    if "word" in wanted and not lost.word:
+        told.append("other states between impacts")
+    return "; ".join(told)
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers)) or "none"

@@ -1,0 +1,98 @@
+"""Is a block whole? Sums that also catch what HDF5's cannot: a chunk in the wrong place, or never written.
+
+HDF5's fletcher32 guards the bytes of a chunk. The sum kept with every point binds the values of all its
+variables to each other and to the point. After a loss of power, when the system may have kept the status
+of a block and lost its data, or with a damaged chunk index, only the latter tells.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.model.parameters import Status
+from vibrodrive.store.header import BROKEN
+from vibrodrive.store.layout import VARIABLES, Tile
+
+_POINT = np.uint64(0x9E3779B97F4A7C15)
+_SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
+_MARGIN = np.uint64(0x94D049BB133111EB)
+_STATUS = np.uint64(0xD6E8FEB86659FD93)
+_SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
+                      0x369DEA0F31A53F85], np.uint64)  # fmt: skip
+"""Odd, so that no bit is lost in a product modulo 2**64; otherwise arbitrary."""
+
+
+def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Checksum uint64 of the points start, start + 1, …, their sections left out.
+
+    margin is float64 (points,), switches int64 (points, 5), status int8 (points,).
+    """
+    total = np.arange(start + 1, start + 1 + len(status), dtype=np.uint64) * _POINT
+    total += _words(margin) * _MARGIN
+    total += np.add.reduce(_words(switches) * _SWITCHES, axis=1)
+    total += status.astype(np.uint64) * _STATUS
+    return total
+
+
+def section_sums(values: np.ndarray, column: int) -> np.ndarray:
+    """What a column (0: ξ, 1: ξ') of a section, float64 (points, periods), adds to the checksums."""
+    return np.add.reduce(_words(values), axis=1) * _SECTION[column]
+
+
+def _words(array: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(array).view(np.uint64)
+
+
+class Marks(NamedTuple):
+    """The commit marks of a file."""
+
+    status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED where unreadable
+    done: np.ndarray  # bool, one per block: marked as computed
+    wrong: dict[int, str]  # blocks whose mark is damaged, and how
+
+
+def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
+    """Which blocks are computed, as far as their marks tell."""
+    data, wrong = file["status"], {}
+    try:
+        status = data[...]
+    except OSError:  # a chunk of it is damaged: read them one by one
+        status = np.full(data.shape, int(Status.NOT_COMPUTED), np.int8)
+        for k, tile in enumerate(where):
+            try:
+                status[tile.slab] = data[tile.slab]
+            except OSError:
+                wrong[k] = "status: its checksum does not fit"
+    done = np.zeros(len(where), bool)
+    for k, tile in enumerate(where):
+        missing = status[tile.slab] == Status.NOT_COMPUTED
+        done[k] = not missing.any()
+        if missing.any() and not missing.all():
+            wrong[k] = "status: only a part of the block is marked as computed"
+    return Marks(status, done, wrong)
+
+
+def check_block(file: h5py.File, tile: Tile) -> str | None:
+    """What is wrong with a block that is marked as computed, or None."""
+    values = {}
+    n = tile.stop - tile.start
+    for variable in VARIABLES:
+        try:
+            read = file[variable.name][tile.slab]
+        except BROKEN:
+            return f"{variable.name}: its checksum does not fit"
+        values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
+    if not np.isin(values["status"], _ENDINGS).all():
+        return "status: a value that means nothing"
+    sums = point_sums(tile.start, values["margin"], values["switches"], values["status"])
+    for column, name in enumerate(("section_xi", "section_dxi")):
+        sums += section_sums(values[name], column)
+    if not np.array_equal(values["checksum"], sums):
+        return "the values do not add up to their checksum"
+    return None
+
+
+_ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]

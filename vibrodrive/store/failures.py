@@ -1,0 +1,121 @@
+"""The atlas of failures over two axes: into a file, with the line beyond which the structure of the motion is lost.
+
+HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
+`method` and A, the smallest disturbance along the other axis at which order or gaps fail (limit.py).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from vibrodrive.model.config import Config, ConfigError
+from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.store.file import Summary, find_faults, provenance, reading
+from vibrodrive.store.header import Damaged, NoResult
+from vibrodrive.store.layout import Origin, about
+
+SECOND = ("dtau", "eps")
+"""What may lie across A."""
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
+
+    A: np.ndarray
+    name: str
+    other: np.ndarray
+    judged: np.ndarray
+    counts: dict[str, np.ndarray]
+    limit: np.ndarray
+    scalars: dict[str, float]
+
+    def share(self, kind: str) -> np.ndarray:
+        """Share of the judged switches that failed in this way; NaN where the mass never moved."""
+        with np.errstate(invalid="ignore"):
+            return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
+
+
+def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
+    scales = {"method": np.arange(len(METHODS)), **axes}
+    for name, values in scales.items():
+        file[name] = values
+        file[name].make_scale(name)
+        file[name].attrs["units"] = "1"
+        file[name].attrs["long_name"] = name
+    file["method"].attrs["names"] = ", ".join(METHODS)
+    for kind in ("judged", *KINDS):
+        data = file.create_dataset(kind, shape, np.int64, fillvalue=-1, fletcher32=True, chunks=(1, 1, shape[-1]))
+        for dimension, name in enumerate(scales):
+            data.dims[dimension].attach_scale(file[name])
+        data.attrs["units"] = "1"
+        data.attrs["long_name"] = "switches judged" if kind == "judged" else f"switches {kind}"
+    data = file.create_dataset("limit", shape[:2], np.float64, fillvalue=np.nan, fletcher32=True, chunks=shape[:2])
+    data.dims[0].attach_scale(file["method"])
+    data.dims[1].attach_scale(file["A"])
+    data.attrs["units"] = "1"
+    data.attrs["long_name"] = "smallest disturbance at which order or gaps are lost"
+    plan = config.plan()
+    file.attrs.update(
+        about("failures", Origin(config.text, config.overrides, config.title or "Failures of the usual methods"))
+        | {"scalars": json.dumps({k: v for k, v in plan.scalars.items() if v == v})}
+    )
+
+
+def load_atlas(path: str | Path) -> Atlas:
+    """Read a file that `run_atlas` wrote.
+
+    Raises
+    ------
+    ConfigError
+        if it is none.
+    Damaged
+        if it makes no sense.
+    OSError
+        if the system refuses.
+    """
+    try:
+        with reading(Path(path), "failures") as file:
+            return _content(file)
+    except Damaged:
+        raise
+    except NoResult as error:
+        raise ConfigError(f"{error} (an atlas made by `vibrodrive atlas` is wanted)") from None
+
+
+def _content(file: h5py.File) -> Atlas:
+    other = next((name for name in SECOND if name in file), SECOND[0])
+    return Atlas(
+        A=file["A"][...],
+        name=other,
+        other=file[other][...],
+        judged=file["judged"][...],
+        counts={kind: file[kind][...] for kind in KINDS},
+        limit=file["limit"][...],
+        scalars=json.loads(file.attrs["scalars"]),
+    )
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What an atlas holds; `thorough` reads everything and looks for faults. Raises NoResult, Damaged, OSError."""
+    with reading(path, "failures") as file:
+        title = str(file.attrs["title"])
+        faults = find_faults(file) if thorough else []
+        if faults:
+            return Summary(title, 1.0, [], faults)
+        atlas = _content(file)
+        if (atlas.judged < sum(atlas.counts.values())).any() or min(c.min() for c in atlas.counts.values()) < 0:
+            faults.append("judged: fewer than failed")
+        lines = [
+            ("axis", f"A = {atlas.A[0]:g} to {atlas.A[-1]:g}, {len(atlas.A)} values"),
+            ("axis", f"{atlas.name} = {atlas.other[0]:g} to {atlas.other[-1]:g}, {len(atlas.other)} values"),
+        ]
+        for m, method in enumerate(METHODS):
+            failed = ", ".join(f"{atlas.counts[kind][m].sum()} {kind}" for kind in KINDS)
+            lines.append((method, f"{atlas.judged[m].sum()} switches judged: {failed}"))
+        return Summary(title, 1.0, lines + provenance(file), faults)

@@ -1,0 +1,180 @@
+"""Files written in one go, and what all kinds of them have in common: how they appear, what they hold, are they whole.
+
+A sweep, which is laid out first and then filled for hours, has a writer of its own (`store`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.store.header import BROKEN, Damaged, NoResult, expect_kind, open_result, refuse_foreign, remedy
+from vibrodrive.store.layout import digest
+from vibrodrive.store.lock import Lock, draft_of, target_of
+
+SEAL = "content_sha256"
+"""Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
+
+
+class Unwritable(OSError):
+    """The system refused to write (disk full, file too large, …); str() is one line.
+
+    What is committed stays, and a sweep can be resumed.
+    """
+
+    def __str__(self) -> str:
+        return f"{self.filename}: {self.strerror}"
+
+
+def unwritable(error: BaseException, path: Path) -> Unwritable:
+    """An error of HDF5, which comes as a page of text, as the system's own sentence."""
+    if isinstance(error, OSError) and error.errno:
+        return Unwritable(error.errno, error.strerror, str(path))
+    number = re.search(r"errno = (\d+)", str(error))
+    code = int(number[1]) if number else errno.EIO
+    return Unwritable(code, os.strerror(code), str(path))
+
+
+@contextlib.contextmanager
+def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
+    """An empty HDF5 file that gets its name when the block ends well, in the place of a result file of that name.
+
+    With `seal` the SHA-256 of all it holds is written into it.
+
+    Raises
+    ------
+    NoResult
+        if the name belongs to something else than a result file of this program.
+    Busy
+        if another process is writing the file of that name.
+    Unwritable
+        if the system refuses; nothing is left behind then, and an older file of that name stays.
+    """
+    refuse_foreign(path)
+    # in memory: HDF5 that meets a full disk does not get over it, not even at the end of the process
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+        yield file
+        if seal:
+            file.attrs[SEAL] = content_digest(file)
+        file.flush()
+        content = file.id.get_file_image()
+    try:
+        _replace(path, content)
+    except OSError as error:
+        raise unwritable(error, path) from None
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Put a file in its place, whole or not at all."""
+    refuse_foreign(path)  # it may have appeared in the meantime
+    target, draft = target_of(path), draft_of(path)
+    old = Lock(target, name=path) if target.exists() else None
+    try:
+        with open(draft, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, target)  # a link stays one
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+    finally:
+        if old is not None:
+            old.release()
+
+
+@contextlib.contextmanager
+def reading(path: Path, kind: str, mode: str = "r") -> Iterator[h5py.File]:
+    """A file of one kind, open. Raises as `header.open_result`, and Damaged for what makes no sense."""
+    with open_result(path, mode) as file:
+        expect_kind(file, kind)
+        try:
+            yield file
+        except BROKEN as error:
+            if isinstance(error, NoResult):
+                raise
+            what = " ".join(str(error).split())
+            raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(path)}") from None
+
+
+class Summary(NamedTuple):
+    """What a file that is no sweep holds, for `info` and `verify`.
+
+    `share` is the part that is computed, 0 to 1. `faults` are empty unless everything was to be read.
+    """
+
+    title: str
+    share: float
+    lines: list[tuple[str, str]]
+    faults: list[str]
+
+
+def provenance(file: h5py.File) -> list[tuple[str, str]]:
+    """Who made a file and when, as far as it says."""
+    attrs = file.attrs
+    lines = []
+    if "versions" in attrs:
+        versions = json.loads(attrs["versions"])
+        lines.append(("made by", ", ".join(f"{k} {v}" for k, v in versions.items())))
+    if "created" in attrs:
+        lines.append(("created", str(attrs["created"])))
+    return lines
+
+
+def find_faults(file: h5py.File) -> list[str]:
+    """Read everything: what does not have the checksum that was written beside it?"""
+    attrs = file.attrs
+    faults = []
+    if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
+        faults.append("the configuration does not have the SHA-256 written beside it")
+    for name, data in _datasets(file):
+        try:
+            data[...]
+        except BROKEN:
+            faults.append(f"{name}: its checksum does not fit")
+    if SEAL in attrs and not faults and content_digest(file) != attrs[SEAL]:
+        faults.append("the contents do not have the SHA-256 written beside them")
+    return faults
+
+
+def content_digest(file: h5py.File) -> str:
+    """SHA-256 of the names, shapes and values of all datasets."""
+    total = hashlib.sha256()
+    for name, data in _datasets(file):
+        values = data[...]
+        if values.dtype.kind == "O":  # texts of any length
+            values = np.array([len(v) for v in values.ravel()]), b"".join(values.ravel())
+        else:
+            values = (values,)
+        total.update(f"{name} {data.shape} {data.dtype.str}".encode())
+        for part in values:
+            total.update(part if isinstance(part, bytes) else np.ascontiguousarray(part).tobytes())
+    return total.hexdigest()
+
+
+def _datasets(file: h5py.File) -> list[tuple[str, h5py.Dataset]]:
+    found: list[tuple[str, h5py.Dataset]] = []
+    file.visititems(lambda name, item: found.append((name, item)) if isinstance(item, h5py.Dataset) else None)
+    return sorted(found, key=lambda pair: pair[0])
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What a file of single motions (NAME_switches.h5 of `paper`) holds; `thorough` looks for faults."""
+    with reading(path, "switches") as file:
+        faults = find_faults(file) if thorough else []
+        lines = [
+            (name, f"{len(group['switches'])} switches, {len(group['section'])} periods, A = {group.attrs['A']:g}")
+            for name, group in file.items()
+            if not faults
+        ]
+        return Summary(str(file.attrs["title"]), 1.0, lines + provenance(file), faults)

@@ -1,0 +1,192 @@
+"""Opening a result file: what it says about itself, and whether that can be believed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
+from vibrodrive.store.layout import SCHEMA_VERSION, VARIABLES, Origin, chunk_of, coordinates, digest
+
+BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
+"""What h5py raises where the bytes it meets mean nothing."""
+
+
+class NoResult(ValueError):
+    """A file that is no (whole, readable) result file of this version; the message is one line."""
+
+
+class Damaged(NoResult):
+    """A result file that cannot be read (as a whole, or one of its blocks); the message is one line."""
+
+
+class OtherKind(NoResult):
+    """A good result file, but of another kind than is wanted; the message is one line that says which."""
+
+
+class Header(NamedTuple):
+    """What a file says about itself, besides its arrays."""
+
+    plan: Plan
+    origin: Origin
+    created: str
+    versions: dict[str, str]
+
+
+def open_result(path: Path, mode: str = "r") -> h5py.File:
+    """Open a result file of any kind. Raises NoResult, or OSError where the system refuses.
+
+    HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
+    makes unnecessary. Writers exclude each other by `lock`.
+    """
+    if (what := special(path)) is not None:  # or the system's own words for a missing one
+        raise NoResult(f"{path}: no result file, but {what}")
+    with open(path, "rb"):  # the same for a forbidden one
+        pass
+    if not h5py.is_hdf5(path):
+        raise NoResult(f"{path}: no result file (not HDF5, or its beginning is damaged)")
+    try:
+        return _open(path, mode)
+    except OSError as error:
+        what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
+        raise Damaged(f"{path}: {what}: {remedy(path)}") from None
+
+
+def remedy(path: Path) -> str:
+    """What to do about a file that is damaged beyond reading."""
+    return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
+
+
+def read_kind(path: Path) -> str:
+    """The kind of a result file, one of kind.KINDS.
+
+    Raises
+    ------
+    NoResult
+        if it is no result file, or of a kind that this version does not know; Damaged if it cannot be read.
+    OSError
+        if the system refuses.
+    """
+    with open_result(path) as file:
+        try:
+            kind = kind_of(file)
+        except BROKEN as error:
+            raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(path)}") from None
+    if kind is None:
+        raise NoResult(f"{path}: no result file of vibrodrive")
+    if kind not in KINDS:
+        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(KINDS)} for this version of vibrodrive")
+    return kind
+
+
+def expect_kind(file: h5py.File, wanted: str) -> None:
+    """Raise OtherKind if an open file is of another kind, NoResult if it is no result file.
+
+    A file that makes no sense at all passes: what is wrong with it shows when it is read.
+    """
+    path = file.filename
+    try:
+        found = kind_of(file)
+    except BROKEN:
+        return
+    if found is None:
+        raise NoResult(f"{path}: no result file of vibrodrive")
+    if found not in KINDS:
+        raise OtherKind(f"{path}: holds {found!r}, which this version does not know, not {KINDS[wanted].holds}")
+    if found != wanted:
+        raise OtherKind(
+            f"{path}: holds {KINDS[found].holds}, made by `vibrodrive {KINDS[found].command}`, "
+            f"not {KINDS[wanted].holds}: `vibrodrive info` and `vibrodrive plot` read it"
+        )
+
+
+def refuse_foreign(path: Path) -> None:
+    """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
+
+    One that is damaged counts as long as it can be told that it was one.
+    """
+    if not path.exists():
+        return
+    try:
+        with open_result(path) as file:
+            ours = kind_of(file) is not None
+    except NoResult as error:
+        if isinstance(error, Damaged) and bears_our_names(path):
+            return
+        raise NoResult(f"{error}; --overwrite replaces result files only") from None
+    except BROKEN:
+        ours = bears_our_names(path)
+    if not ours:
+        raise NoResult(f"{path}: no result file of vibrodrive; --overwrite replaces result files only")
+
+
+def _open(path: Path, mode: str) -> h5py.File:
+    if mode == "r":
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            if "locking flag" not in str(error):
+                raise
+    # HDF5 wants all handles of one process on a file to agree, and this process is writing it
+    return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
+
+
+def read_header(file: h5py.File) -> Header:
+    """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
+    path, attrs = file.filename, file.attrs
+    expect_kind(file, "sweep")
+    try:
+        version = attrs.get("schema_version")
+        if version is None:
+            raise NoResult(f"{path}: no result file (no schema_version)")
+        if version != SCHEMA_VERSION:
+            raise NoResult(
+                f"{path}: schema_version = {version}: must be {SCHEMA_VERSION}, "
+                f"the one this version of vibrodrive reads and writes"
+            )
+        text = str(attrs["config"])
+        if digest(text) != attrs["config_sha256"]:
+            raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
+        if digest(str(attrs["plan"])) != attrs["plan_sha256"]:
+            raise Damaged(f"{path}: damaged: the plan does not have the SHA-256 written beside it")
+        outline = json.loads(attrs["plan"])
+        axes = {name: file[name][...] for name in outline["axes"]}
+        for name, values in axes.items():
+            if hashlib.sha256(values.tobytes()).hexdigest() != outline["axes"][name]:
+                raise Damaged(f"{path}: damaged: axis {name} is not what was written")
+        scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
+        tiling = file["status"].chunks if axes else None
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling)
+        for variable in VARIABLES:
+            data = file[variable.name]
+            if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
+                raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")
+        return Header(
+            plan,
+            Origin(text, tuple(json.loads(attrs["overrides"])), str(attrs["title"])),
+            str(attrs["created"]),
+            json.loads(attrs["versions"]),
+        )
+    except NoResult:
+        raise
+    except BROKEN as error:
+        raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(Path(path))}") from None
+
+
+def damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
+    """Which coordinates are not what was written."""
+    wrong = []
+    for name, values in coordinates(plan).items():
+        try:
+            if not np.array_equal(file[name][...], values):
+                wrong.append(name)
+        except BROKEN:
+            wrong.append(name)
+    return wrong

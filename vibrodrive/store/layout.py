@@ -1,0 +1,211 @@
+"""The result file as it lies on the disk: HDF5 with netCDF-4 dimension scales, laid out whole beforehand.
+
+One dimension per axis, in order, then `period` (and `state` for the switch counts). Every chunk of every
+variable is allocated before the first point is computed, so that a running sweep overwrites chunks in
+place and never touches the structure of the file: a kill can hurt no more than the chunk being written.
+A sweep of one point has no axes; its file has a nameless axis `point` of length 1.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+import platform
+from collections.abc import Callable
+from datetime import UTC, datetime
+from importlib import metadata
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.states import State
+
+SCHEMA_VERSION = 1
+
+Progress = Callable[[int, int], None]
+"""Called with (done, of how many)."""
+
+
+def quiet(done: int, total: int) -> None:
+    """Progress nobody watches."""
+
+
+class Variable(NamedTuple):
+    """A variable of the file: what it is called, holds, and is filled with until it is computed."""
+
+    name: str
+    dtype: str
+    extra: str  # the dimension after the axes, if any
+    fill: Any
+    long_name: str
+
+
+VARIABLES = (
+    Variable("section_xi", "<f8", "period", math.nan, "gap ξ at the instants of the Poincaré section"),
+    Variable("section_dxi", "<f8", "period", math.nan, "velocity ξ' at the instants of the Poincaré section"),
+    Variable("margin", "<f8", "", math.nan, "how close the closest decision came to going the other way"),
+    Variable("switches", "<i8", "state", -1, "switches into each state within the recorded periods"),
+    Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
+    Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "how the trajectory ended"),
+)
+"""In the order in which a block is written: the status is the mark that commits it."""
+
+
+class Origin(NamedTuple):
+    """Where a sweep comes from: the configuration verbatim, the options that replace parts of it, a title."""
+
+    config: str
+    overrides: tuple[str, ...] = ()
+    title: str = ""
+
+
+def digest(text: str) -> str:
+    """SHA-256 of a configuration as it is written in a file."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def about(kind: str, origin: Origin) -> dict[str, Any]:
+    """Root attributes that files of every kind have."""
+    return {
+        "Conventions": "CF-1.10",
+        "kind": kind,
+        "title": origin.title,
+        "config": origin.config,
+        "config_sha256": digest(origin.config),
+        "overrides": json.dumps(origin.overrides),
+        "versions": json.dumps(_versions()),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def axes_of(plan: Plan) -> dict[str, np.ndarray]:
+    """The axes as dimensions of the file."""
+    return plan.axes or {"point": np.zeros(1)}
+
+
+def coordinates(plan: Plan) -> dict[str, np.ndarray]:
+    """All dimensions of the file and their values."""
+    periods = np.arange(1, plan.settings.periods + 1)
+    return {**axes_of(plan), "period": periods, "state": np.array(list(State), np.int8)}
+
+
+class Tile(NamedTuple):
+    """A block in the file: points start to stop of the flattened sweep, as slices over the dimensions."""
+
+    start: int
+    stop: int
+    slab: tuple[slice, ...]
+
+
+def tiles(plan: Plan) -> list[Tile]:
+    """Where the blocks lie, in the order of plan.blocks()."""
+    shape, chunk = plan.shape or (1,), plan.chunk or (1,)
+    cuts = [[slice(c, min(c + k, n)) for c in range(0, n, k)] for n, k in zip(shape, chunk, strict=True)]
+    return [
+        Tile(start, stop, slab) for (start, stop), slab in zip(plan.blocks(), itertools.product(*cuts), strict=True)
+    ]
+
+
+def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
+    """An empty chunk as it lies in the file, its checksum included."""
+    with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
+        data = memory.create_dataset(
+            "chunk", data=np.full(chunk, variable.fill, variable.dtype), chunks=chunk, fletcher32=True
+        )
+        return data.id.read_direct_chunk((0,) * len(chunk))[1]
+
+
+def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
+    """Shape of a chunk of a variable: a block of points, and the extra dimension whole."""
+    extra = {"": (), "period": (plan.settings.periods,), "state": (len(State),)}[variable.extra]
+    return (plan.chunk or (1,)) + extra
+
+
+def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
+    """Write everything but the results into an empty file, and room for all of them."""
+    for name, values in coordinates(plan).items():
+        _coordinate(file, name, values)
+    file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
+    file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+    where = tiles(plan)
+    for n, variable in enumerate(VARIABLES):
+        empty, data = blank(variable, chunk_of(variable, plan)), _variable(file, variable, plan)
+        for k, tile in enumerate(where):
+            put_chunk(data, tile, empty)
+            progress(n * len(where) + k + 1, len(VARIABLES) * len(where))
+    flags = [s for s in Status if s is not Status.NOT_COMPUTED]
+    file["status"].attrs["flag_values"] = np.array([*flags, Status.NOT_COMPUTED], np.int8)
+    file["status"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in [*flags, Status.NOT_COMPUTED])
+    file.attrs.update(_attributes(plan, origin))
+
+
+def _coordinate(file: h5py.File, name: str, values: np.ndarray) -> None:
+    chunks = (min(len(values), 1 << 16),)
+    data = file.create_dataset(name, data=values, chunks=chunks, fletcher32=True)
+    data.make_scale(name)
+    data.attrs["units"] = "1"
+    data.attrs["long_name"] = _meaning(name)
+
+
+def _meaning(name: str) -> str:
+    if name in PARAMETERS:
+        return PARAMETERS[name].meaning
+    return {
+        "period": "recorded excitation period, counted from 1 after the transient",
+        "state": "state of the motion (Fig. 2)",
+        "point": "the one point of this sweep",
+    }[name]
+
+
+def _variable(file: h5py.File, variable: Variable, plan: Plan) -> h5py.Dataset:
+    names = [*axes_of(plan), *([variable.extra] if variable.extra else [])]
+    shape = tuple(len(file[n]) for n in names)
+    data = file.create_dataset(
+        variable.name,
+        shape,
+        variable.dtype,
+        chunks=chunk_of(variable, plan),
+        fletcher32=True,
+        fillvalue=variable.fill,
+    )
+    for k, name in enumerate(names):
+        data.dims[k].attach_scale(file[name])
+    data.attrs["units"] = "1"
+    data.attrs["long_name"] = variable.long_name
+    return data
+
+
+def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:
+    """Write one chunk as it lies in the file, whatever lies there now."""
+    corner = tuple(s.start for s in tile.slab)
+    data.id.write_direct_chunk(corner + (0,) * (data.ndim - len(corner)), content)
+
+
+def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
+    scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
+    axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
+    outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings)})
+    return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
+        "schema_version": SCHEMA_VERSION,
+        "method": Method(plan.settings.method).name.lower(),
+        "scan": Scan(plan.settings.scan).name.lower(),
+        "plan": outline,
+        "plan_sha256": digest(outline),
+    }
+
+
+def _versions() -> dict[str, str]:
+    from vibrodrive import __version__
+
+    packages = {name: metadata.version(name) for name in ("numpy", "numba", "h5py")}
+    return {
+        "vibrodrive": __version__,
+        "python": platform.python_version(),
+        **packages,
+        "hdf5": h5py.version.hdf5_version,
+    }

@@ -1,0 +1,190 @@
+"""Orbits and bifurcations as an HDF5 file with netCDF-4 dimension scales.
+
+Dimensions `orbit` (one entry an orbit at one A), `impact` (those of all orbits, in order: orbit i has the
+rows first_impact[i] to first_impact[i] + impacts[i]) and `bifurcation`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.periodic.bifurcations import Bifurcation
+from vibrodrive.periodic.family import Family
+from vibrodrive.periodic.search import Orbit
+from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
+from vibrodrive.store.layout import Origin, about
+
+SCHEMA_VERSION = 1
+
+NEXT = " | "
+"""Between the flights in the name of an orbit."""
+
+
+def save_family(path: Path, found: Family, origin: Origin, section_phase: float) -> None:
+    """Write everything about a family into `path`, at once: the file is there whole or not at all.
+
+    `origin` is the configuration it comes from, `section_phase` the phase φ_s of its diagram.
+
+    Raises
+    ------
+    NoResult
+        if `path` is there and is no result file of this program.
+    OSError
+        if it cannot be written.
+    """
+    with new_file(path, seal=True) as file:
+        file.attrs.update(about("orbits", origin) | {"schema_version": SCHEMA_VERSION})
+        file.attrs.update({"B": found.B, "max_period": found.max_period, "section_phase": section_phase})
+        for dimension, columns in _tables(found).items():
+            _write(file, dimension, columns)
+
+
+class Stored(NamedTuple):
+    """A family as a file holds it. `section_phase` is None, and the marks of bifurcations have no place, in a file
+    made before it kept them."""
+
+    family: Family
+    origin: Origin
+    section_phase: float | None
+
+
+def load_family(path: Path, grid: np.ndarray | None = None) -> Stored:
+    """Read a file of orbits. `grid`: where orbits were sought, to tell where there are none.
+
+    Raises
+    ------
+    NoResult
+        if it is none, Damaged if it makes no sense.
+    OSError
+        if the system refuses.
+    """
+    with reading(path, "orbits") as file:
+        attrs = file.attrs
+        phase = attrs.get("section_phase")
+        origin = Origin(str(attrs["config"]), tuple(json.loads(attrs.get("overrides", "[]"))), str(attrs["title"]))
+        return Stored(_family(file, grid), origin, None if phase is None else float(phase))
+
+
+def _family(file: h5py.File, grid: np.ndarray | None) -> Family:
+    B, longest = float(file.attrs["B"]), int(file.attrs["max_period"])
+    at, period, impacts = file["A"][...], file["period"][...], file["impacts"][...]
+    first, multiplier = file["first_impact"][...], file["multiplier"][...]
+    kind, word = file["kind"].asstr()[...], file["word"].asstr()[...]
+    name = [tuple(n.split(NEXT)) for n in file["name"].asstr()[...]] if "name" in file else [(w,) for w in word]
+    phase, speed, gap = file["phase"][...], file["speed"][...], file["gap"][...]
+    A = np.unique(at if grid is None else np.concatenate([at, grid]))
+    orbits: list[list[Orbit]] = [[] for _ in A]
+    for i, place in enumerate(np.searchsorted(A, at).tolist()):
+        rows = slice(int(first[i]), int(first[i] + impacts[i]))
+        orbits[place].append(
+            Orbit(
+                int(period[i]), int(impacts[i]), phase[rows], speed[rows], gap[rows], float(multiplier[i]),
+                str(kind[i]), str(word[i]), float(at[i]), B, name[i],
+            )
+        )  # fmt: skip
+    return Family(A, B, longest, orbits, list(_bifurcations(file, B)))
+
+
+def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
+    A, kind = file["bifurcation_A"][...], file["bifurcation_kind"].asstr()[...]
+    period, impacts = file["bifurcation_period"][...], file["bifurcation_impacts"][...]
+    word = file["bifurcation_word"].asstr()[...]
+    below, above = file["multiplier_below"][...], file["multiplier_above"][...]
+    placed = "bifurcation_phase" in file
+    at = file["bifurcation_orbit_A"][...] if placed else A
+    phase = file["bifurcation_phase"][...] if placed else np.empty((len(A), 0))
+    for i in range(len(A)):
+        orbit = Orbit(
+            int(period[i]), int(impacts[i]), np.atleast_1d(phase[i]), np.empty(0), np.empty(0, np.int64), math.nan,
+            "", str(word[i]), float(at[i]), B, (),
+        )  # fmt: skip
+        yield Bifurcation(float(A[i]), str(kind[i]), orbit, float(below[i]), float(above[i]))
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What a file of orbits holds; `thorough` reads everything and looks for faults. Raises as `load_family`."""
+    with reading(path, "orbits") as file:
+        title = str(file.attrs["title"])
+        faults = find_faults(file) if thorough else []
+        if faults:
+            return Summary(title, 1.0, [], faults)
+        impacts, first = file["impacts"][...], file["first_impact"][...]
+        if not np.array_equal(np.cumsum(impacts) - impacts, first) or impacts.sum() != len(file["impact"]):
+            faults.append("first_impact: does not fit the impacts of the orbits")
+        A, kinds = file["A"][...], Counter(file["kind"].asstr()[...].tolist())
+        there = np.unique(A)
+        lines = [
+            ("fixed", f"B = {file.attrs['B']:g}"),
+            ("periods", f"up to {file.attrs['max_period']}"),
+            ("orbits", f"{len(A)}" + "".join(f", {n} {kind}" for kind, n in sorted(kinds.items()))),
+        ]
+        if len(there):
+            lines.insert(0, ("axis", f"A = {there[0]:g} to {there[-1]:g}, {len(there)} values"))
+        for kind, n in sorted(Counter(file["bifurcation_kind"].asstr()[...].tolist()).items()):
+            lines.append(("found", f"{n} x {kind}"))
+        return Summary(title, 1.0, lines + provenance(file), faults)
+
+
+def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:
+    """Columns (values, long name) by dimension."""
+    orbits = [o for there in found.orbits for o in there]
+    impacts = np.array([o.impacts for o in orbits], dtype=np.int64)
+    joined = {
+        name: np.concatenate([getattr(o, name) for o in orbits] or [np.empty(0)])
+        for name in ("phases", "speeds", "gaps")
+    }
+    b = found.bifurcations
+    return {
+        "orbit": {
+            "A": (np.array([o.A for o in orbits]), "excitation amplitude"),
+            "period": (np.array([o.period for o in orbits], np.int64), "whole excitation periods"),
+            "impacts": (impacts, "number of impacts"),
+            "multiplier": (np.array([o.multiplier for o in orbits]), "derivative of the return map"),
+            "kind": ([o.kind for o in orbits], "stability"),
+            "word": ([o.word for o in orbits], "states of one period"),
+            "first_impact": (np.cumsum(impacts) - impacts, "row of its first impact"),
+            "name": ([NEXT.join(o.name) for o in orbits], "word and windows of each flight: what a branch keeps"),
+        },
+        "impact": {
+            "phase": (joined["phases"], "phase of the impact"),
+            "speed": (joined["speeds"], "impact speed"),
+            "gap": (joined["gaps"].astype(np.int64), "whole excitation periods to the next impact"),
+        },
+        "bifurcation": {
+            "bifurcation_A": (np.array([x.A for x in b]), "excitation amplitude"),
+            "bifurcation_orbit_A": (np.array([x.orbit.A for x in b]), "excitation amplitude its orbit was computed at"),
+            "bifurcation_phase": (np.array([x.orbit.phases[0] for x in b]), "phase of the first impact of its orbit"),
+            "bifurcation_kind": ([x.kind for x in b], "kind of bifurcation"),
+            "bifurcation_period": (np.array([x.orbit.period for x in b], np.int64), "period of its orbit"),
+            "bifurcation_impacts": (np.array([x.orbit.impacts for x in b], np.int64), "impacts of its orbit"),
+            "bifurcation_word": ([x.orbit.word for x in b], "states of its orbit"),
+            "multiplier_below": (np.array([x.multiplier_below for x in b]), "multiplier a little below"),
+            "multiplier_above": (np.array([x.multiplier_above for x in b]), "multiplier a little above"),
+        },
+    }
+
+
+def _write(file: h5py.File, dimension: str, columns: dict[str, tuple[Any, str]]) -> None:
+    count = len(next(iter(columns.values()))[0])
+    checked = {"fletcher32": True, "chunks": (min(count, 16384),)} if count else {}
+    scale = file.create_dataset(dimension, data=np.arange(count), **checked)
+    scale.make_scale(dimension)
+    scale.attrs.update({"units": "1", "long_name": f"index of the {dimension}"})
+    for name, (values, meaning) in columns.items():
+        if isinstance(values, list):  # text: of any length, so HDF5 keeps no checksum of it
+            data = file.create_dataset(name, (count,), h5py.string_dtype())
+            if count:
+                data[:] = values
+            data.attrs["long_name"] = meaning
+        else:
+            data = file.create_dataset(name, data=values, **checked)
+            data.attrs.update({"units": "1", "long_name": meaning})
+        data.dims[0].attach_scale(scale)

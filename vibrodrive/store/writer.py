@@ -1,0 +1,308 @@
+"""Writing a result file block by block, so that a kill at any moment loses only what was in flight.
+
+The order is data, flush, status, flush: the status of a block says that the block is there. Nothing that is
+committed is written again, and the structure of the file does not change after it was laid out. Blocks
+that finish within GROUP_SECONDS of each other are committed together.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from threading import Lock as Mutex
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.size import refuse_large_file
+from vibrodrive.store.checksums import check_block, point_sums, read_marks, section_sums
+from vibrodrive.store.compare import compare
+from vibrodrive.store.file import Unwritable, unwritable
+from vibrodrive.store.header import (
+    Damaged,
+    NoResult,
+    damaged_coordinates,
+    open_result,
+    read_header,
+    refuse_foreign,
+)
+from vibrodrive.store.layout import (
+    VARIABLES,
+    Origin,
+    Progress,
+    blank,
+    chunk_of,
+    lay_out,
+    put_chunk,
+    quiet,
+    tiles,
+)
+from vibrodrive.store.lock import Busy, Lock, draft_of, target_of
+
+if TYPE_CHECKING:
+    from vibrodrive.model.block import Block
+
+__all__ = ["Busy", "Different", "NoResult", "Unwritable", "Writer", "open_writer"]
+
+GROUP_SECONDS = 0.2
+"""A flush is cheap but not free, and a small block takes less than a millisecond to compute."""
+
+
+class Different(ValueError):
+    """The file was made from another configuration; the message is one line with the keys that differ."""
+
+
+class Writer:
+    """The one process that writes a file. Use `open_writer`; `close` when done.
+
+    Attributes
+    ----------
+    plan : Plan
+        the sweep as the file lays it out (its blocks, not those this version would choose).
+    done : bool array
+        which blocks are committed.
+    repaired : dict[int, str]
+        blocks found damaged when the file was opened, and why; they are to be computed again.
+    fletcher32 : Callable[[array], int], optional
+        HDF5's checksum of an array. With it the sections, all but all of the data, go to their chunks
+        directly, which costs a third of what HDF5's filters cost.
+    """
+
+    def __init__(self, file: h5py.File, lock: Lock, path: Path, plan: Plan) -> None:
+        self.path = path
+        self.plan = plan
+        self.tiles = tiles(plan)
+        self.done = np.zeros(len(self.tiles), bool)
+        self.repaired: dict[int, str] = {}
+        self.fletcher32: Callable[[np.ndarray], int] | None = None
+        self._file = file
+        self._lock = lock
+        self._mutex = Mutex()
+        self._pending: dict[int, np.ndarray] = {}
+        self._committed_at = time.monotonic()
+        self._data = {v.name: file[v.name] for v in VARIABLES}
+        points = math.prod(plan.chunk)
+        self._chunk = np.empty(8 * points * plan.settings.periods + 4, np.uint8)
+
+    def missing(self) -> list[int]:
+        """Indices into plan.blocks() of what is still to compute."""
+        return np.flatnonzero(~self.done).tolist()
+
+    def write(self, block: Block) -> None:
+        """Write a finished block; it is committed within GROUP_SECONDS or by the next `write` after them.
+
+        Raises Unwritable.
+        """
+        with self._mutex:
+            k = block.index
+            sums = point_sums(block.start, block.margin, block.switches, block.status)
+            for column, name in enumerate(("section_xi", "section_dxi")):
+                sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
+            self._put(k, "margin", block.margin)
+            self._put(k, "switches", block.switches)
+            self._put(k, "checksum", sums)
+            self._pending[block.index] = block.status.copy()  # a view would keep the whole wave in memory
+            if time.monotonic() - self._committed_at > GROUP_SECONDS:
+                self._commit()
+
+    def commit(self) -> None:
+        """Commit what was written so far. Raises Unwritable."""
+        with self._mutex:
+            self._commit()
+
+    def check(self, progress: Progress = quiet) -> None:
+        """Read all committed blocks again; those that are damaged are taken back, to be computed anew.
+
+        `progress` is called with (blocks looked at, blocks); what it raises ends the check. Raises Damaged
+        if what is wrong is not within a block, Unwritable if the system refuses.
+        """
+        _, done, wrong = read_marks(self._file, self.tiles)
+        for k in np.flatnonzero(done).tolist():
+            fault = check_block(self._file, self.tiles[k])
+            if fault:
+                wrong[k] = fault
+            progress(k + 1, len(self.tiles))
+        if damaged_coordinates(self._file, self.plan):
+            raise Damaged(f"{self.path}: its coordinates are damaged: restore it, or replace it with --overwrite")
+        for k in wrong:
+            self._take_back(k)
+            done[k] = False
+        self.done, self.repaired = done, wrong
+
+    def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
+        """Commit what is pending and let go of the file; False if a write did not end within `patience` s.
+
+        May be called from another thread than `write`, and twice.
+        """
+        if not self._mutex.acquire(timeout=patience):
+            return False
+        try:
+            if self._file:  # an h5py.File is false once it is closed
+                self._commit()
+                self._file.close()
+                if sync:
+                    self._lock.sync()
+                self._lock.release()
+        finally:
+            self._mutex.release()
+        return True
+
+    def abandon(self) -> None:
+        """Let go of the file after it could not be written: what is committed stays, nothing is added."""
+        with self._mutex, contextlib.suppress(OSError, RuntimeError):
+            self._file.close()
+        self._lock.release()
+
+    def _put_section(self, k: int, name: str, values: np.ndarray) -> np.ndarray:
+        """Write one column of a section; returns it contiguous (until the next call)."""
+        if self.fletcher32 is None or values.nbytes != self._chunk[:-4].nbytes:  # or a block at an edge
+            values = np.ascontiguousarray(values)
+            self._put(k, name, values)
+            return values
+        column = self._chunk[:-4].view("<f8").reshape(values.shape)
+        np.copyto(column, values)
+        self._chunk[-4:] = np.frombuffer(self.fletcher32(column).to_bytes(4, "little"), np.uint8)
+        try:
+            put_chunk(self._data[name], self.tiles[k], self._chunk)
+        except OSError as error:
+            raise self._refused(error) from None
+        return column
+
+    def _put(self, k: int, name: str, values: np.ndarray) -> None:
+        data, slab = self._data[name], self.tiles[k].slab
+        start = tuple(s.start for s in slab)
+        count = tuple(s.stop - s.start for s in slab)
+        extra = data.shape[len(slab) :]
+        space = data.id.get_space()
+        space.select_hyperslab(start + (0,) * len(extra), count + extra)
+        memory = h5py.h5s.create_simple(count + extra)
+        values = np.ascontiguousarray(values, data.dtype).reshape(count + extra)
+        try:
+            data.id.write(memory, space, values)
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def _commit(self) -> None:
+        self._flush()
+        for k, status in self._pending.items():
+            self._put(k, "status", status)
+        self._flush()
+        self.done[list(self._pending)] = True
+        self._pending.clear()
+        self._committed_at = time.monotonic()
+
+    def _flush(self) -> None:
+        try:
+            self._file.flush()
+        except (OSError, RuntimeError) as error:
+            raise unwritable(error, self.path) from None
+
+    def _take_back(self, k: int) -> None:
+        # status first: from here on the block counts as missing. A damaged chunk is replaced as it
+        # lies in the file, because HDF5 would read it before writing a part of it.
+        for variable in reversed(VARIABLES):
+            empty = blank(variable, chunk_of(variable, self.plan))
+            try:
+                put_chunk(self._data[variable.name], self.tiles[k], empty)
+            except OSError as error:
+                raise self._refused(error) from None
+            self._flush()
+
+    def _refused(self, error: BaseException) -> OSError | Damaged:
+        """A write that went wrong: by the system's doing, or because the file's structure makes no sense."""
+        if getattr(error, "errno", None) or "errno" in str(error):
+            return unwritable(error, self.path)
+        return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
+
+
+def open_writer(
+    path: Path, plan: Plan, origin: Origin, *, overwrite: bool = False, progress: Progress = quiet
+) -> Writer:
+    """Lay out a new file, or open the one that is there to go on with it.
+
+    Parameters
+    ----------
+    path : Path
+    plan, origin
+        what is to be computed, and from which configuration.
+    overwrite : bool
+        replace the file, once the new one is laid out, even if it is complete or damaged. What is no result
+        file of this program is refused.
+    progress : Callable[[int, int], None]
+        called while a new file is laid out, with (chunks, of how many); what it raises ends that, and
+        no file appears.
+
+    Raises
+    ------
+    Different
+        if the file there was made from another configuration.
+    NoResult
+        if it is no result file of this version, or damaged beyond reading.
+    Busy
+        if another process is writing it.
+    TooLarge
+        if a new file would not fit the disk.
+    Unwritable, OSError
+        if the system refuses.
+    """
+    if path.exists() and not overwrite:
+        return _resume(path, plan)
+    refuse_foreign(path)
+    return _create(path, plan, origin, overwrite, progress)
+
+
+def _resume(path: Path, plan: Plan) -> Writer:
+    open_result(path).close()  # what cannot be read is refused before what cannot be written
+    lock = Lock(path)
+    file = None
+    try:
+        file = open_result(path, "r+")
+        header = read_header(file)
+        differences = compare(header.plan, plan)
+        if differences:
+            raise Different(
+                f"{path}: made from another configuration: {'; '.join(differences)}. "
+                "Choose another file, or --overwrite"
+            )
+        return Writer(file, lock, path, header.plan)
+    except BaseException:
+        if file is not None:
+            file.close()
+        lock.release()
+        raise
+
+
+def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
+    try:
+        target, draft = target_of(path), draft_of(path)
+    except OSError as error:
+        raise unwritable(error, path) from None
+    lock = Lock(draft, create=True, name=path)
+    old = file = None
+    try:
+        refuse_large_file(plan, path)
+        if path.exists():
+            if not overwrite:  # it appeared in the meantime
+                raise Busy(f"{path}: another process is writing it")
+            old = Lock(path)
+        file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
+        lay_out(file, plan, origin, progress)
+        file.flush()
+        os.replace(draft, target)  # a link stays one
+        return Writer(file, lock, path, plan)
+    except BaseException as error:
+        if file is not None:
+            with contextlib.suppress(OSError, RuntimeError):  # it may still try to write
+                file.close()
+        draft.unlink(missing_ok=True)
+        lock.release()
+        raise unwritable(error, path) if isinstance(error, OSError) else error from None
+    finally:
+        if old is not None:
+            old.release()
