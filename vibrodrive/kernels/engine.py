@@ -39,13 +39,13 @@ UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 OK = int(Status.OK)
 
 STEPS, EVALUATIONS = 3, 2
-"""Of a search between two looks at what it has met, with and without a disturbance: most are over by then, and
+"""Steps of a search, with and without a disturbance, before its outcome is looked at: most have ended by then, and
 looking costs more than a step."""
 
 
 @part
 def search_undisturbed(w, k, n, grid):
-    """A pass over the lanes 0..n-1 at ε = 0: brackets narrowed abreast, what has none one by one."""
+    """Advance the searches in the lanes 0..n-1 at ε = 0: those with a bracket as a batch, the others one by one."""
     if search_brackets(w, k, n, EVALUATIONS) < n:
         for i in range(n):
             if w[r.SEARCH_MODE + i] == STEPPED:
@@ -58,8 +58,8 @@ def search_undisturbed(w, k, n, grid):
 
 
 @inline
-def list_met(w, todo, n):
-    """List the lanes that have met something. Returns how many there are."""
+def list_ended(w, todo, n):
+    """List the lanes whose search has ended. Returns how many there are."""
     m = 0
     for i in range(n):
         todo[m] = i
@@ -69,7 +69,7 @@ def list_met(w, todo, n):
 
 @part
 def follow_up(w, k, n, guessed, transient, periods, budget, section):
-    """What lanes taken abreast at ε = 0 leave to be done: the section points they passed, a look back."""
+    """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences."""
     for i in range(n):
         write_points(w, k, i, section)
         if k[r.LEFT_OVER + i] & CHECK_RECURRENCE:
@@ -77,7 +77,7 @@ def follow_up(w, k, n, guessed, transient, periods, budget, section):
 
 
 @inline
-def list_left_over(k, todo, n):
+def list_unusual(k, todo, n):
     """List the lanes that are left to `process_event`."""
     m = 0
     for i in range(n):
@@ -120,7 +120,7 @@ def run(
         if passes == 0:
             todo[PAUSED], todo[IN_USE], todo[DRAWN], todo[DISTURBED] = 1, n, c, 1 if fast else 0
             return False
-        # lanes are filled with trajectories of one kind: disturbed ones, or calm ones
+        # lanes are filled with trajectories of one kind: disturbed or undisturbed
         while c < order.shape[0] and n < lanes:
             disturbed = is_disturbed(points, order[c])
             if n > 0 and disturbed != fast:
@@ -140,8 +140,8 @@ def run(
                 todo[PAUSED] = 0
                 return True
             continue
-        leaps = method == MULLER_BRACKETED and not fast
-        scans = grid and not leaps
+        bracketed = method == MULLER_BRACKETED and not fast
+        scans = grid and not bracketed
         if literal:
             scan_every(w, k, 0, g)
         elif scans:
@@ -151,25 +151,25 @@ def run(
         else:
             search_undisturbed(w, k, n, grid)
         if alone or scans:
-            m = list_met(w, todo, n)
+            m = list_ended(w, todo, n)
         else:
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)
                 m = apply_switches_disturbed(w, k, n, transient, periods, budget)
-            elif leaps:
+            elif bracketed:
                 m = apply_switches_muller(w, k, n, transient, periods, budget)
             else:
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
             if not fast:
-                follow_up(w, k, n, not leaps, transient, periods, budget, section)
+                follow_up(w, k, n, not bracketed, transient, periods, budget, section)
             if m > 0:
-                list_left_over(k, todo, n)
+                list_unusual(k, todo, n)
         ended = 0
         for j in range(m):
             i = todo[j]
-            if leaps and w[r.SEARCH_MODE + i] != STEPPED:
-                w[r.WORK + i] = w[r.WORK_BOOKED + i]  # a leap that failed costs nothing, or the budget would end sooner
+            if bracketed and w[r.SEARCH_MODE + i] != STEPPED:
+                w[r.WORK + i] = w[r.WORK_BOOKED + i]  # what was tried in vain is free, or the budget would end sooner
                 begin_search(w, k, i, k[r.STATE + i], False, method)
                 w[r.SEARCH_MODE + i] = STEPPED
                 continue

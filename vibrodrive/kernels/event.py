@@ -81,8 +81,8 @@ LITERAL = int(Scan.LITERAL)
 BUDGET = int(Status.BUDGET)
 
 MULLER_BRACKETED = CERTIFIED + 1
-"""`method` within the engine where Muller's scans are leapt over at ε = 0 (switch_muller.py): no switch of it is
-written down one by one, and no scan is asked for by name."""
+"""`method` within the engine where Muller's path at ε = 0 is computed without scanning (switch_muller.py): in sweeps,
+unless a literal scan is asked for."""
 
 SMALLEST = 5e-324
 
@@ -251,14 +251,14 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
     certified = method == CERTIFIED
-    calm = certified and w[r.AF + i] == 0.0
+    undisturbed = certified and w[r.AF + i] == 0.0
     # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are
     # written down one by one
     may_repeat = w[r.AF + i] == 0.0 and method != FIXED and scan != LITERAL and rows_int.shape[0] == 0
     state = k[r.STATE + i]
     there = NOWHERE
     phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
-    if calm and waits(state):
+    if undisturbed and waits(state):
         h, phase, later, down = wait_end(w, i, state, w[r.PHI + i])
         event, side = terminating_function(state), 1.0 if down else -1.0
     elif certified:
@@ -305,7 +305,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
             return False
 
         # advance to the switch
-        if calm and not sliding:
+        if undisturbed and not sliding:
             force = -side
             record_margin(w, k, i, wait_end_distance(w, i, side > 0.0), ROUNDING * magnitude_scale(w, i))
             w[r.PHI + i] = phase
@@ -352,8 +352,8 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
             w[r.X_OFF + i], w[r.V_OFF + i] = x_off, v_off
             finish_at_rest(w, k, i, transient, section)
             return False
-        if not (calm and waiting):
-            if calm and state == REST:
+        if not (undisturbed and waiting):
+            if undisturbed and state == REST:
                 clear_guesses(w, i)
             at_boundary = certified and (state == STICK or state == REST)
             begin_state(w, k, i, to, x, 0.0, force, at_boundary, x_off, v_off, method)

@@ -1,6 +1,6 @@
 """The memory of a trajectory under way: one lane of a structure of arrays.
 
-`LANES` trajectories advance abreast. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]` (int64):
+`LANES` trajectories advance together, as a batch. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]` (int64):
 one flat array each with constant offsets, so that the compiler sees that rows never overlap and vectorises.
 """
 
@@ -41,15 +41,15 @@ LINE = 64
     # the gap ξ as a shape, watched while the mass slides down
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
     # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py); where the end
-    # of a wait is known beforehand only SIG is put down, the side of S4
+    # of a wait is known beforehand only SIG is set, the side of S4
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2_SLOW, FAST_AMPLITUDE, SPAN, SPAN0, NOISE,
     # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
-    # it came to a tangency, its cost so far and at the last settling
+    # it came to a tangency, its cost so far and at the last switch
     CURSOR, OTHER, LAST_NONNEGATIVE, LIMIT, OUTCOME, DIP_NUMERATOR, DIP_DENOMINATOR, WORK, WORK_BOOKED,
     # on a grid: the function's values at the cursor and at the grid point before, NaN where it was not looked at
     VALUE, BEFORE,
-    # a search at ε = 0: how it is done, its bracket, and the last slides: phase at their start, how long they took and
+    # a search at ε = 0: its mode, its bracket, and the last slides: phase at their start, how long they took and
     # by how much longer a later one does (see undisturbed.py)
     SEARCH_MODE, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,
     # time left to the end of the record, smallest margin so far
@@ -62,11 +62,11 @@ LINE = 64
 
 (
     STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
-    # what advancing abreast (switch_undisturbed.py) has left to do, and the number of the next section point before
+    # what a batch of switches (switch_*.py) has left to do, and the number of the section point before the next switch
     LEFT_OVER, SLOT,
-    # at the anchor: period, section points written; departures since, and how many at most (see recurrence.py)
+    # at the reference: period, section points written; departures since, and how many at most (see recurrence.py)
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
-    # switches so far into each of the five states, in the order of `State`, and how many there were at the anchor
+    # switches so far into each of the five states, in the order of `State`, and how many there were at the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 

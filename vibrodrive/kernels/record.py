@@ -19,8 +19,8 @@ SECTION_MARGIN = 1e-9
 """Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
 
 DONE, UNUSUAL, POINT, CHECK_RECURRENCE = 0, 1, 2, 4
-"""What is left to do in a lane after all were advanced abreast: nothing; everything; a section point to be written,
-the motion since the anchor to be looked at (recurrence.py), or both."""
+"""What is left to do in a lane after a batch of switches: nothing; everything (event.py); a section point to be
+written, a recurrence to be looked for (recurrence.py), or both."""
 
 
 @inline

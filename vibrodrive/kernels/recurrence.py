@@ -1,20 +1,21 @@
-"""ε = 0: a motion that comes back to where it was repeats itself, and need not be computed again.
+"""ε = 0: a motion that returns to an earlier state repeats itself, and need not be computed again.
 
 All that a motion carries over an impact is its phase there, and over a rest not even that: the mass leaves at a known
-phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so, in the end, does one that
-its stable orbit has drawn in to the last bit. From then on each cycle equals the one before to the bit: nothing
-that decides the motion depends on how many whole periods have passed.
+phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so, in the end, does one whose
+distance from a stable orbit has shrunk below the last bit. From then on each cycle equals the one before to the bit:
+nothing that decides the motion depends on how many whole periods have passed.
 
-Here a lane that leaves the obstacle looks back. If it stands where it stood at its anchor, the section points of the
-cycle between are copied as often as whole cycles fit into what is left of the record, its switches are counted
-as often, and the lane goes on behind them; the last part of a cycle is computed. The anchor moves on at every certified
-rest, and whenever a number of departures that grows by a quarter each time has not led back to it (after Brent 1980).
+Whenever the mass leaves the obstacle its state is compared with a reference state (cycle detection after Brent 1980). If
+they are equal, the section points of the cycle in between are copied as often as whole cycles fit into what is left of
+the record, its switches are counted as often, and the lane goes on after them; the last part of a cycle is computed.
+A new reference is set at every certified rest, and whenever a number of departures that grows by a quarter each time has
+not led back to the old one.
 
-The same phase is not enough for the same bits: the guesses that the next searches start from must be the same too. A
-certified rest therefore forgets them. Nothing is copied for 1 - B < LEAST_FALL, where slides are found by steps, and
-certified steps depend on the margin so far. Muller's refinement returns as well, for its grid begins anew at each
-switch, and only the grid points around a zero decide where it starts; it ends a rest at a refined phase, not at a known
-one. What follows on a fixed grid depends on the number of the grid point, which never returns.
+The same phase is not enough for the same bits: the guesses from which the next searches start must be equal too. A
+certified rest therefore clears them. Nothing is copied for 1 - B < LEAST_FALL, where slides are searched by steps and
+certified steps depend on the margin so far. Muller's path returns as well, because its grid begins anew at each
+switch and only the grid points around a zero decide where its refinement starts; but it ends a rest at a refined
+phase, not at a known one. On a fixed grid what follows depends on the number of the grid point, which never returns.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from vibrodrive.kernels.record import in_record
 from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16
-"""Departures before the first anchor is dropped, unless the mass rests earlier."""
+"""Departures after which the first reference is replaced, unless the mass rests earlier."""
 
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
-"""All that decides what follows a departure, in the order of its rows at the anchor."""
+"""All that decides what follows a departure, in the order of its rows at the reference."""
 
 
 @inline
 def clear_reference(w, k, i):
-    """A motion begins: there is nothing to look back to yet."""
+    """A motion begins: there is no reference yet."""
     clear_guesses(w, i)
     w[r.REFERENCE_PHI + i] = -1.0  # no phase
     k[r.SINCE + i] = 0
@@ -46,7 +47,7 @@ def clear_reference(w, k, i):
 
 @inline
 def at_reference(w, i, guessed):
-    """Whether everything that decides what follows is as it was at the anchor."""
+    """Whether everything that decides what follows is as it was at the reference."""
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
         same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * STRIDE + i]
@@ -55,7 +56,7 @@ def at_reference(w, i, guessed):
 
 @inline
 def set_reference(w, k, i):
-    """Look back to here from now on."""
+    """The present state is the reference from now on."""
     for n in range(len(DECISIVE)):
         w[r.REFERENCE_PHI + n * STRIDE + i] = w[DECISIVE[n] + i]
     for state in range(5):
@@ -68,7 +69,7 @@ def set_reference(w, k, i):
 
 @part
 def detect_recurrence(w, k, i, guessed, transient, periods, budget, section):
-    """Lane i has just left the obstacle: pass over the cycles that are known, if it stands at its anchor.
+    """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
 
     guessed: whether the bits of a switch depend on where its search began.
     """
