@@ -36,18 +36,32 @@ from vibrodrive.kernels.margins import (
 from vibrodrive.kernels.motion import (
     LONGEST_SCAN,
     Arrival,
-    evaluate_excitation,
-    grid_time,
+    adhesive_force,
+    arrive_later,
+    arrive_on_grid,
     longest,
-    pass_time,
     propagate,
     state_at,
-    time_until,
+    time_between,
 )
 from vibrodrive.kernels.muller import refine, value
 from vibrodrive.kernels.record import emit_rest, emit_sections, record
 from vibrodrive.kernels.recurrence import detect_recurrence
-from vibrodrive.kernels.switch import begin, commit_segment, decide, direction, number_in_period, waits
+from vibrodrive.kernels.switch import (
+    begin,
+    commit_cost,
+    commit_departure,
+    commit_segment,
+    commit_segment_fast,
+    commit_state,
+    commit_time,
+    commit_time_fast,
+    commit_wait,
+    decide,
+    direction,
+    number_in_period,
+    waits,
+)
 from vibrodrive.kernels.switching import (
     S1,
     S2,
@@ -133,14 +147,14 @@ def begin_search(w, k, i, state, from_rest, method):
 @part
 def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
     """Begin `state` at the present time, where the adhesive force is `force`, and the search for what ends it."""
-    k[r.STATE + i] = state
+    commit_state(k, i, True, state)
     s = direction(state)
     segment = begin(
         s, x, v, force, at_boundary, method != CERTIFIED,
         w[r.B + i], w[r.INVERSE + i], w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i],
     )  # fmt: skip
     commit_segment(w, i, True, segment, x_off, v_off)
-    w[r.XALF + i], w[r.XBEF + i] = segment.xalf, segment.xbef
+    commit_segment_fast(w, i, True, segment)
     w[r.SEARCH_MODE + i] = STEPPED
     w[r.DIP_DENOMINATOR + i] = 0.0
     if (method == CERTIFIED or method == MULLER_BRACKETED) and w[r.AF + i] == 0.0:
@@ -267,7 +281,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
         record_margin_of_tangency(w, k, i, w[r.CURSOR + i])
         if w[r.SEARCH_MODE + i] == BRACKETED and k[r.SEARCH + i] != S1:
             s = direction(state)
-            rate = rate_of(w[r.A0 + i], (there.q - w[r.B + i]) - s)
+            rate = rate_of(w[r.A0 + i], adhesive_force(w, i, there.q, 0.0) - s)
             keep_guesses(w, i, s > 0.0, s < 0.0, False, w[r.PHI + i], w[r.CURSOR + i], rate)
         event, h = certified_event(w, k, i, there.x)
         side = w[r.SIG + i]
@@ -297,35 +311,27 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
 
         # what one period may cost: switches, and what their searches took
         price = SCAN_PRICE if scan == LITERAL else SEARCH_PRICE
-        k[r.COUNT + i] = number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * price)
-        k[r.COUNTED + i] = k[r.PERIOD + i]
-        w[r.WORK_BOOKED + i] = w[r.WORK + i]
-        if k[r.COUNT + i] > budget:
+        cost = number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * price)
+        commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
+        if cost > budget:
             k[r.STATUS + i] = BUDGET
             return False
 
         # advance to the switch
         if undisturbed and not sliding:
-            force = -side
             record_margin(w, k, i, wait_end_distance(w, i, side > 0.0), ROUNDING * magnitude_scale(w, i))
-            w[r.PHI + i] = phase
-            w[r.LOW + i] = 0.0
-            k[r.PERIOD + i] += 1 if later else 0
-            w[r.P + i] = w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]
-            w[r.Q + i] = w[r.B + i] + force
-        elif certified:
-            k[r.PERIOD + i] += int(there.turned)
-            w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i] = there.phi, there.low, there.p, there.q
-            w[r.THETA + i], w[r.PF + i], w[r.QF + i] = there.theta, there.pf, there.qf
-            force = w[r.Q + i] + w[r.QF + i] - w[r.B + i]
-        else:
-            if method == FIXED:
-                grid_time(w, k, i, w[r.CURSOR + i])
-            else:
-                pass_time(w, k, i, h)
-            force = evaluate_excitation(w, k, i)
-        w[r.LATE + i] = late
-        w[r.LEFT + i] = time_until(w, k, i, k[r.PERIOD0 + i] + transient + periods, w[r.PHI0 + i])
+            p, q = (w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]), w[r.B + i] - side
+            there = Arrival(x, v, 1.0 if later else 0.0, phase, 0.0, p, q, 0.0, 0.0, 0.0)
+        elif method == FIXED:
+            there = arrive_on_grid(w, k, i, x, v, w[r.CURSOR + i])
+        elif not certified:
+            there = arrive_later(w, k, i, x, v, h)
+        period = k[r.PERIOD + i] + int(there.turned)
+        end = k[r.PERIOD0 + i] + transient + periods
+        left = time_between(period, there.phi, there.low, end, w[r.PHI0 + i])
+        commit_time(w, k, i, True, period, there.phi, there.low, left, there.p, there.q)
+        commit_time_fast(w, i, True, there.theta, there.pf, there.qf, late)
+        force = -side if undisturbed and not sliding else adhesive_force(w, i, there.q, there.qf)
 
         if event == STRETCHED:
             begin_state(w, k, i, state, x, v, force, False, x_off, v_off, method)
@@ -347,9 +353,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
         record(w, k, i, state, to, x, v, transient, rows_int, rows_float, stored)
         waiting = waits(to)
         if waiting and not can_leave(w, i, to):
-            k[r.STATE + i] = to
-            w[r.X0 + i] = x
-            w[r.X_OFF + i], w[r.V_OFF + i] = x_off, v_off
+            commit_wait(w, k, i, to, x, x_off)
             finish_at_rest(w, k, i, transient, section)
             return False
         if not (undisturbed and waiting):
@@ -358,12 +362,10 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, ro
             at_boundary = certified and (state == STICK or state == REST)
             begin_state(w, k, i, to, x, 0.0, force, at_boundary, x_off, v_off, method)
             if state == REST or state == IMPACT:
-                k[r.SINCE + i] += 1
+                commit_departure(k, i, True)
                 if may_repeat:
                     detect_recurrence(w, k, i, certified, transient, periods, budget, section)
             return True
-        k[r.STATE + i] = to
-        w[r.X0 + i] = x
-        w[r.X_OFF + i], w[r.V_OFF + i] = x_off, v_off
+        commit_wait(w, k, i, to, x, x_off)
         h, phase, later, down = wait_end(w, i, to, w[r.PHI + i])
         event, side = terminating_function(to), 1.0 if down else -1.0

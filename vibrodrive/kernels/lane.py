@@ -1,7 +1,7 @@
 """The memory of a trajectory under way: one lane of a structure of arrays.
 
-`LANES` trajectories advance together, as a batch. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]` (int64):
-one flat array each with constant offsets, so that the compiler sees that rows never overlap and vectorises.
+`LANES` trajectories advance together, as a batch. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]`
+(int64): one flat array each with constant offsets, so that the compiler sees that rows never overlap and vectorises.
 """
 
 from __future__ import annotations

@@ -47,7 +47,6 @@ from vibrodrive.kernels.lane import (
     PHI0,
     QF,
     SIN_S,
-    THETA,
     V0,
     X0,
     XALF,
@@ -167,14 +166,27 @@ def advance_phase(phi, low, h):
 
 
 @inline
-def evaluate_excitation(w, k, i):
-    """Put the excitation at the present time (PERIOD, PHI): P, Q, PF, QF, THETA. Returns H, eq. (2)."""
-    phi, low = w[PHI + i], w[LOW + i]
-    w[P + i], w[Q + i] = excitation(w[A + i], phi, low)
+def fast_excitation(w, i, period, phi, low):
+    """(θ, AF cos θ, AF sin θ) at (period, φ + low)."""
+    theta = fast_phase(w[ETA + i], w[FRAC + i], period, phi, low)
+    pf, qf = excitation(w[AF + i], theta, 0.0)
+    return theta, pf, qf
+
+
+@inline
+def evaluate_excitation(w, i, period, phi, low):
+    """(A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at (period, φ + low), with a disturbance or without."""
+    p, q = excitation(w[A + i], phi, low)
+    theta, pf, qf = 0.0, 0.0, 0.0
     if w[AF + i] > 0.0:
-        w[THETA + i] = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]), phi, low)
-        w[PF + i], w[QF + i] = excitation(w[AF + i], w[THETA + i], 0.0)
-    return w[Q + i] + w[QF + i] - w[B + i]
+        theta, pf, qf = fast_excitation(w, i, float(period), phi, low)
+    return p, q, theta, pf, qf
+
+
+@inline
+def adhesive_force(w, i, q, qf):
+    """H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms."""
+    return q + qf - w[B + i]
 
 
 class Arrival(NamedTuple):
@@ -224,8 +236,7 @@ def propagate_disturbed(w, k, i, h):
     x, v = state_at(w, i, h, True)
     turned, phi, low = advance_phase(w[PHI + i], w[LOW + i], h)
     p, q = excitation(w[A + i], phi, low)
-    theta = fast_phase(w[ETA + i], w[FRAC + i], float(k[PERIOD + i]) + turned, phi, low)
-    pf, qf = excitation(w[AF + i], theta, 0.0)
+    theta, pf, qf = fast_excitation(w, i, float(k[PERIOD + i]) + turned, phi, low)
     return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
@@ -272,21 +283,22 @@ def propagate(w, k, i, wait_ends, level):
 
 
 @inline
-def pass_time(w, k, i, h):
-    """Move the present time on by h; at ε = 0 as `advance_phase_short`."""
-    n, w[PHI + i], low = advance_phase(w[PHI + i], w[LOW + i], h)
-    w[LOW + i] = low if w[AF + i] > 0.0 else 0.0
-    k[PERIOD + i] += int(n)
+def arrive_later(w, k, i, x, v, h):
+    """Where h leads on a grid whose points count from the last switch; at ε = 0 φ has no low-order part."""
+    turned, phi, low = advance_phase(w[PHI + i], w[LOW + i], h)
+    low = low if w[AF + i] > 0.0 else 0.0
+    return Arrival(x, v, turned, phi, low, *evaluate_excitation(w, i, k[PERIOD + i] + int(turned), phi, low))
 
 
 @inline
-def grid_time(w, k, i, steps):
-    """Move the present time on by `steps` grid steps: τ = τ0 + kΔτ from the integer k, never accumulated."""
+def arrive_on_grid(w, k, i, x, v, steps):
+    """Where `steps` grid steps lead: τ = τ0 + kΔτ from the integer k, never accumulated."""
     k[GRID + i] += int(steps)
     p, e = two_product(float(k[GRID + i]), w[DTAU + i])
     n, phi, low = turns(p, e)
-    more, w[PHI + i], w[LOW + i] = advance_phase(w[PHI0 + i], low, phi)
-    k[PERIOD + i] = k[PERIOD0 + i] + int(n + more)
+    more, phi, low = advance_phase(w[PHI0 + i], low, phi)
+    period = k[PERIOD0 + i] + int(n + more)
+    return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
 
 
 @inline

@@ -5,11 +5,11 @@ phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns e
 distance from a stable orbit has shrunk below the last bit. From then on each cycle equals the one before to the bit:
 nothing that decides the motion depends on how many whole periods have passed.
 
-Whenever the mass leaves the obstacle its state is compared with a reference state (cycle detection after Brent 1980). If
-they are equal, the section points of the cycle in between are copied as often as whole cycles fit into what is left of
-the record, its switches are counted as often, and the lane goes on after them; the last part of a cycle is computed.
-A new reference is set at every certified rest, and whenever a number of departures that grows by a quarter each time has
-not led back to the old one.
+Whenever the mass leaves the obstacle its state is compared with a reference state (cycle detection after Brent 1980).
+If they are equal, the section points of the cycle in between are copied as often as whole cycles fit into what is left
+of the record, its switches are counted as often, and the lane goes on after them; the last part of a cycle is computed.
+A new reference is set at every certified rest, and whenever a number of departures that grows by a quarter each time
+has not led back to the old one.
 
 The same phase is not enough for the same bits: the guesses from which the next searches start must be equal too. A
 certified rest therefore clears them. Nothing is copied for 1 - B < LEAST_FALL, where slides are searched by steps and

@@ -5,12 +5,18 @@ from __future__ import annotations
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.event import (
-    CERTIFIED,
-)
-from vibrodrive.kernels.motion import evaluate_excitation, force_at, state_at, time_until
+from vibrodrive.kernels.event import CERTIFIED
+from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, force_at, state_at, time_until
 from vibrodrive.kernels.setup import set_parameters
-from vibrodrive.kernels.switch import begin, commit_segment, direction
+from vibrodrive.kernels.switch import (
+    begin,
+    commit_segment,
+    commit_segment_fast,
+    commit_state,
+    commit_time,
+    commit_time_fast,
+    direction,
+)
 from vibrodrive.model.states import State
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
@@ -41,22 +47,23 @@ def sample_segments(
             row < 0 or rows_int[row + 1, 0] < n or (rows_int[row + 1, 0] == n and rows_float[row + 1, 0] <= phi)
         ):
             row += 1
-            k[r.PERIOD] = rows_int[row, 0]
-            w[r.PHI] = rows_float[row, 0]
-            w[r.LOW] = 0.0
+            period, phase = rows_int[row, 0], rows_float[row, 0]
             before, now = rows_int[row, 1], rows_int[row, 2]
             at_obstacle = before == IMPACT or now == IMPACT or now == REST
             x = 0.0 if at_obstacle else rows_float[row, 1]
             v = rows_float[row, 2] if before == now and row == 0 else 0.0
-            force = evaluate_excitation(w, k, 0)
+            p, q, theta, pf, qf = evaluate_excitation(w, 0, period, phase, 0.0)
+            commit_time(w, k, 0, True, period, phase, 0.0, 0.0, p, q)
+            commit_time_fast(w, 0, True, theta, pf, qf, 0.0)
+            force = adhesive_force(w, 0, q, qf)
             left = method == CERTIFIED and (before == STICK or before == REST)
             segment = begin(
                 direction(now), x, v, force, left, method != CERTIFIED,
-                w[r.B], w[r.INVERSE], w[r.P], w[r.Q], w[r.PF], w[r.QF],
+                w[r.B], w[r.INVERSE], p, q, pf, qf,
             )  # fmt: skip
             commit_segment(w, 0, True, segment, 0.0, 0.0)
-            w[r.XALF], w[r.XBEF] = segment.xalf, segment.xbef
-            k[r.STATE] = now
+            commit_segment_fast(w, 0, True, segment)
+            commit_state(k, 0, True, now)
         h = time_until(w, k, 0, n, phi)
         now = k[r.STATE]
         x, v = w[r.X0], 0.0

@@ -7,18 +7,14 @@ import math
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.event import (
-    CERTIFIED,
-    begin_state,
-    finish_at_rest,
-)
+from vibrodrive.kernels.event import CERTIFIED, begin_state, finish_at_rest
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.margins import record_margin_of_force
-from vibrodrive.kernels.motion import evaluate_excitation, excitation
+from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, excitation
 from vibrodrive.kernels.record import write_row
 from vibrodrive.kernels.recurrence import clear_reference
 from vibrodrive.kernels.release import release_down, release_up
-from vibrodrive.kernels.switch import decide, waits
+from vibrodrive.kernels.switch import commit_state, commit_time, commit_time_fast, decide, waits
 from vibrodrive.kernels.switching import INFINITY, S1, S2, can_leave
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import State
@@ -91,8 +87,11 @@ def load(
     w[r.WORK + i] = 0.0
     w[r.WORK_BOOKED + i] = 0.0
     w[r.MARGIN + i] = INFINITY
-    w[r.LEFT + i] = float(transient + periods) * TWO_PI
-    force = evaluate_excitation(w, k, i)
+    p, q, theta, pf, qf = evaluate_excitation(w, i, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i])
+    left = float(transient + periods) * TWO_PI
+    commit_time(w, k, i, True, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], left, p, q)
+    commit_time_fast(w, i, True, theta, pf, qf, 0.0)
+    force = adhesive_force(w, i, q, qf)
     x, v = points[row, 6], points[row, 7]
     w[r.X0 + i] = x
     if v > 0.0:
@@ -103,7 +102,7 @@ def load(
         state = decide(S2 if x > 0.0 else S1, 0.0, force)
         distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
         record_margin_of_force(w, k, i, distance, TWO_PI)
-    k[r.STATE + i] = state
+    commit_state(k, i, True, state)
     if rows_int.shape[0] > 0:
         stored[0] = 1
         write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)

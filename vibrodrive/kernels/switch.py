@@ -93,19 +93,39 @@ def commit_segment(w, i, where, segment, x_off, v_off):
 
 
 @inline
-def commit_ripple(w, i, where, segment, theta, pf, qf):
+def commit_wait(w, k, i, to, x, x_off):
+    """Lane i begins to wait, at ξ = x, for an end that is known beforehand."""
+    k[r.STATE + i] = to
+    w[r.X0 + i] = x
+    w[r.X_OFF + i] = x_off
+    w[r.V_OFF + i] = 0.0
+
+
+@inline
+def commit_segment_fast(w, i, where, segment):
     """The same for what the disturbance adds."""
-    w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
-    w[r.PF + i] = choose(where, pf, w[r.PF + i])
-    w[r.QF + i] = choose(where, qf, w[r.QF + i])
     w[r.XALF + i] = choose(where, segment.xalf, w[r.XALF + i])
     w[r.XBEF + i] = choose(where, segment.xbef, w[r.XBEF + i])
 
 
 @inline
-def commit_time(w, k, i, where, to, period, phi, low, left, p, q):
-    """State `to` begins in lane i at (period, φ + low), `left` before the end of the record."""
+def commit_state(k, i, where, to):
+    """Lane i is in state `to`."""
     k[r.STATE + i] = choose(where, to, k[r.STATE + i])
+
+
+@inline
+def commit_time_fast(w, i, where, theta, pf, qf, late):
+    """The fast clock, the excitation by the disturbance, and how late a wait has ended."""
+    w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
+    w[r.PF + i] = choose(where, pf, w[r.PF + i])
+    w[r.QF + i] = choose(where, qf, w[r.QF + i])
+    w[r.LATE + i] = choose(where, late, w[r.LATE + i])
+
+
+@inline
+def commit_time(w, k, i, where, period, phi, low, left, p, q):
+    """Lane i has come to (period, φ + low), `left` before the end of the record."""
     k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
     w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
     w[r.LOW + i] = choose(where, low, w[r.LOW + i])
@@ -120,6 +140,14 @@ def commit_cost(w, k, i, where, counted, cost):
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
+
+
+@inline
+def commit_departure(k, i, where):
+    """Lane i leaves the obstacle, or may: counted for recurrences. Returns their number since the reference."""
+    since = k[r.SINCE + i] + choose(where, 1, 0)
+    k[r.SINCE + i] = since
+    return since
 
 
 @inline

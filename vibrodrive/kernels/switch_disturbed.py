@@ -11,7 +11,7 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.first_zero import FALLEN, LEAST_GAP, NOTHING, ZERO, first_cursor
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import SUSPECT, gap_rounding, magnitude_scale
-from vibrodrive.kernels.motion import longest, on_boundary, propagate_disturbed, time_between
+from vibrodrive.kernels.motion import adhesive_force, longest, on_boundary, propagate_disturbed, time_between
 from vibrodrive.kernels.record import (
     DONE,
     UNUSUAL,
@@ -24,9 +24,11 @@ from vibrodrive.kernels.record import (
 from vibrodrive.kernels.switch import (
     begin,
     commit_cost,
-    commit_ripple,
     commit_segment,
+    commit_segment_fast,
+    commit_state,
     commit_time,
+    commit_time_fast,
     decide,
     direction,
     number_in_period,
@@ -74,7 +76,7 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
     there, late = on_boundary(w, i, waited, propagate_disturbed(w, k, i, h), level)
     x0, v0 = w[r.X0 + i], w[r.V0 + i]
     x = choose(waited, x0, there.x)
-    force = there.q + there.qf - w[r.B + i]
+    force = adhesive_force(w, i, there.q, there.qf)
     suspect = SUSPECT * (usual + abs(v0))
 
     # the closest the search came to a zero that was none
@@ -117,10 +119,11 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
     )  # fmt: skip
     k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, UNUSUAL)
     k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
-    commit_time(w, k, i, over, to, period1, there.phi, there.low, left, there.p, there.q)
+    commit_state(k, i, over, to)
+    commit_time(w, k, i, over, period1, there.phi, there.low, left, there.p, there.q)
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
-    commit_ripple(w, i, over, segment, there.theta, there.pf, there.qf)
-    w[r.LATE + i] = choose(over, late, w[r.LATE + i])
+    commit_segment_fast(w, i, over, segment)
+    commit_time_fast(w, i, over, there.theta, there.pf, there.qf, late)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)
     w[r.MARGIN + i] = choose(over, nearest, choose(aside, margin_aside, w[r.MARGIN + i]))

@@ -37,7 +37,9 @@ from vibrodrive.kernels.record import CHECK_RECURRENCE, DONE, UNUSUAL, count_swi
 from vibrodrive.kernels.switch import (
     begin,
     commit_cost,
+    commit_departure,
     commit_segment,
+    commit_state,
     commit_time,
     decide,
     direction,
@@ -170,8 +172,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
 
     # away from the obstacle, or at rest there: is this where the motion has been before?
     at_obstacle = over & (gap | (which == S5))
-    since = k[r.SINCE + i] + choose(at_obstacle, 1, 0)
-    k[r.SINCE + i] = since
+    since = commit_departure(k, i, at_obstacle)
     look = at_obstacle & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
@@ -179,7 +180,8 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
 
     w[r.WORK + i] += choose(met, VALUES, 0.0)
     left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
-    commit_time(w, k, i, over, to, there, phi1, 0.0, left, p, q)
+    commit_state(k, i, over, to)
+    commit_time(w, k, i, over, there, phi1, 0.0, left, p, q)
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)

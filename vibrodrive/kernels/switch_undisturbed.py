@@ -19,7 +19,9 @@ from vibrodrive.kernels.record import CHECK_RECURRENCE, DONE, POINT, UNUSUAL, co
 from vibrodrive.kernels.switch import (
     begin,
     commit_cost,
+    commit_departure,
     commit_segment,
+    commit_state,
     commit_time,
     decide_after_slide,
     number_in_period,
@@ -107,15 +109,15 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
 
     # away from the obstacle: is this where the motion has been before?
     left_obstacle = over & gap
-    since = k[r.SINCE + i] + choose(left_obstacle, 1, 0)
-    k[r.SINCE + i] = since
+    since = commit_departure(k, i, left_obstacle)
     look = left_obstacle & (rested | (phi2 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     more = choose(point1, POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
     k[r.LEFT_OVER + i] = choose(over, more, choose(aside | (not met), DONE, UNUSUAL))
 
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
     next_state = choose(up, UP, DOWN)
-    commit_time(w, k, i, over, next_state, period2, phi2, 0.0, left, p2, q2)
+    commit_state(k, i, over, next_state)
+    commit_time(w, k, i, over, period2, phi2, 0.0, left, p2, q2)
     commit_segment(w, i, over, segment, choose(gap, 0.0, off), 0.0)
     commit_cost(w, k, i, over, choose(waiting, period1, period), cost1)
     count_switch(k, i, over & recorded, gap, to)
