@@ -11,7 +11,7 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures.model import ALPHA, drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.model.states import TRANSITIONS, State
-from vibrodrive.paper import claims_physical as paper_claims_physical  # noqa: F401
+from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401
 from vibrodrive.paper.claim import CLAIMS, Verdict, plain
 from vibrodrive.paper.figures import FIGURES, Slip, find_slip
 from vibrodrive.paper.run import Desk, configurations, run_paper

@@ -195,7 +195,7 @@ def run_paper(
         if a file cannot be read or written.
     """
     # they all work at a Desk: imported where this module is complete
-    from vibrodrive.paper import claims_physical as paper_claims_physical  # noqa: F401
+    from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401
     from vibrodrive.paper.claim import CLAIMS, claims_table, judge
     from vibrodrive.paper.figures import FIGURES
 

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import numbers
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -113,8 +112,6 @@ def bifurcations(
     if not low < high:
         raise ValueError(bad("A", (first, last), "two numbers, the smaller one first"))
     if step is not None:
-        if not 0.0 < real_number("step", step, "a number > 0") < math.inf:
-            raise ValueError(bad("step", step, "a number > 0"))
         check_step(step, high - low)
     return _Search(incline, limit).between(low, high, step)
 
@@ -123,9 +120,8 @@ def check_step(step: object, width: float) -> None:
     """Refuse a spacing of the grid of A that is none, or that a range of this width has too many of."""
     least = width / MOST_VALUES
     allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
-    if isinstance(step, bool) or not isinstance(step, numbers.Real):
-        raise TypeError(bad("step", step, allowed))
-    if not 0.0 < float(step) < math.inf or float(step) < least:
+    value = real_number("step", step, allowed)
+    if not 0.0 < value < math.inf or value < least:
         raise ValueError(bad("step", step, allowed))
 
 

@@ -67,7 +67,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
 
 
 @jit(_nrt=False)
-def evaluate_excitation(phi, A, B):
+def departure(phi, A, B):
     """(ψ, rests): the phase φ in [0, 2π), and whether an impact at it is followed by a rest."""
     psi = turns(phi, 0.0)[1]
     up, _ = release_up(A, B)
@@ -136,7 +136,7 @@ class Impacts:
 def _word_from(phi: float, A: float, B: float) -> str:
     if A <= 1.0 + B:
         return State.REST.name
-    psi, rests = evaluate_excitation(phi, A, B)
+    psi, rests = departure(phi, A, B)
     return spell([State.REST] * int(rests) + states(psi, A, B))
 
 
