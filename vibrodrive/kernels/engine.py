@@ -31,7 +31,8 @@ from vibrodrive.kernels.setup import is_disturbed, load
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_muller import apply_switches_muller
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
-from vibrodrive.kernels.undisturbed import AT_ONCE, STEPPED, search_brackets
+from vibrodrive.kernels.switching import AT_ONCE, STEPPED, set_search_mode
+from vibrodrive.kernels.undisturbed import search_brackets
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import State
 
@@ -171,7 +172,7 @@ def run(
             if bracketed and w[r.SEARCH_MODE + i] != STEPPED:
                 w[r.WORK + i] = w[r.WORK_BOOKED + i]  # what was tried in vain is free, or the budget would end sooner
                 begin_search(w, k, i, k[r.STATE + i], False, method)
-                w[r.SEARCH_MODE + i] = STEPPED
+                set_search_mode(w, i, True, STEPPED)
                 continue
             if not process_event(
                 w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored

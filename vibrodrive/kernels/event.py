@@ -30,6 +30,7 @@ from vibrodrive.kernels.margins import (
     record_margin_of_rest,
     record_margin_of_reversal,
     record_margin_of_tangency,
+    set_margin,
     velocity_rounding,
     wait_end_distance,
 )
@@ -63,22 +64,28 @@ from vibrodrive.kernels.switch import (
     waits,
 )
 from vibrodrive.kernels.switching import (
+    AT_ONCE,
+    BRACKETED,
     S1,
     S2,
     S3,
     S4,
-    UNKNOWN,
+    STEPPED,
     can_leave,
+    clear_dip,
     restart_search,
+    search_grid,
     search_shape,
+    set_bracket,
+    set_limit,
     set_search,
+    set_search_mode,
+    set_side,
     terminating_function,
+    turn_side,
 )
 from vibrodrive.kernels.undisturbed import (
-    AT_ONCE,
-    BRACKETED,
     LEAST_FALL,
-    STEPPED,
     clear_guesses,
     keep_guesses,
     rate_of,
@@ -126,16 +133,11 @@ def reach(w, i, method):
 @inline
 def begin_search(w, k, i, state, from_rest, method):
     """Begin the search for what ends `state`, at its beginning."""
-    w[r.LIMIT + i] = reach(w, i, method)
-    limit = w[r.LIMIT + i]
+    limit = reach(w, i, method)
+    set_limit(w, i, True, limit)
     which = terminating_function(state)
     if method != CERTIFIED:
-        restart_search(w, k, i, which, limit * w[r.DTAU + i])
-        w[r.CURSOR + i] = 1.0
-        if state == DOWN:
-            w[r.FALL_TOLERANCE + i] = 0.0
-        if state == STICK:
-            w[r.OTHER + i] = 1.0
+        search_grid(w, k, i, which, limit * w[r.DTAU + i])
         return
     search, cursor = search_shape(w, i, which, limit), 0.0
     if from_rest and not waits(state):
@@ -155,19 +157,19 @@ def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
     )  # fmt: skip
     commit_segment(w, i, True, segment, x_off, v_off)
     commit_segment_fast(w, i, True, segment)
-    w[r.SEARCH_MODE + i] = STEPPED
-    w[r.DIP_DENOMINATOR + i] = 0.0
+    set_search_mode(w, i, True, STEPPED)
+    clear_dip(w, i)
     if (method == CERTIFIED or method == MULLER_BRACKETED) and w[r.AF + i] == 0.0:
         if s == 0.0:
-            w[r.SEARCH_MODE + i] = AT_ONCE
-            w[r.CURSOR + i], _, _, down = wait_end(w, i, state, w[r.PHI + i])
-            w[r.SIG + i] = 1.0 if down else -1.0
-            k[r.SEARCH + i] = terminating_function(state)
+            h, _, _, down = wait_end(w, i, state, w[r.PHI + i])
+            set_bracket(w, k, i, True, terminating_function(state), h, h, h)
+            set_search_mode(w, i, True, AT_ONCE)
+            set_side(w, i, True, down)
             return
         if v == 0.0 and 1.0 + s * w[r.B + i] >= LEAST_FALL:
             fall = search_in_bracket(w, k, i, s)
             if method == CERTIFIED and fall < w[r.MARGIN + i]:
-                w[r.MARGIN + i] = fall
+                set_margin(w, i, True, fall)
             return
     begin_search(w, k, i, state, v == 0.0, method)
     if method == CERTIFIED and s == 0.0:
@@ -205,9 +207,8 @@ def certified_event(w, k, i, x):
             if met == ZERO:
                 record_margin(w, k, i, 0.0 - x, gap_rounding(w, i, h))
             above = w[r.LAST_NONNEGATIVE + i]
-            restart_search(w, k, i, S1, h)
-            w[r.CURSOR + i] = above if w[r.X0 + i] >= LEAST_GAP else fall_from_nothing(w, i, h)
-            w[r.LIMIT + i] = h  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
+            restart_search(w, k, i, S1, h, above if w[r.X0 + i] >= LEAST_GAP else fall_from_nothing(w, i, h))
+            set_limit(w, i, True, h)  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
             return CONTINUE, h
         if met == ZERO:
             record_margin(w, k, i, x, gap_rounding(w, i, h))
@@ -229,8 +230,7 @@ def grid_event(w, k, i, method):
     which = k[r.SEARCH + i]
     if which == S4 and met == LIMIT_MET:
         # one side has reached the limit unchanged: the other side's last grid point is still to be seen
-        w[r.SIG + i] = -w[r.SIG + i]
-        w[r.VALUE + i] = w[r.BEFORE + i] = UNKNOWN
+        turn_side(w, i)
         if value(w, i, h) < 0.0:
             met = ZERO
     if met == LIMIT_MET:
@@ -239,8 +239,7 @@ def grid_event(w, k, i, method):
     if met == FALLEN and cursor - w[r.LAST_NONNEGATIVE + i] > 1.0:
         # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
         above = w[r.LAST_NONNEGATIVE + i]
-        restart_search(w, k, i, S1, h)
-        w[r.CURSOR + i] = above + 1.0
+        restart_search(w, k, i, S1, h, above + 1.0)
         return CONTINUE, h
     if method == FIXED:
         hit = hit or met == BOTH
@@ -251,7 +250,7 @@ def grid_event(w, k, i, method):
             hit = x <= 0.0
         if hit:
             if which != S1:
-                restart_search(w, k, i, S1, h)
+                restart_search(w, k, i, S1, h, 0.0)
             h = refine(w, i, before, h)
         elif which != S2:
             h = refine(w, i, before, h)

@@ -28,6 +28,12 @@ its cost."""
 
 
 @inline
+def set_margin(w, i, where, margin):
+    """The smallest distance of a decision from its opposite, so far."""
+    w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
+
+
+@inline
 def record_margin(w, k, i, distance, bound):
     """A decision was taken `distance` away from its opposite; `bound` is the rounding of that distance."""
     if distance < w[r.MARGIN + i]:

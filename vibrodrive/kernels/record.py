@@ -45,6 +45,32 @@ def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
 
 
 @inline
+def set_point_ahead(w, k, i, slot, x, v):
+    """Section point `slot`, (x, v), lies on the way to the switch, if any does."""
+    k[r.SLOT + i] = slot
+    w[r.POINT_X + i] = x
+    w[r.POINT_V + i] = v
+
+
+@inline
+def mark_point_ahead(k, i, slot):
+    """Section point `slot` lies on the way to the switch."""
+    k[r.SLOT + i] = slot
+
+
+@inline
+def commit_points(k, i, where, count):
+    """So many section points are written, or will be (write_points)."""
+    k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
+
+
+@inline
+def leave_over(k, i, what):
+    """What a batch of switches leaves to be done in lane i."""
+    k[r.LEFT_OVER + i] = what
+
+
+@inline
 def count_switch(k, i, recorded, impact, to):
     """Count a switch into `to`, and the impact before it if there was one."""
     k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)

@@ -9,7 +9,7 @@ from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.event import CERTIFIED, begin_state, finish_at_rest
 from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.margins import record_margin_of_force
+from vibrodrive.kernels.margins import record_margin_of_force, set_margin
 from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, excitation
 from vibrodrive.kernels.record import write_row
 from vibrodrive.kernels.recurrence import clear_reference
@@ -86,7 +86,7 @@ def load(
     clear_reference(w, k, i)
     w[r.WORK + i] = 0.0
     w[r.WORK_BOOKED + i] = 0.0
-    w[r.MARGIN + i] = INFINITY
+    set_margin(w, i, True, INFINITY)
     p, q, theta, pf, qf = evaluate_excitation(w, i, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i])
     left = float(transient + periods) * TWO_PI
     commit_time(w, k, i, True, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], left, p, q)

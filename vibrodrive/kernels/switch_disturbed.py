@@ -10,13 +10,21 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.first_zero import FALLEN, LEAST_GAP, NOTHING, ZERO, first_cursor
 from vibrodrive.kernels.lane import full
-from vibrodrive.kernels.margins import SUSPECT, gap_rounding, magnitude_scale
+from vibrodrive.kernels.margins import (
+    SUSPECT,
+    gap_rounding,
+    magnitude_scale,
+    set_margin,
+)
 from vibrodrive.kernels.motion import adhesive_force, longest, on_boundary, propagate_disturbed, time_between
 from vibrodrive.kernels.record import (
     DONE,
     UNUSUAL,
+    commit_points,
     count_switch,
     in_record,
+    leave_over,
+    mark_point_ahead,
     point_on_the_way,
     section_due,
     write_point,
@@ -36,7 +44,16 @@ from vibrodrive.kernels.switch import (
     waits,
 )
 from vibrodrive.kernels.switch_undisturbed import STEEP_COST
-from vibrodrive.kernels.switching import S1, S2, S4, can_leave, search_shape, set_search, terminating_function
+from vibrodrive.kernels.switching import (
+    S1,
+    S2,
+    S4,
+    can_leave,
+    search_shape,
+    set_limit,
+    set_search,
+    terminating_function,
+)
 
 
 @part
@@ -46,9 +63,8 @@ def mark_points(w, k, n, transient, periods):
     for i in range(full(n)):
         slot = k[r.SECTIONS + i]
         due = section_due(w, k, i, slot, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-        k[r.SLOT + i] = choose(
-            (w[r.OUTCOME + i] != NOTHING) & (due <= w[r.CURSOR + i]) & (slot < periods), slot, periods
-        )
+        passed = (w[r.OUTCOME + i] != NOTHING) & (due <= w[r.CURSOR + i]) & (slot < periods)
+        mark_point_ahead(k, i, choose(passed, slot, periods))
 
 
 @part
@@ -117,8 +133,8 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
         s, choose(gap, 0.0, x), 0.0, force, waited, False,
         w[r.B + i], inverse, there.p, there.q, there.pf, there.qf,
     )  # fmt: skip
-    k[r.LEFT_OVER + i] = choose(over | aside | (met == NOTHING), DONE, UNUSUAL)
-    k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
+    leave_over(k, i, choose(over | aside | (met == NOTHING), DONE, UNUSUAL))
+    commit_points(k, i, over & point, slot + 1)
     commit_state(k, i, over, to)
     commit_time(w, k, i, over, period1, there.phi, there.low, left, there.p, there.q)
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
@@ -126,14 +142,14 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
     commit_time_fast(w, i, over, there.theta, there.pf, there.qf, late)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)
-    w[r.MARGIN + i] = choose(over, nearest, choose(aside, margin_aside, w[r.MARGIN + i]))
+    set_margin(w, i, over | aside, choose(over, nearest, margin_aside))
 
     # and what ends it
     goal = choose(aside, S1, terminating_function(to))
     limit = choose(aside, h, smaller(left, longest(w, i)))
     search = search_shape(w, i, goal, limit)
     cursor = choose(over, choose(s != 0.0, first_cursor(search, limit), 0.0), w[r.LAST_NONNEGATIVE + i])
-    w[r.LIMIT + i] = choose(over | aside, limit, w[r.LIMIT + i])
+    set_limit(w, i, over | aside, limit)
     set_search(w, k, i, over | aside, goal, search, cursor)
 
 

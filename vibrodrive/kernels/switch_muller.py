@@ -21,7 +21,12 @@ from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.first_zero import NOTHING
 from vibrodrive.kernels.lane import full
-from vibrodrive.kernels.margins import SUSPECT, gap_rounding, magnitude_scale
+from vibrodrive.kernels.margins import (
+    SUSPECT,
+    gap_rounding,
+    magnitude_scale,
+    set_margin,
+)
 from vibrodrive.kernels.motion import (
     LONGEST_SCAN,
     STRETCH,
@@ -33,7 +38,17 @@ from vibrodrive.kernels.motion import (
     time_between,
 )
 from vibrodrive.kernels.muller import on_chord, on_parabola
-from vibrodrive.kernels.record import CHECK_RECURRENCE, DONE, UNUSUAL, count_switch, in_record, point_on_the_way
+from vibrodrive.kernels.record import (
+    CHECK_RECURRENCE,
+    DONE,
+    UNUSUAL,
+    commit_points,
+    count_switch,
+    in_record,
+    leave_over,
+    point_on_the_way,
+    set_point_ahead,
+)
 from vibrodrive.kernels.switch import (
     begin,
     commit_cost,
@@ -49,6 +64,8 @@ from vibrodrive.kernels.switch import (
 )
 from vibrodrive.kernels.switch_undisturbed import STEEP_COST
 from vibrodrive.kernels.switching import (
+    AT_ONCE,
+    BRACKETED,
     INFINITY,
     S1,
     S2,
@@ -57,19 +74,13 @@ from vibrodrive.kernels.switching import (
     S5,
     can_leave,
     search_shape,
+    set_bracket,
+    set_search_mode,
+    set_side,
     slide_shape,
     terminating_function,
 )
-from vibrodrive.kernels.undisturbed import (
-    AT_ONCE,
-    BRACKETED,
-    LEAST_FALL,
-    bracket,
-    gap_guess,
-    keep_guesses,
-    rate_of,
-    wait_end,
-)
+from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
 
 VALUES = 4.0
 """Evaluations of a switching function that confirm and refine its zero here."""
@@ -139,9 +150,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     slot = k[r.SECTIONS + i]
     due, point, one = point_on_the_way(w, k, i, slot, period, phi, w[r.LOW + i], h, transient, periods)
     sx, sv = section_at(w, i, due)
-    w[r.POINT_X + i] = choose(waited, x0, sx)
-    w[r.POINT_V + i] = choose(waited, 0.0, sv)
-    k[r.SLOT + i] = slot
+    set_point_ahead(w, k, i, slot, choose(waited, x0, sx), choose(waited, 0.0, sv))
     cost = number_in_period(k, i)
     over = sure & refined & (h <= w[r.LEFT + i]) & one & (cost < budget)
     over &= (w[r.WORK + i] - w[r.WORK_BOOKED + i] < STEEP_COST) & ((x > slack) | (not falling))
@@ -176,7 +185,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     look = at_obstacle & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
-    k[r.LEFT_OVER + i] = choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL))
+    leave_over(k, i, choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL)))
 
     w[r.WORK + i] += choose(met, VALUES, 0.0)
     left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
@@ -185,14 +194,12 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)
-    k[r.SECTIONS + i] = slot + choose(over & point, 1, 0)
-    w[r.MARGIN + i] = choose(over, nearest, margin)
-    k[r.SEARCH + i] = choose(over, terminating_function(to), choose(aside, S1, which))
-    w[r.SEARCH_MODE + i] = choose(over, choose(waiting, AT_ONCE, BRACKETED), w[r.SEARCH_MODE + i])
-    w[r.SIG + i] = choose(over, choose(down, 1.0, -1.0), w[r.SIG + i])
-    w[r.LO + i] = choose(over, b_lo, choose(aside, 0.0, w[r.LO + i]))
-    w[r.HI + i] = choose(over, b_hi, choose(aside, low, w[r.HI + i]))
-    w[r.CURSOR + i] = choose(over, choose(waiting, wait, guess), choose(aside, guess_below, w[r.CURSOR + i]))
+    commit_points(k, i, over & point, slot + 1)
+    set_margin(w, i, over, nearest)
+    goal, cursor = choose(over, terminating_function(to), S1), choose(over, choose(waiting, wait, guess), guess_below)
+    set_bracket(w, k, i, over | aside, goal, choose(over, b_lo, 0.0), choose(over, b_hi, low), cursor)
+    set_search_mode(w, i, over, choose(waiting, AT_ONCE, BRACKETED))
+    set_side(w, i, over, down)
 
 
 @part

@@ -13,9 +13,27 @@ from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.first_zero import NOTHING
 from vibrodrive.kernels.lane import full
-from vibrodrive.kernels.margins import ROUNDING, SUSPECT, far_rounding, magnitude_scale, wait_end_distance
+from vibrodrive.kernels.margins import (
+    ROUNDING,
+    SUSPECT,
+    far_rounding,
+    magnitude_scale,
+    set_margin,
+    wait_end_distance,
+)
 from vibrodrive.kernels.motion import FAR, propagate_undisturbed, section_at, time_between
-from vibrodrive.kernels.record import CHECK_RECURRENCE, DONE, POINT, UNUSUAL, count_switch, in_record, point_on_the_way
+from vibrodrive.kernels.record import (
+    CHECK_RECURRENCE,
+    DONE,
+    POINT,
+    UNUSUAL,
+    commit_points,
+    count_switch,
+    in_record,
+    leave_over,
+    point_on_the_way,
+    set_point_ahead,
+)
 from vibrodrive.kernels.switch import (
     begin,
     commit_cost,
@@ -28,8 +46,15 @@ from vibrodrive.kernels.switch import (
     smaller,
     waits,
 )
-from vibrodrive.kernels.switching import S1, S2, S3, can_leave
-from vibrodrive.kernels.undisturbed import BRACKETED, LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
+from vibrodrive.kernels.switching import (
+    BRACKETED,
+    S1,
+    S2,
+    S3,
+    can_leave,
+    set_bracket,
+)
+from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
 from vibrodrive.model.states import State
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
@@ -62,8 +87,7 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     # the section point on the way, and what the period may cost
     slot = k[r.SECTIONS + i]
     due, point, one = point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods)
-    w[r.POINT_X + i], w[r.POINT_V + i] = section_at(w, i, due)
-    k[r.SLOT + i] = slot
+    set_point_ahead(w, k, i, slot, *section_at(w, i, due))
     cost = number_in_period(k, i)
     over = known & (h <= w[r.LEFT + i]) & one & (w[r.WORK + i] - w[r.WORK_BOOKED + i] < STEEP_COST)
     over &= (gap | (x > choose(falling, off, 0.0))) & (cost < budget)
@@ -112,7 +136,7 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     since = commit_departure(k, i, left_obstacle)
     look = left_obstacle & (rested | (phi2 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     more = choose(point1, POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
-    k[r.LEFT_OVER + i] = choose(over, more, choose(aside | (not met), DONE, UNUSUAL))
+    leave_over(k, i, choose(over, more, choose(aside | (not met), DONE, UNUSUAL)))
 
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
     next_state = choose(up, UP, DOWN)
@@ -122,12 +146,10 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     commit_cost(w, k, i, over, choose(waiting, period1, period), cost1)
     count_switch(k, i, over & recorded, gap, to)
     count_switch(k, i, over & recorded1, False, next_state)
-    k[r.SECTIONS + i] = choose(over, passed + choose(point1, 1, 0), k[r.SECTIONS + i])
-    w[r.MARGIN + i] = choose(over, smaller(fall, nearest), choose(aside, below, w[r.MARGIN + i]))
-    w[r.LO + i] = choose(over, lo, choose(aside, 0.0, w[r.LO + i]))
-    w[r.HI + i] = choose(over, hi, choose(aside, h, w[r.HI + i]))
-    w[r.CURSOR + i] = choose(over, guess, choose(aside, guess_below, w[r.CURSOR + i]))
-    k[r.SEARCH + i] = choose(over, choose(up, S3, S2), choose(aside, S1, k[r.SEARCH + i]))
+    commit_points(k, i, over, passed + choose(point1, 1, 0))
+    set_margin(w, i, over | aside, choose(over, smaller(fall, nearest), below))
+    goal, cursor = choose(over, choose(up, S3, S2), S1), choose(over, guess, guess_below)
+    set_bracket(w, k, i, over | aside, goal, choose(over, lo, 0.0), choose(over, hi, h), cursor)
 
 
 @part

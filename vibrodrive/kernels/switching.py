@@ -36,8 +36,11 @@ from vibrodrive.kernels.lane import (
     ETA,
     FALL_TOLERANCE,
     FAST_AMPLITUDE,
+    HI,
     INVERSE,
     LAST_NONNEGATIVE,
+    LIMIT,
+    LO,
     M2_SLOW,
     M3,
     MARGIN,
@@ -46,6 +49,7 @@ from vibrodrive.kernels.lane import (
     PF,
     QF,
     SEARCH,
+    SEARCH_MODE,
     SIG,
     SPAN,
     SPAN0,
@@ -70,6 +74,9 @@ UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
 
 INFINITY, UNKNOWN = float("inf"), float("nan")
+
+STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
+"""How the end of a state is found: by steps (first_zero.py), in a bracket (undisturbed.py), or without a search."""
 
 NOISE_SHARE = 1e-13
 """Values of a switching function below this share of its terms are not trusted to have a sign when grid
@@ -193,7 +200,55 @@ def set_search(w, k, i, where, which, search, cursor):
 
 
 @inline
-def restart_search(w, k, i, which, limit):
-    """Begin the search for the first zero of `which` at the present switch, in one lane."""
-    set_search(w, k, i, True, which, search_shape(w, i, which, limit), 0.0)
+def set_bracket(w, k, i, where, which, lo, hi, cursor):
+    """Lane i goes on with the search for the only zero of `which` between lo and hi (undisturbed.py)."""
+    w[LO + i] = choose(where, lo, w[LO + i])
+    w[HI + i] = choose(where, hi, w[HI + i])
+    w[CURSOR + i] = choose(where, cursor, w[CURSOR + i])
+    k[SEARCH + i] = choose(where, which, k[SEARCH + i])
+
+
+@inline
+def set_search_mode(w, i, where, mode):
+    """How the end of the state in lane i is found: STEPPED, BRACKETED or AT_ONCE."""
+    w[SEARCH_MODE + i] = choose(where, mode, w[SEARCH_MODE + i])
+
+
+@inline
+def set_side(w, i, where, down):
+    """The side of S4 that ends a wait whose end is known."""
+    w[SIG + i] = choose(where, choose(down, 1.0, -1.0), w[SIG + i])
+
+
+@inline
+def set_limit(w, i, where, limit):
+    """How far the search in lane i may go."""
+    w[LIMIT + i] = choose(where, limit, w[LIMIT + i])
+
+
+@inline
+def clear_dip(w, i):
+    """No tangency has been met yet."""
+    w[DIP_DENOMINATOR + i] = 0.0
+
+
+@inline
+def restart_search(w, k, i, which, limit, cursor):
+    """Begin the search for the first zero of `which` at `cursor` after the present switch, in one lane."""
+    set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
+    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+
+
+@inline
+def search_grid(w, k, i, which, limit):
+    """The same from the first grid point on. There both sides of S4 are looked at, and any ξ below 0 is an impact."""
+    restart_search(w, k, i, which, limit, 1.0)
+    w[FALL_TOLERANCE + i] = choose(which == S2, 0.0, w[FALL_TOLERANCE + i])
+    w[OTHER + i] = choose(which == S4, 1.0, w[OTHER + i])
+
+
+@inline
+def turn_side(w, i):
+    """Go over to the other side of S4, on a grid."""
+    w[SIG + i] = -w[SIG + i]
     w[VALUE + i] = w[BEFORE + i] = UNKNOWN

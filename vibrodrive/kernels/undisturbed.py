@@ -57,13 +57,10 @@ from vibrodrive.kernels.lane import (
     full,
 )
 from vibrodrive.kernels.motion import derivatives, shape
-from vibrodrive.kernels.switching import S1, S2, S3, slide_shape
+from vibrodrive.kernels.switching import BRACKETED, S1, S2, S3, set_bracket, set_search_mode, slide_shape
 from vibrodrive.model.states import State
 
 STICK = int(State.STICK)
-
-STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
-"""How the end of a state is found: by steps (first_zero.py), in a bracket (here), or without a search."""
 
 LEAST_FALL = 0.01
 """Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
@@ -127,18 +124,16 @@ def gap_guess(x, below, h):
 def search_in_bracket(w, k, i, s):
     """Look for the end of a slide that has just begun at rest. Returns how far below zero it would fall."""
     lo, hi, fall, guess = bracket(w, i, s, w[PHI + i], w[P + i], w[L + i])
-    w[LO + i], w[HI + i], w[CURSOR + i] = lo, hi, guess
-    w[SEARCH_MODE + i] = BRACKETED
-    k[SEARCH + i] = choose(s > 0.0, S3, S2)
+    set_bracket(w, k, i, True, choose(s > 0.0, S3, S2), lo, hi, guess)
+    set_search_mode(w, i, True, BRACKETED)
     return fall
 
 
 @inline
 def search_impact(w, k, i, h, below):
     """Look for the impact within h, at whose end the gap would be `below`."""
-    w[LO + i], w[HI + i], w[CURSOR + i] = 0.0, h, gap_guess(w[X0 + i], below, h)
-    w[SEARCH_MODE + i] = BRACKETED
-    k[SEARCH + i] = S1
+    set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[X0 + i], below, h))
+    set_search_mode(w, i, True, BRACKETED)
 
 
 @inline

@@ -1,0 +1,48 @@
+"""Each row of a lane is written by one module; where more do, the reason is here."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+import vibrodrive.kernels
+from vibrodrive.kernels import lane
+
+SHARED = {
+    "a search is begun in switching.py and advanced by the module that searches": [
+        "CURSOR", "OTHER", "SIG", "SPAN", "LAST_NONNEGATIVE", "DIP_DENOMINATOR", "VALUE", "BEFORE", "LO", "HI",
+    ],
+    "each way to search tells what it met": ["OUTCOME"],
+    "each evaluation is counted where it is made": ["WORK"],
+    "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],
+    "margins.py says TOO_CLOSE and NEVER_LEAVES, event.py BUDGET": ["STATUS"],
+}  # fmt: skip
+"""Beside these, setup.py writes the first values of any row."""
+
+
+def rows_written(path: Path):
+    """Names of the rows that a module assigns to: w[NAME + i] or k[r.NAME + i], alone or in a tuple."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        for target in targets:
+            for element in target.elts if isinstance(target, ast.Tuple) else [target]:
+                if isinstance(element, ast.Subscript) and getattr(element.value, "id", "") in ("w", "k"):
+                    names = [getattr(n, "attr", getattr(n, "id", "")) for n in ast.walk(element.slice)]
+                    yield from (n for n in names if n.isupper() and n != "STRIDE" and hasattr(lane, n))
+
+
+def test_each_row_has_one_owner_or_a_reason():
+    writers = defaultdict(set)
+    for path in Path(vibrodrive.kernels.__file__).parent.glob("*.py"):
+        for row in rows_written(path):
+            writers[row].add(path.stem)
+    assert len(writers) > 90
+    several = {row for row, modules in writers.items() if len(modules - {"setup"}) > 1}
+    assert several == {row for rows in SHARED.values() for row in rows}
+
+
+def test_the_search_for_writers_sees_all_ways_to_write(tmp_path):
+    source = tmp_path / "kernel.py"
+    source.write_text("w[PHI + i], k[r.STATE + i] = 1, 2\nw[r.WORK + i] += 1.0\nk[r.SWITCHES + to * STRIDE + i] = 0\n")
+    assert sorted(rows_written(source)) == ["PHI", "STATE", "SWITCHES", "WORK"]
