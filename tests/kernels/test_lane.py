@@ -11,8 +11,9 @@ from vibrodrive.kernels import lane
 
 SHARED = {
     "a search is begun in switching.py and advanced by the module that searches": [
-        "CURSOR", "OTHER", "SIG", "SPAN", "LAST_NONNEGATIVE", "DIP_DENOMINATOR", "VALUE", "BEFORE", "LO", "HI",
+        "CURSOR", "OTHER", "SIG", "SPAN", "LAST_NONNEGATIVE", "DIP_DENOMINATOR", "VALUE", "BEFORE",
     ],
+    "a search by steps begins in switching.py, one in a bracket in undisturbed.py": ["SEARCH"],
     "each way to search tells what it met": ["OUTCOME"],
     "each evaluation is counted where it is made": ["WORK"],
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.kernels.codes import S1, S2, S3, S4, S5
 from vibrodrive.kernels.switch import decide
-from vibrodrive.kernels.switching import S1, S2, S3, S4, S5
 from vibrodrive.model.states import TRANSITIONS
 
 FUNCTIONS = {"S1": S1, "S2": S2, "S3": S3, "S4": S4, "S5": S5}

@@ -13,31 +13,30 @@ from __future__ import annotations
 from vibrodrive.jit.compile import inline, jit, part
 from vibrodrive.jit.counter import next_index
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.event import (
+from vibrodrive.kernels.codes import (
+    AT_ONCE,
     CERTIFIED,
+    CHECK_RECURRENCE,
     LITERAL,
     MULLER,
     MULLER_BRACKETED,
-    begin_search,
-    process_event,
+    NOTHING,
+    STEPPED,
+    UNUSUAL,
+    ZERO,
 )
-from vibrodrive.kernels.first_zero import NOTHING, ZERO, search_on_grid, search_stepwise
+from vibrodrive.kernels.event import begin_search, process_event
+from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
-from vibrodrive.kernels.record import CHECK_RECURRENCE, UNUSUAL, finish, write_points
+from vibrodrive.kernels.record import finish, write_points
 from vibrodrive.kernels.recurrence import detect_recurrence
 from vibrodrive.kernels.setup import is_disturbed, load
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_muller import apply_switches_muller
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
-from vibrodrive.kernels.switching import AT_ONCE, STEPPED, set_search_mode
-from vibrodrive.kernels.undisturbed import search_brackets
-from vibrodrive.model.parameters import Status
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
-OK = int(Status.OK)
+from vibrodrive.kernels.undisturbed import search_brackets, set_search_mode
 
 STEPS, EVALUATIONS = 3, 2
 """Steps of a search, with and without a disturbance, before its outcome is looked at: most have ended by then, and

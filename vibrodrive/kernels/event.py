@@ -10,12 +10,33 @@ import math
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.first_zero import (
+from vibrodrive.kernels.codes import (
+    AT_ONCE,
     BOTH,
+    BRACKETED,
+    BUDGET,
+    CERTIFIED,
+    CONTINUE,
+    END,
     FALLEN,
-    LEAST_GAP,
+    FIXED,
+    IMPACT,
     LIMIT_MET,
+    LITERAL,
+    MULLER_BRACKETED,
+    REST,
+    S1,
+    S2,
+    S3,
+    S4,
+    STEPPED,
+    STICK,
+    STRETCHED,
+    UP,
     ZERO,
+)
+from vibrodrive.kernels.first_zero import (
+    LEAST_GAP,
     fall_from_nothing,
     first_cursor,
     peak_cursor,
@@ -50,6 +71,7 @@ from vibrodrive.kernels.record import emit_rest, emit_sections, record
 from vibrodrive.kernels.recurrence import detect_recurrence
 from vibrodrive.kernels.switch import (
     begin,
+    can_leave,
     commit_cost,
     commit_departure,
     commit_segment,
@@ -61,27 +83,16 @@ from vibrodrive.kernels.switch import (
     decide,
     direction,
     number_in_period,
+    terminating_function,
     waits,
 )
 from vibrodrive.kernels.switching import (
-    AT_ONCE,
-    BRACKETED,
-    S1,
-    S2,
-    S3,
-    S4,
-    STEPPED,
-    can_leave,
     clear_dip,
     restart_search,
     search_grid,
     search_shape,
-    set_bracket,
     set_limit,
     set_search,
-    set_search_mode,
-    set_side,
-    terminating_function,
     turn_side,
 )
 from vibrodrive.kernels.undisturbed import (
@@ -91,19 +102,11 @@ from vibrodrive.kernels.undisturbed import (
     rate_of,
     search_impact,
     search_in_bracket,
+    set_bracket,
+    set_search_mode,
+    set_side,
     wait_end,
 )
-from vibrodrive.model.parameters import Method, Scan, Status
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
-FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
-LITERAL = int(Scan.LITERAL)
-BUDGET = int(Status.BUDGET)
-
-MULLER_BRACKETED = CERTIFIED + 1
-"""`method` within the engine where Muller's path at ε = 0 is computed without scanning (switch_muller.py): in sweeps,
-unless a literal scan is asked for."""
 
 SMALLEST = 5e-324
 
@@ -111,10 +114,6 @@ SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
 """What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
 
 NOWHERE = Arrival(*10 * [0.0])
-
-CONTINUE, STRETCHED, END = 0, -1, -2
-"""Beside S1 ... S5, the switching function whose zero was met: the search goes on otherwise; the segment goes on from
-here; the record ends."""
 
 
 @inline

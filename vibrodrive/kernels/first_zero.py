@@ -36,6 +36,16 @@ import math
 from vibrodrive.jit.branchless import ROUND, choose, fma, wide
 from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import PI, TWO_PI, arc, arc_of_product, dot
+from vibrodrive.kernels.codes import (
+    BOTH,
+    FALLEN,
+    INFINITY,
+    LIMIT_MET,
+    NOTHING,
+    S4,
+    UNKNOWN,
+    ZERO,
+)
 from vibrodrive.kernels.lane import (
     AL,
     ALF,
@@ -84,14 +94,10 @@ from vibrodrive.kernels.lane import (
     full,
 )
 from vibrodrive.kernels.motion import derivatives, fast_part, shape, state_at
-from vibrodrive.kernels.switching import INFINITY, S4, UNKNOWN
-
-NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
-"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
-functions below 0."""
-
-TINY = 1.2e-16
-"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+from vibrodrive.kernels.undisturbed import (
+    TINY,
+    householder_series,
+)
 
 BENT = 0.25
 """The share of g' by which it may change on a way d that the series is trusted for. It knows four derivatives, so it
@@ -180,13 +186,6 @@ def fall_from_nothing(w, i, h):
         high = choose(x > 0.0, high, middle)
     w[WORK + i] += 64.0
     return high
-
-
-@inline
-def householder_series(u, a2, a3, a4):
-    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
-    square = a2 * a2
-    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
 
 
 @inline

@@ -14,7 +14,7 @@ from __future__ import annotations
 from vibrodrive.jit.branchless import fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import arc, arc_of_product, dot
-from vibrodrive.kernels.first_zero import BOTH, FALLEN, LIMIT_MET, ZERO
+from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S2, S4, ZERO
 from vibrodrive.kernels.lane import (
     AF,
     AL,
@@ -41,7 +41,6 @@ from vibrodrive.kernels.lane import (
 )
 from vibrodrive.kernels.motion import state_at
 from vibrodrive.kernels.muller import value
-from vibrodrive.kernels.switching import S2, S4
 
 BLOCK = 896
 """Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""

@@ -311,3 +311,14 @@ def time_between(period, phi, low, to_period, to_phase):
 def time_until(w, k, i, period, phase):
     """h from the present time to (period, phase)."""
     return time_between(k[PERIOD + i], w[PHI + i], w[LOW + i], period, phase)
+
+
+@inline
+def slide_shape(w, i, gap, rate):
+    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
+    x0, v0, a0, slope, p, q = w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i]
+    xd2, xc1, xc2 = w[XD2 + i], w[XC1 + i], w[XC2 + i]
+    return (
+        choose(gap, x0, v0), choose(gap, v0, a0), choose(gap, xd2, 0.5 * rate),
+        choose(gap, xc1, slope), choose(gap, xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
+    )  # fmt: skip

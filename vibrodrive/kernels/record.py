@@ -4,80 +4,23 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline, part
-from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.motion import section_at, state_at, time_between
-from vibrodrive.kernels.switching import INFINITY
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
-
-SECTION_MARGIN = 1e-9
-"""Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
-
-DONE, UNUSUAL, POINT, CHECK_RECURRENCE = 0, 1, 2, 4
-"""What is left to do in a lane after a batch of switches: nothing; everything (event.py); a section point to be
-written, a recurrence to be looked for (recurrence.py), or both."""
-
-
-@inline
-def in_record(w, k, i, period, phi, transient):
-    """Whether (period, φ) lies after the transient."""
-    n = period - k[r.PERIOD0 + i]
-    return (n > transient) | ((n == transient) & (phi > w[r.PHI0 + i])) | (transient == 0)
-
-
-@inline
-def section_due(w, k, i, count, period, phi, low, transient):
-    """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
-    first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
-    return time_between(period, phi, low, first + count, w[r.SECTION + i])
-
-
-@inline
-def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
-    """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
-    due = section_due(w, k, i, slot, period, phi, low, transient)
-    return due, (due <= h) & (slot < periods), due + TWO_PI > h + SECTION_MARGIN
-
-
-@inline
-def set_point_ahead(w, k, i, slot, x, v):
-    """Section point `slot`, (x, v), lies on the way to the switch, if any does."""
-    k[r.SLOT + i] = slot
-    w[r.POINT_X + i] = x
-    w[r.POINT_V + i] = v
-
-
-@inline
-def mark_point_ahead(k, i, slot):
-    """Section point `slot` lies on the way to the switch."""
-    k[r.SLOT + i] = slot
-
-
-@inline
-def commit_points(k, i, where, count):
-    """So many section points are written, or will be (write_points)."""
-    k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
-
-
-@inline
-def leave_over(k, i, what):
-    """What a batch of switches leaves to be done in lane i."""
-    k[r.LEFT_OVER + i] = what
-
-
-@inline
-def count_switch(k, i, recorded, impact, to):
-    """Count a switch into `to`, and the impact before it if there was one."""
-    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)
-    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
-    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
-    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
-    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
+from vibrodrive.kernels.codes import (
+    DOWN,
+    INFINITY,
+    UP,
+)
+from vibrodrive.kernels.lane import (
+    POINT,
+    STRIDE,
+)
+from vibrodrive.kernels.motion import section_at, state_at
+from vibrodrive.kernels.switch import (
+    count_into,
+    in_record,
+    section_due,
+)
 
 
 @inline
@@ -149,7 +92,7 @@ def record(w, k, i, before, after, x, v, transient, rows_int, rows_float, stored
     """
     recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
-        k[r.SWITCHES + after * STRIDE + i] += 1
+        count_into(k, i, after)
     if rows_int.shape[0] > 0:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
         stored[0] += 1 if recorded else 0

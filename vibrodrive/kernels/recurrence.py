@@ -24,7 +24,7 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
-from vibrodrive.kernels.record import in_record
+from vibrodrive.kernels.switch import in_record
 from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16

@@ -5,7 +5,14 @@ from __future__ import annotations
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.event import CERTIFIED
+from vibrodrive.kernels.codes import (
+    CERTIFIED,
+    DOWN,
+    IMPACT,
+    REST,
+    STICK,
+    UP,
+)
 from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, force_at, state_at, time_until
 from vibrodrive.kernels.setup import set_parameters
 from vibrodrive.kernels.switch import (
@@ -17,9 +24,6 @@ from vibrodrive.kernels.switch import (
     commit_time_fast,
     direction,
 )
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
 
 @jit(_nrt=False)

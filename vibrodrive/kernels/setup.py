@@ -7,20 +7,23 @@ import math
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.event import CERTIFIED, begin_state, finish_at_rest
+from vibrodrive.kernels.codes import (
+    CERTIFIED,
+    DOWN,
+    INFINITY,
+    OK,
+    S1,
+    S2,
+    UP,
+)
+from vibrodrive.kernels.event import begin_state, finish_at_rest
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.margins import record_margin_of_force, set_margin
 from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, excitation
 from vibrodrive.kernels.record import write_row
 from vibrodrive.kernels.recurrence import clear_reference
 from vibrodrive.kernels.release import release_down, release_up
-from vibrodrive.kernels.switch import commit_state, commit_time, commit_time_fast, decide, waits
-from vibrodrive.kernels.switching import INFINITY, S1, S2, can_leave
-from vibrodrive.model.parameters import Status
-from vibrodrive.model.states import State
-
-UP, DOWN = int(State.UP), int(State.DOWN)
-OK = int(Status.OK)
+from vibrodrive.kernels.switch import can_leave, commit_state, commit_time, commit_time_fast, decide, waits
 
 
 @part

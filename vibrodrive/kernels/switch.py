@@ -11,11 +11,27 @@ from typing import NamedTuple
 
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
+from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.switching import S1, S4
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+from vibrodrive.kernels.codes import (
+    DOWN,
+    IMPACT,
+    REST,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    STICK,
+    UP,
+)
+from vibrodrive.kernels.lane import (
+    AF,
+    STRIDE,
+    A,
+    B,
+)
+from vibrodrive.kernels.motion import time_between
 
 
 @inline
@@ -159,3 +175,83 @@ def number_in_period(k, i):
 @inline
 def smaller(a, b):
     return choose(a < b, a, b)
+
+
+@inline
+def terminating_function(state):
+    """The switching function whose first zero ends a state; sliding down, the one looked for first."""
+    return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
+
+
+@inline
+def can_leave(w, i, state):
+    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
+    reach = w[A + i] + w[AF + i]
+    return (reach > 1.0 + w[B + i]) | ((state == STICK) & (reach > abs(1.0 - w[B + i])))
+
+
+SECTION_MARGIN = 1e-9
+"""Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
+
+
+@inline
+def in_record(w, k, i, period, phi, transient):
+    """Whether (period, φ) lies after the transient."""
+    n = period - k[r.PERIOD0 + i]
+    return (n > transient) | ((n == transient) & (phi > w[r.PHI0 + i])) | (transient == 0)
+
+
+@inline
+def section_due(w, k, i, count, period, phi, low, transient):
+    """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
+    first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
+    return time_between(period, phi, low, first + count, w[r.SECTION + i])
+
+
+@inline
+def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
+    """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
+    due = section_due(w, k, i, slot, period, phi, low, transient)
+    return due, (due <= h) & (slot < periods), due + TWO_PI > h + SECTION_MARGIN
+
+
+@inline
+def set_point_ahead(w, k, i, slot, x, v):
+    """Section point `slot`, (x, v), lies on the way to the switch, if any does."""
+    k[r.SLOT + i] = slot
+    w[r.POINT_X + i] = x
+    w[r.POINT_V + i] = v
+
+
+@inline
+def mark_point_ahead(k, i, slot):
+    """Section point `slot` lies on the way to the switch."""
+    k[r.SLOT + i] = slot
+
+
+@inline
+def commit_points(k, i, where, count):
+    """So many section points are written, or will be (write_points)."""
+    k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
+
+
+@inline
+def leave_over(k, i, what):
+    """What a batch of switches leaves to be done in lane i."""
+    k[r.LEFT_OVER + i] = what
+
+
+@inline
+def count_into(k, i, to):
+    """Count a switch into `to`."""
+    k[r.SWITCHES + to * STRIDE + i] += 1
+
+
+@inline
+def count_switch(k, i, recorded, impact, to):
+    """Count a switch into `to`, and the impact before it if there was one."""
+    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)
+    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)

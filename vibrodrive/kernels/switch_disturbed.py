@@ -8,7 +8,8 @@ from __future__ import annotations
 from vibrodrive.jit.branchless import choose, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.first_zero import FALLEN, LEAST_GAP, NOTHING, ZERO, first_cursor
+from vibrodrive.kernels.codes import DONE, FALLEN, NOTHING, S1, S2, S4, UNUSUAL, ZERO
+from vibrodrive.kernels.first_zero import LEAST_GAP, first_cursor
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     SUSPECT,
@@ -17,43 +18,32 @@ from vibrodrive.kernels.margins import (
     set_margin,
 )
 from vibrodrive.kernels.motion import adhesive_force, longest, on_boundary, propagate_disturbed, time_between
-from vibrodrive.kernels.record import (
-    DONE,
-    UNUSUAL,
-    commit_points,
-    count_switch,
-    in_record,
-    leave_over,
-    mark_point_ahead,
-    point_on_the_way,
-    section_due,
-    write_point,
-)
+from vibrodrive.kernels.record import write_point
 from vibrodrive.kernels.switch import (
     begin,
+    can_leave,
     commit_cost,
+    commit_points,
     commit_segment,
     commit_segment_fast,
     commit_state,
     commit_time,
     commit_time_fast,
+    count_switch,
     decide,
     direction,
+    in_record,
+    leave_over,
+    mark_point_ahead,
     number_in_period,
+    point_on_the_way,
+    section_due,
     smaller,
+    terminating_function,
     waits,
 )
 from vibrodrive.kernels.switch_undisturbed import STEEP_COST
-from vibrodrive.kernels.switching import (
-    S1,
-    S2,
-    S4,
-    can_leave,
-    search_shape,
-    set_limit,
-    set_search,
-    terminating_function,
-)
+from vibrodrive.kernels.switching import search_shape, set_limit, set_search
 
 
 @part

@@ -19,7 +19,20 @@ from vibrodrive.jit.branchless import choose, fma, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.first_zero import NOTHING
+from vibrodrive.kernels.codes import (
+    AT_ONCE,
+    BRACKETED,
+    CHECK_RECURRENCE,
+    DONE,
+    INFINITY,
+    NOTHING,
+    S1,
+    S2,
+    S3,
+    S4,
+    S5,
+    UNUSUAL,
+)
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     SUSPECT,
@@ -34,53 +47,45 @@ from vibrodrive.kernels.motion import (
     excitation,
     section_at,
     shape,
+    slide_shape,
     state_at,
     time_between,
 )
 from vibrodrive.kernels.muller import on_chord, on_parabola
-from vibrodrive.kernels.record import (
-    CHECK_RECURRENCE,
-    DONE,
-    UNUSUAL,
-    commit_points,
-    count_switch,
-    in_record,
-    leave_over,
-    point_on_the_way,
-    set_point_ahead,
-)
 from vibrodrive.kernels.switch import (
     begin,
+    can_leave,
     commit_cost,
     commit_departure,
+    commit_points,
     commit_segment,
     commit_state,
     commit_time,
+    count_switch,
     decide,
     direction,
+    in_record,
+    leave_over,
     number_in_period,
+    point_on_the_way,
+    set_point_ahead,
     smaller,
+    terminating_function,
     waits,
 )
 from vibrodrive.kernels.switch_undisturbed import STEEP_COST
-from vibrodrive.kernels.switching import (
-    AT_ONCE,
-    BRACKETED,
-    INFINITY,
-    S1,
-    S2,
-    S3,
-    S4,
-    S5,
-    can_leave,
-    search_shape,
+from vibrodrive.kernels.switching import search_shape
+from vibrodrive.kernels.undisturbed import (
+    LEAST_FALL,
+    bracket,
+    gap_guess,
+    keep_guesses,
+    rate_of,
     set_bracket,
     set_search_mode,
     set_side,
-    slide_shape,
-    terminating_function,
+    wait_end,
 )
-from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
 
 VALUES = 4.0
 """Evaluations of a switching function that confirm and refine its zero here."""

@@ -11,8 +11,20 @@ from vibrodrive.jit.branchless import choose, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.first_zero import NOTHING
-from vibrodrive.kernels.lane import full
+from vibrodrive.kernels.codes import (
+    BRACKETED,
+    CHECK_RECURRENCE,
+    DONE,
+    DOWN,
+    NOTHING,
+    REST,
+    S1,
+    S2,
+    S3,
+    UNUSUAL,
+    UP,
+)
+from vibrodrive.kernels.lane import POINT, full
 from vibrodrive.kernels.margins import (
     ROUNDING,
     SUSPECT,
@@ -22,42 +34,26 @@ from vibrodrive.kernels.margins import (
     wait_end_distance,
 )
 from vibrodrive.kernels.motion import FAR, propagate_undisturbed, section_at, time_between
-from vibrodrive.kernels.record import (
-    CHECK_RECURRENCE,
-    DONE,
-    POINT,
-    UNUSUAL,
-    commit_points,
-    count_switch,
-    in_record,
-    leave_over,
-    point_on_the_way,
-    set_point_ahead,
-)
 from vibrodrive.kernels.switch import (
     begin,
+    can_leave,
     commit_cost,
     commit_departure,
+    commit_points,
     commit_segment,
     commit_state,
     commit_time,
+    count_switch,
     decide_after_slide,
+    in_record,
+    leave_over,
     number_in_period,
+    point_on_the_way,
+    set_point_ahead,
     smaller,
     waits,
 )
-from vibrodrive.kernels.switching import (
-    BRACKETED,
-    S1,
-    S2,
-    S3,
-    can_leave,
-    set_bracket,
-)
-from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, wait_end
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, set_bracket, wait_end
 
 STEEP_COST = 100.0
 """From so many evaluations on a search counts as more than one switch of its period's budget."""

@@ -17,8 +17,15 @@ from typing import NamedTuple
 
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
+from vibrodrive.kernels.codes import (
+    INFINITY,
+    S1,
+    S2,
+    S3,
+    S4,
+    UNKNOWN,
+)
 from vibrodrive.kernels.lane import (
-    A0,
     AF,
     AL,
     ALF,
@@ -36,11 +43,9 @@ from vibrodrive.kernels.lane import (
     ETA,
     FALL_TOLERANCE,
     FAST_AMPLITUDE,
-    HI,
     INVERSE,
     LAST_NONNEGATIVE,
     LIMIT,
-    LO,
     M2_SLOW,
     M3,
     MARGIN,
@@ -49,34 +54,20 @@ from vibrodrive.kernels.lane import (
     PF,
     QF,
     SEARCH,
-    SEARCH_MODE,
     SIG,
     SPAN,
     SPAN0,
-    V0,
     VALUE,
     WATCHED_GAP,
     X0,
     XALF,
     XBEF,
-    XC1,
-    XC2,
-    XD2,
     A,
     B,
-    L,
     P,
     Q,
 )
-from vibrodrive.model.states import State
-
-UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
-S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
-
-INFINITY, UNKNOWN = float("inf"), float("nan")
-
-STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
-"""How the end of a state is found: by steps (first_zero.py), in a bracket (undisturbed.py), or without a search."""
+from vibrodrive.kernels.motion import slide_shape
 
 NOISE_SHARE = 1e-13
 """Values of a switching function below this share of its terms are not trusted to have a sign when grid
@@ -84,30 +75,6 @@ points are skipped. Four hundred times the rounding of one term: a larger share 
 
 LATE_SHARE = 4e-3
 """What the rounding of a grid point's time does to the fast part, a η ulp(h), in units of NOISE_SHARE."""
-
-
-@inline
-def terminating_function(state):
-    """The switching function whose first zero ends a state; sliding down, the one looked for first."""
-    return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
-
-
-@inline
-def can_leave(w, i, state):
-    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
-    reach = w[A + i] + w[AF + i]
-    return (reach > 1.0 + w[B + i]) | ((state == STICK) & (reach > abs(1.0 - w[B + i])))
-
-
-@inline
-def slide_shape(w, i, gap, rate):
-    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
-    x0, v0, a0, slope, p, q = w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i]
-    xd2, xc1, xc2 = w[XD2 + i], w[XC1 + i], w[XC2 + i]
-    return (
-        choose(gap, x0, v0), choose(gap, v0, a0), choose(gap, xd2, 0.5 * rate),
-        choose(gap, xc1, slope), choose(gap, xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
-    )  # fmt: skip
 
 
 class Search(NamedTuple):
@@ -197,27 +164,6 @@ def set_search(w, k, i, where, which, search, cursor):
     w[FALL_TOLERANCE + i] = choose(where, choose(falling, w[MARGIN + i], INFINITY), w[FALL_TOLERANCE + i])
     w[DIP_DENOMINATOR + i] = choose(where, 0.0, w[DIP_DENOMINATOR + i])
     k[SEARCH + i] = choose(where, which, k[SEARCH + i])
-
-
-@inline
-def set_bracket(w, k, i, where, which, lo, hi, cursor):
-    """Lane i goes on with the search for the only zero of `which` between lo and hi (undisturbed.py)."""
-    w[LO + i] = choose(where, lo, w[LO + i])
-    w[HI + i] = choose(where, hi, w[HI + i])
-    w[CURSOR + i] = choose(where, cursor, w[CURSOR + i])
-    k[SEARCH + i] = choose(where, which, k[SEARCH + i])
-
-
-@inline
-def set_search_mode(w, i, where, mode):
-    """How the end of the state in lane i is found: STEPPED, BRACKETED or AT_ONCE."""
-    w[SEARCH_MODE + i] = choose(where, mode, w[SEARCH_MODE + i])
-
-
-@inline
-def set_side(w, i, where, down):
-    """The side of S4 that ends a wait whose end is known."""
-    w[SIG + i] = choose(where, choose(down, 1.0, -1.0), w[SIG + i])
 
 
 @inline

@@ -28,7 +28,15 @@ import math
 from vibrodrive.jit.branchless import choose, fma, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, arc, dot
-from vibrodrive.kernels.first_zero import NOTHING, TINY, ZERO, householder_series
+from vibrodrive.kernels.codes import (
+    BRACKETED,
+    NOTHING,
+    S1,
+    S2,
+    S3,
+    STICK,
+    ZERO,
+)
 from vibrodrive.kernels.lane import (
     BEGAN_DOWN,
     BEGAN_UP,
@@ -47,6 +55,7 @@ from vibrodrive.kernels.lane import (
     RATE_UP,
     SEARCH,
     SEARCH_MODE,
+    SIG,
     WORK,
     WORK_BOOKED,
     X0,
@@ -56,11 +65,7 @@ from vibrodrive.kernels.lane import (
     P,
     full,
 )
-from vibrodrive.kernels.motion import derivatives, shape
-from vibrodrive.kernels.switching import BRACKETED, S1, S2, S3, set_bracket, set_search_mode, slide_shape
-from vibrodrive.model.states import State
-
-STICK = int(State.STICK)
+from vibrodrive.kernels.motion import derivatives, shape, slide_shape
 
 LEAST_FALL = 0.01
 """Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
@@ -219,3 +224,35 @@ def search_brackets(w, k, n, evaluations):
         for i in range(m):
             search_bracket(w, k, i)
     return total
+
+
+@inline
+def set_bracket(w, k, i, where, which, lo, hi, cursor):
+    """Lane i goes on with the search for the only zero of `which` between lo and hi (undisturbed.py)."""
+    w[LO + i] = choose(where, lo, w[LO + i])
+    w[HI + i] = choose(where, hi, w[HI + i])
+    w[CURSOR + i] = choose(where, cursor, w[CURSOR + i])
+    k[SEARCH + i] = choose(where, which, k[SEARCH + i])
+
+
+@inline
+def set_search_mode(w, i, where, mode):
+    """How the end of the state in lane i is found: STEPPED, BRACKETED or AT_ONCE."""
+    w[SEARCH_MODE + i] = choose(where, mode, w[SEARCH_MODE + i])
+
+
+@inline
+def set_side(w, i, where, down):
+    """The side of S4 that ends a wait whose end is known."""
+    w[SIG + i] = choose(where, choose(down, 1.0, -1.0), w[SIG + i])
+
+
+TINY = 1.2e-16
+"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+
+@inline
+def householder_series(u, a2, a3, a4):
+    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
+    square = a2 * a2
+    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)

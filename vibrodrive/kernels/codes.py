@@ -1,0 +1,46 @@
+"""The integers by which kernels tell states, methods, switching functions and outcomes apart: one list."""
+
+from __future__ import annotations
+
+from vibrodrive.model.parameters import Method, Scan, Status
+from vibrodrive.model.states import State
+
+UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
+
+FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
+
+LITERAL = int(Scan.LITERAL)
+
+OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
+    int(s) for s in (Status.OK, Status.TOO_CLOSE, Status.NEVER_LEAVES, Status.BUDGET)
+)
+
+
+MULLER_BRACKETED = CERTIFIED + 1
+"""`method` within the engine where Muller's path at ε = 0 is computed without scanning (switch_muller.py): in sweeps,
+unless a literal scan is asked for."""
+
+
+CONTINUE, STRETCHED, END = 0, -1, -2
+"""Beside S1 ... S5, the switching function whose zero was met: the search goes on otherwise; the segment goes on from
+here; the record ends."""
+
+
+S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
+
+
+INFINITY, UNKNOWN = float("inf"), float("nan")
+
+
+STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
+"""How the end of a state is found: by steps (first_zero.py), in a bracket (undisturbed.py), or without a search."""
+
+
+NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
+"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
+functions below 0."""
+
+
+DONE, UNUSUAL, POINT, CHECK_RECURRENCE = 0, 1, 2, 4
+"""What is left to do in a lane after a batch of switches: nothing; everything (event.py); a section point to be
+written, a recurrence to be looked for (recurrence.py), or both."""
