@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import closing
 from typing import Any
@@ -24,7 +24,8 @@ from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.model.block import Block
-from vibrodrive.model.parameters import COLUMNS, bad, check_count
+from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import COLUMNS, ETA, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, make_plan
 from vibrodrive.model.results import Results
 
@@ -215,33 +216,73 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
         halt.call_across([future for future in flying if not future.cancel()])
 
 
-def sweep(*, threads: int | None = None, executor: Executor | None = None, **arguments: Any) -> Results:
+@as_written
+def sweep(
+    written: Mapping[str, Any],
+    /,
+    *,
+    A: Axis,
+    B: Axis = 0.1,
+    eps: Axis = 0.0,
+    eta: Axis = ETA,
+    method: MethodLike = "certified",
+    dtau: Axis | None = None,
+    tol: Axis | None = 1e-7,
+    xi0: Axis = 0.0,
+    dxi0: Axis = 0.0,
+    tau0: Axis = 0.0,
+    transient: int = 1000,
+    periods: int = 250,
+    section_phase: Axis = 0.0,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Results:
     """Simulate every point of the product of the axes.
+
+    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
+    this machine; what others have begun is finished there, and nobody waits for it.
 
     Parameters
     ----------
-    **arguments
-        those of `simulate`; a sequence is an axis, in the order written. Parameters of a point (A, B, eps, eta,
-        dtau, tol, xi0, dxi0, tau0, section_phase) may be axes.
+    A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
+        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
+        are in the order in which the keywords are written.
+    method, transient, periods, scan, budget
+        as in `simulate`, for all points.
     threads : int, optional
         threads to use; all by default.
     executor : concurrent.futures.Executor, optional
         computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
 
-    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
-    this machine; what others have begun is finished there, and nobody waits for it.
-
     Returns
     -------
     Results
-        with section (axes…, periods, 2), status, margin (axes…), switches (axes…, 5), axes.
+        with section (axes…, periods, 2), status, margin (axes…), switches (axes…, 5), axes. It does not depend on the
+        number of threads or on the executor, to the bit.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        with one sentence naming the key, the value and what is allowed; also if the results do not fit the memory.
+
+    Examples
+    --------
+    A small bifurcation diagram, with and without a disturbance:
+
+    >>> import numpy as np
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20)
+    >>> r
+    <Results A 3…3.25 (6), eps 0…0.0002 (2): certified, 50 + 20 periods>
+    >>> r.section.shape  # A, eps, period, (ξ, ξ')
+    (6, 2, 20, 2)
+    >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
+    ['eps', 'A']
     """
-    plan, count = make_plan(arguments), check_threads(threads)
+    plan = make_plan({name: value for name, value in written.items() if name not in ("threads", "executor")})
+    count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # what it has handed out ends with it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,7 +13,8 @@ from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.sampling import sample_segments
-from vibrodrive.model.parameters import COLUMNS, Status, bad, check_count
+from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import COLUMNS, ETA, Status, bad, check_count
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
 
@@ -66,7 +68,21 @@ class Trajectory:
     evaluations : int
         how often a switching function was evaluated.
     arguments : dict
-        all arguments, as checked.
+        all arguments, as checked; method and scan as the numbers of `Method` and `Scan`.
+
+    Examples
+    --------
+    Every period of the motion at A = 1.5 has the same four states and one impact:
+
+    >>> import vibrodrive as vd
+    >>> motion = vd.simulate(1.5, transient=10, periods=1)
+    >>> [vd.State(after).name for after in motion.switches["after"]]
+    ['UP', 'STICK', 'DOWN', 'IMPACT', 'REST']
+    >>> impact = motion.switches[motion.switches["after"] == vd.State.IMPACT]
+    >>> impact["phase"].round(4), impact["dxi"].round(4)
+    (array([5.4048]), array([-0.6999]))
+    >>> motion.sample(4).xi.round(4)
+    array([0.    , 0.055 , 0.5085, 0.3827, 0.    ])
     """
 
     switches: np.ndarray
@@ -94,9 +110,16 @@ class Trajectory:
     def sample(self, points_per_period: int) -> Sample:
         """The motion at points_per_period instants a period (and at both ends) of the recorded window.
 
-        NaN behind the last switch where the budget was spent.
+        Returns
+        -------
+        Sample
+            tau, xi, dxi, H (float64) and state (int8, `State`), each (periods · points_per_period + 1,), dimensionless;
+            H is the adhesive force of eqs. (2) and (9). NaN behind the last switch where the budget was spent.
 
-        Raises TypeError or ValueError unless points_per_period is a whole number >= 1.
+        Raises
+        ------
+        TypeError, ValueError
+            unless points_per_period is a whole number >= 1, and as many points fit the memory.
         """
         count = check_count("points_per_period", points_per_period, 1, 10**8)
         settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
@@ -124,36 +147,82 @@ class Trajectory:
         return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
 
 
-def simulate(**arguments: Any) -> Trajectory:
-    """Simulate one trajectory.
+@as_written
+def simulate(
+    written: Mapping[str, Any],
+    /,
+    A: float,
+    *,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    method: MethodLike = "certified",
+    dtau: float | None = None,
+    tol: float | None = 1e-7,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    periods: int = 250,
+    section_phase: float = 0.0,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
+) -> Trajectory:
+    """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
+
+    All quantities are dimensionless (§2 of the paper; `Physical` converts from and to SI units).
 
     Parameters
     ----------
-    A : float
-        excitation amplitude, dimensionless (required).
-    B, eps, eta : float
-        incline over friction; relative amplitude ε and frequency ratio η of the disturbance, eq. (9).
+    A : float, 0 to 1e9
+        excitation amplitude, A = Ω0² a0 / (μ g cos α).
+    B : float, 0 to 1e9
+        incline over friction, B = tan α / μ.
+    eps, eta : float, 0 to 1e3 and 1e-9 to 1e8
+        relative amplitude ε and frequency ratio η of the disturbance, eq. (9). η is 10·√102 unless told.
     method : "certified", "muller" or "fixed"
-        how the end of a state is found; the latter two need `dtau`.
-    dtau, tol : float
-        grid step Δτ, and the step tolerance of Muller's method.
+        how the end of a state is found: the first zero, guaranteed; a scan of the grid and Muller's method (§4); or
+        the first grid point behind the sign change (§5). The latter two need `dtau`.
+    dtau : float, 1e-12 to 1e6
+        grid step Δτ of "fixed" and "muller".
+    tol : float, above 0 to 1
+        step tolerance of Muller's method.
     xi0, dxi0, tau0 : float
-        initial gap, velocity and time.
+        gap ξ >= 0 and velocity ξ' at the initial time τ0; ξ' = 0 starts in the state that Fig. 2 has there.
     transient, periods : int
         excitation periods left out, and recorded.
     section_phase : float
-        phase φ_s of the Poincaré section.
+        phase φ_s of the Poincaré section in radians.
     scan : "skip" or "literal"
         whether grid points that provably carry no sign change are jumped over; same result to the bit.
     budget : int
-        switches one period may hold before the trajectory is given up as chattering.
+        switches that one period may hold before the trajectory is given up as chattering.
+
+    Returns
+    -------
+    Trajectory
+        with switches (n,), section (periods, 2), status, margin, and `sample` for curves.
 
     Raises
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
+
+    Examples
+    --------
+    At A = 3.04 the motion repeats after two excitation periods:
+
+    >>> import vibrodrive as vd
+    >>> motion = vd.simulate(3.04, transient=1000, periods=4)
+    >>> motion.status.name
+    'OK'
+    >>> motion.section.round(4)
+    array([[ 2.7734, -2.6102],
+           [ 1.2155, -2.8904],
+           [ 2.7734, -2.6102],
+           [ 1.2155, -2.8904]])
     """
-    plan = make_plan(arguments)
+    plan = make_plan(written)
     for name, values in plan.axes.items():
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
     return follow(plan)

@@ -12,20 +12,23 @@ are simulated on all cores (the kernels hold no lock).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.batch.trajectory import Trajectory, follow, simulate
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.parameters import COLUMNS, Method, bad, check, check_count
-from vibrodrive.model.plan import DEFAULT_BUDGET, Plan, make_plan
+from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import COLUMNS, ETA, Method, bad, check, check_count
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.limit_search import GRIDS, Asking, Band, search
 from vibrodrive.stability.structure import Orbit, Structure, compare, gaps, keeps, orbit
+
+Disturbance: TypeAlias = Literal["eps", "dtau"]
 
 CRITERIA = ("order", "gaps", "word")
 
@@ -70,66 +73,136 @@ class Limit:
     how: str = ""
 
 
+@as_written
 def limit(
+    written: Mapping[str, Any],
+    /,
     A: float,
-    disturbance: str = "eps",
-    method: str | None = None,
+    disturbance: Disturbance = "eps",
+    method: MethodLike | None = None,
     criterion: str = "order and gaps",
-    **arguments: Any,
+    *,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    dtau: float | None = None,
+    tol: float | None = 1e-7,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    periods: int = 1500,
+    section_phase: float = 0.0,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
+    threads: int | None = None,
 ) -> Limit:
-    """Find the limit k₂ at one A.
+    """Find the limit k₂ of practically orbital stability (§1) at one A.
 
     Parameters
     ----------
     A : float
+        excitation amplitude, dimensionless as all that follows.
     disturbance : "eps" or "dtau"
         physical, eq. (9), or numerical (§5).
-    method : str, optional
-        how switches are found in the disturbed motion: "certified" (default for ε), "fixed" (default for
-        Δτ) or "muller". The undisturbed motion is always certified and has ε = 0.
+    method : "certified", "muller" or "fixed", optional
+        how switches are found in the disturbed motion: "certified" by default for ε, "fixed" for Δτ, for which
+        "certified" is refused. The undisturbed motion is always certified and has ε = 0.
     criterion : str
         what must be kept, of "order", "gaps" and "word" (see structure.py), joined by "and".
-    **arguments
-        those of `simulate`, e.g. B, eta, transient = 1000, periods = 1500; `dtau` where ε is sought on a
-        grid, `eps` where Δτ is sought for a disturbed motion; and `threads`.
+    eps, dtau : float
+        the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
+        whose limit in Δτ is sought.
+    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
+        as in `simulate`, of each disturbed motion.
+    threads : int, optional
+        threads to use; all by default.
+
+    Returns
+    -------
+    Limit
+        with k2, kept_below, last_kept, share_kept, n, how, and the structures on both sides.
 
     Raises
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than twice the
         period of the undisturbed motion: too few to see whether its structure is kept.
+
+    Examples
+    --------
+    How large the disturbance ε may be at A = 1.5, over few periods:
+
+    >>> import vibrodrive as vd
+    >>> k = vd.limit(1.5, "eps", transient=50, periods=50)
+    >>> k.n, k.kept_below < k.k2
+    (1, True)
+    >>> f"{k.k2:.3g}: {k.how}"
+    '0.00388: gaps 1 became 1, 2'
     """
-    if isinstance(disturbance, str) and arguments.get(disturbance) is not None:
-        raise TypeError(bad(disturbance, arguments[disturbance], "left out, as it is what is sought"))
-    search = _planned([check("A", A)], disturbance, method, criterion, **arguments)
+    if isinstance(disturbance, str) and written.get(disturbance) is not None:
+        raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
+    search = _planned([check("A", A)], disturbance, method, criterion, threads, _of_simulate(written))
     ((_, found),) = search.run(strict=True)
     return found
 
 
+@as_written
 def limits(
+    written: Mapping[str, Any],
+    /,
     A: Sequence[float] | np.ndarray,
     disturbance: str = "eps",
-    method: str | None = None,
+    method: str | Method | None = None,
     criterion: str = "order and gaps",
     *,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    dtau: float | None = None,
+    tol: float | None = 1e-7,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    periods: int = 1500,
+    section_phase: float = 0.0,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
     threads: int | None = None,
-    **arguments: Any,
 ) -> Iterator[tuple[int, Limit]]:
     """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`.
 
     Where `periods` are too few to judge by, a Limit says so in place of a number.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed; at once, before anything is computed.
+
+    Examples
+    --------
+    >>> from vibrodrive.stability.limit import limits
+    >>> found = dict(limits([1.5, 2.0], transient=50, periods=50))
+    >>> [(found[i].A, found[i].n) for i in sorted(found)]
+    [(1.5, 1), (2.0, 1)]
     """
-    return _planned(list(A), disturbance, method, criterion, threads=threads, **arguments).run()
+    return _planned(list(A), disturbance, method, criterion, threads, _of_simulate(written)).run()
+
+
+def _of_simulate(written: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the arguments of `limit` that are meant for `simulate`."""
+    own = ("A", "disturbance", "method", "criterion", "threads")
+    return {name: value for name, value in written.items() if name not in own}
 
 
 def _planned(
     A: list[float],
     disturbance: str,
-    method: str | None,
+    method: str | Method | None,
     criterion: str,
-    *,
-    threads: int | None = None,
-    **arguments: Any,
+    threads: int | None,
+    arguments: Mapping[str, Any],
 ) -> _Search:
     wanted = _criterion(criterion)
     if not isinstance(disturbance, str):
@@ -138,8 +211,7 @@ def _planned(
         raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
     if method is None:
         method = "certified" if disturbance == "eps" else "fixed"
-    defaults = {"transient": 1000, "periods": 1500, "budget": DEFAULT_BUDGET}
-    plan = make_plan({**defaults, **arguments, "A": A, "method": method, disturbance: 1e-3})
+    plan = make_plan({"periods": 1500, **arguments, "A": A, "method": method, disturbance: 1e-3})
     for name, values in plan.axes.items():
         if name != "A":
             raise TypeError(bad(name, f"array of {len(values)} values", "a single number: only A may be an axis"))
@@ -230,7 +302,7 @@ class _Judge:
 
     def undisturbed(self, row: np.ndarray) -> Orbit | None:
         exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
-        settings = {"transient": max(SETTLING, self.settings.transient), "budget": self.settings.budget}
+        settings: dict[str, Any] = {"transient": max(SETTLING, self.settings.transient), "budget": self.settings.budget}
         return orbit(simulate(**exact, **settings, method="certified", periods=WATCHED))
 
     def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:

@@ -1,0 +1,146 @@
+"""The keywords of the public functions: spelled out, with the defaults that hold, checked by type checkers and at run
+time, and in the order in which the caller wrote them."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import os
+import pickle
+import re
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan
+from vibrodrive.model.plan import Settings
+from vibrodrive.stability.limit import limits
+
+ROOT = Path(__file__).parent.parent.parent
+CHOICES = {"method": Method, "scan": Scan}
+FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, limits]
+OWN = {
+    vd.simulate: {},
+    vd.sweep: {"threads": None, "executor": None},
+    vd.limit: {"disturbance": "eps", "method": None, "criterion": "order and gaps", "periods": 1500, "threads": None},
+}
+OWN[limits] = OWN[vd.limit]
+"""Where a function differs from what `make_plan` takes."""
+
+
+def defaults_of_the_model():
+    """Defaults of what `make_plan` takes, as a signature shows them."""
+    known = {p.name: p.default for p in PARAMETERS.values()}
+    known |= {"A": inspect.Parameter.empty, "dtau": None}
+    assert math.isnan(PARAMETERS["dtau"].default)
+    for field in fields(Settings):
+        choices = CHOICES.get(field.name)
+        known[field.name] = choices(field.default).name.lower() if choices else field.default
+    return known
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
+def test_signatures_show_every_keyword_and_the_default_that_holds(function):
+    shown = inspect.signature(function).parameters
+    assert {name: p.default for name, p in shown.items()} == defaults_of_the_model() | OWN[function]
+    assert not [name for name, p in shown.items() if p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    assert all(p.annotation is not p.empty for p in shown.values())
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
+def test_docstrings_name_every_keyword(function):
+    text = inspect.getdoc(vd.limit if function is limits else function)
+    named = re.split(r"[ ,:\n]+", text.split("Parameters\n")[1].split("Returns\n")[0])
+    assert set(inspect.signature(function).parameters) <= set(named)
+
+
+def test_what_is_left_out_has_the_default_shown():
+    motion = vd.simulate(A=1.5, transient=0, periods=1)
+    shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
+    shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED, "scan": Scan.SKIP}
+    assert motion.arguments | {"dtau": None} == shown
+    assert vd.simulate(1.5, transient=0, periods=1, tol=None, dtau=None) == motion
+
+
+@pytest.mark.parametrize("names", [["A", "eps", "xi0"], ["xi0", "A", "eps"], ["eps", "xi0", "A"]])
+def test_axes_are_in_the_order_written(names):
+    r = vd.sweep(**{name: [1.0 + k] * (k + 1) for k, name in enumerate(names)}, transient=0, periods=1)
+    assert (list(r.axes), r.shape) == (names, (1, 2, 3))
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
+def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
+    names = ", ".join(inspect.signature(function).parameters)
+    with pytest.raises(TypeError, match=rf"^argument = 'bogus': must be one of {names}$"):
+        function(A=3, bogus=3)
+    with pytest.raises(TypeError, match=r"^A is missing: must be given, a number >= 0 and <= 1e\+09$"):
+        function(eps=0.0)
+
+
+def test_arguments_without_a_name_are_as_many_as_the_signature_has():
+    with pytest.raises(TypeError, match="too many positional arguments"):
+        vd.simulate(3.0, 0.1)
+    with pytest.raises(TypeError, match="too many positional arguments"):
+        vd.sweep([3.0])
+    with pytest.raises(TypeError, match="multiple values for argument 'A'"):
+        vd.simulate(3.0, A=3.0)
+
+
+def test_a_function_is_told_what_was_written_and_keeps_its_name():
+    @as_written
+    def asked(written, /, A, B=1, *, eps=2):
+        """Documented."""
+        return list(written.items()), (A, B, eps)
+
+    assert asked(5, eps=6) == ([("A", 5), ("eps", 6)], (5, 1, 6))
+    assert asked(eps=6, A=5) == ([("eps", 6), ("A", 5)], (5, 1, 6))
+    assert (asked.__name__, asked.__doc__) == ("asked", "Documented.")
+    assert all(pickle.loads(pickle.dumps(function)) is function for function in FUNCTIONS)
+
+
+SCRIPT = """\
+import numpy as np
+import vibrodrive as vd
+
+A = np.linspace(3.0, 3.25, 10)
+motion = vd.simulate(3.04, eps=0, B=0.1, eta=vd.ETA, method="certified", dtau=None, tol=None, scan="literal")
+motion = vd.simulate(A=3.04, method=vd.Method.FIXED, dtau=1e-3, periods=10)
+r = vd.sweep(A=A, eps=[0, 2e-4], dtau=(1e-3, 1e-2), method="muller", threads=2, executor=None)
+k = vd.limit(3.04, "dtau", method="fixed", periods=100, threads=1)
+found: float = k.k2 + motion.margin + r.margin[0, 0, 0]
+vd.simulate(A=3.04, periods="many")  # wrong: periods
+vd.simulate(A=3.04, bogus=3)  # wrong: bogus
+vd.simulate(A=[3.0, 3.1])  # wrong: "A"
+vd.simulate(A=3.04, method="newton")  # wrong: method
+vd.simulate(eps=0.0)  # wrong: "A"
+vd.sweep(A=A, periods=[1, 2])  # wrong: periods
+vd.sweep(A=A, bogus=3)  # wrong: bogus
+vd.sweep(A="3")  # wrong: "A"
+vd.sweep(A)  # wrong: positional
+vd.limit(3.04, "eta")  # wrong: argument 2
+vd.limit(3.04, periods="many")  # wrong: periods
+vd.limit(3.04, bogus=3)  # wrong: bogus
+vd.limit(3.04).k3  # wrong: k3
+text: str = r.section  # wrong: ndarray
+"""
+
+
+def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
+    pytest.importorskip("mypy")
+    (tmp_path / "script.py").write_text(SCRIPT)
+    command = [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", "--ignore-missing-imports"]
+    paths = {"MYPYPATH": str(ROOT), "MYPY_CACHE_DIR": str(tmp_path / "cache")}
+    ran = subprocess.run(
+        [*command, "script.py"], cwd=tmp_path, env=os.environ | paths, capture_output=True, text=True, check=False
+    )
+    told = {int(line): what for line, what in re.findall(r"^script\.py:(\d+): error: (.*)$", ran.stdout, re.MULTILINE)}
+    lines = enumerate(SCRIPT.splitlines(), 1)
+    wrong = {number: line.split("# wrong: ")[1] for number, line in lines if "# wrong: " in line}
+    assert set(told) == set(wrong), ran.stdout + ran.stderr
+    for number, word in wrong.items():
+        assert word.lower() in told[number].lower()
