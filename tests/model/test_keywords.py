@@ -83,9 +83,9 @@ def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
 
 
 def test_arguments_without_a_name_are_as_many_as_the_signature_has():
-    with pytest.raises(TypeError, match="too many positional arguments"):
+    with pytest.raises(TypeError, match=r"^arguments without a name = \(3\.0, 0\.1\): must be A$"):
         vd.simulate(3.0, 0.1)
-    with pytest.raises(TypeError, match="too many positional arguments"):
+    with pytest.raises(TypeError, match=r"^arguments without a name = \(\[3\.0\],\): must be none$"):
         vd.sweep([3.0])
     with pytest.raises(TypeError, match="multiple values for argument 'A'"):
         vd.simulate(3.0, A=3.0)

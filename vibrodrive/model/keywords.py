@@ -31,22 +31,25 @@ R = TypeVar("R")
 def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Callable[P, R]:
     """Let `function` have, before its arguments, those that its caller wrote: by name, in the order written.
 
-    An unknown keyword, or a missing one, is refused with the one sentence.
+    An unknown keyword, a missing one, or too many arguments without a name are refused with the one sentence.
     """
     full = inspect.signature(function)
     public = full.replace(parameters=list(full.parameters.values())[1:])
+    names = list(public.parameters)
+    known, most = set(names), sum(p.kind != p.KEYWORD_ONLY for p in public.parameters.values())
     required = [p.name for p in public.parameters.values() if p.default is p.empty]
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        if len(args) > most:
+            raise TypeError(bad("arguments without a name", args, ", ".join(names[:most]) or "none"))
         for name in kwargs:
-            if name not in public.parameters:
-                raise TypeError(bad("argument", name, "one of " + ", ".join(public.parameters)))
-        written = dict(zip(public.parameters, args, strict=False)) | kwargs
+            if name not in known:
+                raise TypeError(bad("argument", name, "one of " + ", ".join(names)))
+        written = dict(zip(names, args, strict=False)) | kwargs
         for name in required:
             if name not in written:
                 raise TypeError(f"{name} is missing: must be given, {PARAMETERS[name].allowed}")
-        public.bind(*args, **kwargs)  # too many without a name, or one given twice: Python's own TypeError
         return function(written, *args, **kwargs)
 
     call.__signature__ = public  # type: ignore[attr-defined]

@@ -19,7 +19,14 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Method(IntEnum):
-    """How the end of a state is found."""
+    """How the end of a state is found. `simulate` takes a member, or its name in small letters.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> [method.name.lower() for method in vd.Method]
+    ['fixed', 'muller', 'certified']
+    """
 
     FIXED = 0  # §5: the first grid point after the sign change is the switching time
     MULLER = 1  # §4: scan for the sign change, then Muller's method
@@ -27,14 +34,33 @@ class Method(IntEnum):
 
 
 class Scan(IntEnum):
-    """How `fixed` and `muller` visit their grid. The results are equal to the bit."""
+    """How `fixed` and `muller` visit their grid. The results are equal to the bit.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> grid = {"method": "fixed", "dtau": 0.01, "transient": 0, "periods": 5}
+    >>> skip, literal = (vd.simulate(1.5, **grid, scan=scan) for scan in vd.Scan)
+    >>> bool((skip.section == literal.section).all())
+    True
+    """
 
     SKIP = 0  # jump over grid points that provably carry no sign change
     LITERAL = 1  # visit every grid point
 
 
 class Status(IntEnum):
-    """How a trajectory ended. `advice` says what to do about it."""
+    """How a trajectory ended. `advice` says what to do about it.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> motion = vd.simulate(A=0.5, transient=0, periods=1)
+    >>> motion.status.name
+    'NEVER_LEAVES'
+    >>> motion.status.advice.split(":")[0]
+    'the mass comes to rest and the excitation is too weak to move it again'
+    """
 
     OK = 0
     TOO_CLOSE = 1

@@ -4,17 +4,40 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibrodrive.model.parameters import bad, real_array, real_number
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
 class Physical:
-    """The scene in SI units: amplitude a0 (m), frequency omega0 (rad/s), mass (kg), μ, α (degrees), g (m/s²).
+    """The scene in SI units, and the dimensionless numbers that follow from it (§2 of the paper).
 
-    A and B, and what makes ξ, ξ', τ and H dimensionless, are those of §2 of the paper; the mass scales forces only.
-    Raises ValueError or TypeError for a value out of range.
+    Parameters
+    ----------
+    a0, omega0 : float
+        amplitude (m) and angular frequency (rad/s) of the excitation.
+    mu, alpha : float
+        coefficient of friction, and angle of the incline in degrees, 0 <= α < 90.
+    mass, g : float
+        mass in kg, which scales forces only, and acceleration of gravity in m/s².
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> scene = vd.Physical(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
+    >>> round(scene.A, 4), round(scene.B, 4)
+    (3.0645, 0.099)
+    >>> f"a gap of {1e3 * scene.length(6.5):.2f} mm, an impact at {100 * scene.velocity(2.0):.1f} cm/s"
+    'a gap of 1.70 mm, an impact at 7.8 cm/s'
     """
 
     a0: float
@@ -44,6 +67,7 @@ class Physical:
 
     @property
     def A(self) -> float:
+        """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
         return self._omega0_squared * self.a0 / self.friction
 
     @property
@@ -52,21 +76,22 @@ class Physical:
 
     @property
     def B(self) -> float:
+        """Incline over friction B = tan α / μ."""
         return math.tan(math.radians(self.alpha)) / self.mu
 
-    def length(self, xi):
+    def length(self, xi: ArrayLike) -> Any:
         """Gap x in m from dimensionless ξ = Ω0² x / (μ g cos α), number or array; TypeError for what is neither."""
         return _numbers("xi", xi) * self.friction / self._omega0_squared
 
-    def velocity(self, dxi):
+    def velocity(self, dxi: ArrayLike) -> Any:
         """Relative velocity in m/s from dimensionless ξ', as `length`."""
         return _numbers("dxi", dxi) * self.friction / self.omega0
 
-    def time(self, tau):
+    def time(self, tau: ArrayLike) -> Any:
         """Time in s from τ = Ω0 t, as `length`."""
         return _numbers("tau", tau) / self.omega0
 
-    def force(self, h):
+    def force(self, h: ArrayLike) -> Any:
         """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
         return _numbers("h", h) * self.mass * self.friction
 

@@ -23,21 +23,47 @@ Read = Callable[[str, Index], np.ndarray]
 
 
 class Results:
-    """Sections, statuses, margins and switch counts over the axes of a sweep.
+    """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
+
+    The arrays are read on first access and kept. In what has not been computed yet the section and
+    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
+
+    Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 
     Attributes
     ----------
     axes : dict[str, float64 array]
-        the swept parameters, in order.
+        the swept parameters, in order, dimensionless.
     scalars : dict[str, float]
         the parameters that have one value.
     settings : Settings
         method, scan, transient, periods, budget.
+    title : str
+        that of the configuration, "" where there was none.
+    section : float64 (axes…, periods, 2)
+        ξ and ξ' at τ = section_phase + 2πk.
+    status : int8 (axes…)
+        `Status` of every point.
+    margin : float64 (axes…)
+        how close the closest decision of a point came to going the other way.
+    switches : int64 (axes…, 5)
+        how often each `State` was entered within the recorded periods.
+    shape : tuple of int
+        lengths of the axes.
+    computed : float
+        share of the points that are computed, 0 to 1.
 
-    Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
-
-    The arrays are read on first access and kept. In what has not been computed yet the section and
-    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=[1.5, 2.0, 2.5], eps=[0.0, 1e-4], transient=10, periods=4)
+    >>> r.shape, list(r.axes)
+    ((3, 2), ['A', 'eps'])
+    >>> bool((r.status == vd.Status.OK).all())
+    True
+    >>> one = r.select(A=2.5, eps=0.0)
+    >>> one.section.shape, int(one.switches[vd.State.IMPACT])
+    ((4, 2), 4)
     """
 
     def __init__(
@@ -107,7 +133,7 @@ class Results:
 
     @property
     def status(self) -> np.ndarray:
-        """int8 (axes…): parameters.Status of every point."""
+        """int8 (axes…): `Status` of every point."""
         return self._array("status")
 
     @property
@@ -117,7 +143,7 @@ class Results:
 
     @property
     def switches(self) -> np.ndarray:
-        """int64 (axes…, 5): switches into each parameters.State within the recorded periods."""
+        """int64 (axes…, 5): switches into each `State` within the recorded periods."""
         return self._array("switches")
 
     @property
@@ -132,6 +158,14 @@ class Results:
         ------
         TypeError, ValueError
             if a name is no axis of these results, or a value no number between the ends of its axis.
+
+        Examples
+        --------
+        >>> import vibrodrive as vd
+        >>> r = vd.sweep(A=[1.5, 2.0, 2.5], eps=[0.0, 1e-4], transient=0, periods=1)
+        >>> part = r.select(A=2.1)
+        >>> part.scalars["A"], list(part.axes)
+        (2.0, ['eps'])
         """
         index: list[Any] = [slice(None)] * len(self.axes)
         axes, scalars = dict(self.axes), dict(self.scalars)

@@ -6,7 +6,14 @@ from enum import IntEnum
 
 
 class State(IntEnum):
-    """The five states of Fig. 2."""
+    """The five states of Fig. 2: sliding up and down, sticking in the air, resting at the obstacle, an impact.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> vd.State(2).name, int(vd.State.IMPACT)
+    ('STICK', 4)
+    """
 
     UP = 0
     DOWN = 1

@@ -92,15 +92,40 @@ def bifurcations(
 ) -> list[Bifurcation]:
     """Every bifurcation between A[0] and A[1] of the orbits of up to `max_period` excitation periods, by A.
 
-    `step` is the spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion
-    to A from there on, unless told (see the head of this module). On the level (B = 0) there is one orbit, which
-    changes at A = √(1 + π²/4); for 0 < B <= 1e-7 A only the orbit that rests is followed (search.py).
+    On the level (B = 0) there is one orbit, which changes at A = √(1 + π²/4); for 0 < B <= 1e-7 A only the orbit that
+    rests is followed (search.py).
+
+    Parameters
+    ----------
+    A : two floats
+        between which excitation amplitudes, the smaller one first, dimensionless.
+    B : float
+        incline over friction.
+    max_period : int
+        longest period in excitation periods, 1 to 100.
+    step : float, optional
+        spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion to A from
+        there on, unless told (see the head of this module).
+
+    Returns
+    -------
+    list of Bifurcation
+        each with A, kind, orbit and the multipliers on both sides.
 
     Raises
     ------
     TypeError, ValueError
         if an argument is no number or out of range; if there are more than 100 000 values of A `step` apart; if
         there are too many orbits of up to `max_period` periods (see `orbits`).
+
+    Examples
+    --------
+    Where the motion of one period doubles its period:
+
+    >>> import vibrodrive as vd
+    >>> for found in vd.bifurcations((2.55, 2.65), max_period=1):
+    ...     print(f"{found.kind} at A = {found.A:.10f}")
+    period doubling at A = 2.6040806377
     """
     try:
         first, last = A

@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
@@ -150,7 +151,7 @@ class ImpactMap:
     the flights between them; the ones of flights of more than LANDINGS excitation periods are left out.
     """
 
-    def __init__(self, A: float, B: float = 0.1):
+    def __init__(self, A: float, B: float = 0.1) -> None:
         self.A = check("A", A)
         self.B = check("B", B)
         self.moves = self.A > 1.0 + self.B
@@ -158,7 +159,7 @@ class ImpactMap:
         up, self.touching = opening(self.A, self.B) if self.moves else (0.5 * math.pi, math.nan)
         self.window = (up, (PI - up) + PI_LOW)
 
-    def __call__(self, phi) -> Impacts:
+    def __call__(self, phi: ArrayLike) -> Impacts:
         """The next impact after each of the phases `phi`, of any shape.
 
         Raises
@@ -246,11 +247,33 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
 
 
 def impact_map(A: float, B: float = 0.1) -> ImpactMap:
-    """The impact-phase map at ε = 0 for excitation A and incline B.
+    """The impact-phase map at ε = 0: from the phase of an impact to the phase of the next one.
+
+    Parameters
+    ----------
+    A, B : float
+        excitation amplitude, and incline over friction, dimensionless.
+
+    Returns
+    -------
+    ImpactMap
+        to be called with phases in radians, an array of any shape; what it returns has arrays of that shape: phase,
+        periods, speed, derivative and word.
 
     Raises
     ------
     TypeError, ValueError
         if A or B is no real number, NaN, infinite or negative.
+
+    Examples
+    --------
+    After an impact at phase 0 the mass rests first, after one at 1 it leaves the obstacle at once:
+
+    >>> import vibrodrive as vd
+    >>> following = vd.impact_map(3.04)([0.0, 1.0])
+    >>> following.phase.round(4), following.periods
+    (array([0.5184, 0.2512]), array([2, 1]))
+    >>> list(map(str, following.word))
+    ['REST UP DOWN UP DOWN IMPACT', 'UP DOWN IMPACT']
     """
     return ImpactMap(A, B)

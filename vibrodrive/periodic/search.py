@@ -100,11 +100,33 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is told from a touch, and listed (see the head of
     this module).
 
+    Parameters
+    ----------
+    A, B : float
+        excitation amplitude, and incline over friction, dimensionless.
+    max_period : int
+        longest period in excitation periods, 1 to 100.
+
+    Returns
+    -------
+    list of Orbit
+        each with period, impacts, phases and speeds (impacts,), multiplier, kind and word; empty where A <= 1 + B.
+
     Raises
     ------
     TypeError, ValueError
         if an argument is no number or out of range; if `max_period` is above LONGEST (100), or so long that there
         are too many itineraries at this A and B.
+
+    Examples
+    --------
+    The two-periodic motion of the paper's Fig. 4, and an unstable one of one period beside it:
+
+    >>> import vibrodrive as vd
+    >>> for orbit in vd.orbits(3.04, max_period=2):
+    ...     print(orbit.period, orbit.kind, round(orbit.multiplier, 4), orbit.phases.round(4))
+    1 unstable -5.1036 [0.8181]
+    2 stable -0.824 [0.474]
     """
     system = ImpactMap(A, B)
     limit = check_period("max_period", max_period)

@@ -44,18 +44,30 @@ ABREAST = 32
 
 @dataclass(frozen=True)
 class Limit:
-    """The limit of one orbit.
+    """The limit of one orbit; a disturbance is a value of ε or of Δτ, both dimensionless.
 
-    k2 : the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was
-        found up to `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half
-        the record)
-    kept_below : largest disturbance below k2 that was kept in the bisection
-    last_kept : largest value kept together with its lower neighbour on the grid (a single one kept among
-        losses is chance); `kept_below` if nothing is kept above k2
-    share_kept : share of the values tried between k2 and last_kept that are kept; 0 if there are none
-    n : period of the undisturbed orbit, 0 if it has none
-    kept, lost : Structure at kept_below and at k2
-    how : how it was lost, in words
+    Attributes
+    ----------
+    A, disturbance, method, criterion
+        what was asked for.
+    k2 : float
+        the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was found up to
+        `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half the record).
+    kept_below : float
+        largest disturbance below k2 that was kept in the bisection.
+    last_kept : float
+        largest value kept together with its lower neighbour on the grid (a single one kept among losses is chance);
+        `kept_below` if nothing is kept above k2.
+    share_kept : float
+        share of the values tried between k2 and last_kept that are kept; 0 if there are none.
+    searched_to : float
+        largest disturbance that was tried.
+    n : int
+        period of the undisturbed orbit in excitation periods, 0 if it has none.
+    kept, lost : Structure or None
+        at kept_below and at k2.
+    how : str
+        how it was lost, in words.
     """
 
     A: float

@@ -22,7 +22,17 @@ __all__ = ["Report", "load", "look", "verify"]
 
 
 def load(path: str | Path) -> Results:
-    """The results in a file; arrays are read when asked for. Works while the sweep is still running.
+    """The results of a sweep in a file; arrays are read when asked for. Works while the sweep is still running.
+
+    Parameters
+    ----------
+    path : str or path
+        a file that `vibrodrive sweep` writes.
+
+    Returns
+    -------
+    Results
+        as of `sweep`, and with the title of the configuration.
 
     Raises
     ------
@@ -33,6 +43,13 @@ def load(path: str | Path) -> Results:
         if `path` is no name of a file.
     OSError
         if the system refuses.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> r = vd.load("fig07.h5")  # made by `vibrodrive sweep configs/fig07.toml`
+    >>> r.axes["eps"], r.computed
+    (array([0.    , 0.0002]), 1.0)
     """
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise TypeError(bad("path", path, "the name of a result file"))

@@ -1,0 +1,53 @@
+"""What the docstrings of the public names show runs, and comes out as shown."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.cli import cli
+from vibrodrive.stability.limit import limits
+
+CONSTANTS = {"ETA"}
+"""Public names that are neither functions nor classes."""
+
+NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {"limits": limits}
+
+LONG = {"bifurcations", "limit", "limits", "Results", "sweep", "simulate"}
+"""Those whose examples would take minutes without compiled kernels."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
+def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if name == "load":
+        _write("fig07.h5")
+    found = doctest.DocTestFinder().find(NAMES[name], name, globs={})
+    assert any(test.examples for test in found), f"{name} has no example"
+    runner = doctest.DocTestRunner()
+    told: list[str] = []
+    for test in found:
+        runner.run(test, out=told.append)
+    assert runner.failures == 0, "".join(told)
+
+
+def _write(path):
+    """The file of which `load` speaks, of few points."""
+    few = ["A={start = 3.0, stop = 3.25, num = 2}", "transient=0", "periods=1"]
+    with open("fig07.toml", "w") as file:
+        file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
+    cli.main(["sweep", "fig07.toml", "-o", path, *(w for s in few for w in ("--set", s))], standalone_mode=False)
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_docstrings_say_what_goes_in_and_what_is_refused(name):
+    thing = NAMES[name]
+    if inspect.isclass(thing):
+        return
+    for section in ("Parameters", "Returns", "Raises", "Examples"):
+        if (name, section) in {("limits", "Parameters"), ("limits", "Returns")}:
+            continue  # those of `limit`
+        assert f"\n{section}\n---" in inspect.getdoc(thing), f"{name}: {section}"
