@@ -15,6 +15,7 @@ import numpy as np
 
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.store import netcdf
 from vibrodrive.store.file import Summary, find_faults, provenance, reading
 from vibrodrive.store.header import Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
@@ -42,24 +43,14 @@ class Atlas:
 
 
 def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
-    scales = {"method": np.arange(len(METHODS)), **axes}
-    for name, values in scales.items():
-        file[name] = values
-        file[name].make_scale(name)
-        file[name].attrs["units"] = "1"
-        file[name].attrs["long_name"] = name
+    for name, values in {"method": np.arange(len(METHODS)), **axes}.items():
+        netcdf.dimension(file, name, values, name)
     file["method"].attrs["names"] = ", ".join(METHODS)
     for kind in ("judged", *KINDS):
-        data = file.create_dataset(kind, shape, np.int64, fillvalue=-1, fletcher32=True, chunks=(1, 1, shape[-1]))
-        for dimension, name in enumerate(scales):
-            data.dims[dimension].attach_scale(file[name])
-        data.attrs["units"] = "1"
-        data.attrs["long_name"] = "switches judged" if kind == "judged" else f"switches {kind}"
-    data = file.create_dataset("limit", shape[:2], np.float64, fillvalue=np.nan, fletcher32=True, chunks=shape[:2])
-    data.dims[0].attach_scale(file["method"])
-    data.dims[1].attach_scale(file["A"])
-    data.attrs["units"] = "1"
-    data.attrs["long_name"] = "smallest disturbance at which order or gaps are lost"
+        meaning = "switches judged" if kind == "judged" else f"switches {kind}"
+        netcdf.variable(file, kind, ("method", *axes), np.int64, meaning, fill=-1, chunks=(1, 1, shape[-1]))
+    meaning = "smallest disturbance at which order or gaps are lost"
+    netcdf.variable(file, "limit", ("method", "A"), np.float64, meaning, fill=np.nan)
     plan = config.plan()
     file.attrs.update(
         about("failures", Origin(config.text, config.overrides, config.title or "Failures of the usual methods"))

@@ -24,6 +24,7 @@ import numpy as np
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.states import State
+from vibrodrive.store import netcdf
 
 SCHEMA_VERSION = 1
 
@@ -129,12 +130,17 @@ def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
     """Write everything but the results into an empty file, and room for all of them."""
     for name, values in coordinates(plan).items():
-        _coordinate(file, name, values)
+        netcdf.dimension(file, name, values, _meaning(name))
     file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
     file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
     where = tiles(plan)
     for n, variable in enumerate(VARIABLES):
-        empty, data = blank(variable, chunk_of(variable, plan)), _variable(file, variable, plan)
+        chunk = chunk_of(variable, plan)
+        names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
+        data = netcdf.variable(
+            file, variable.name, names, variable.dtype, variable.long_name, fill=variable.fill, chunks=chunk
+        )
+        empty = blank(variable, chunk)
         for k, tile in enumerate(where):
             put_chunk(data, tile, empty)
             progress(n * len(where) + k + 1, len(VARIABLES) * len(where))
@@ -142,14 +148,6 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     file["status"].attrs["flag_values"] = np.array([*flags, Status.NOT_COMPUTED], np.int8)
     file["status"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in [*flags, Status.NOT_COMPUTED])
     file.attrs.update(_attributes(plan, origin))
-
-
-def _coordinate(file: h5py.File, name: str, values: np.ndarray) -> None:
-    chunks = (min(len(values), 1 << 16),)
-    data = file.create_dataset(name, data=values, chunks=chunks, fletcher32=True)
-    data.make_scale(name)
-    data.attrs["units"] = "1"
-    data.attrs["long_name"] = _meaning(name)
 
 
 def _meaning(name: str) -> str:
@@ -160,24 +158,6 @@ def _meaning(name: str) -> str:
         "state": "state of the motion (Fig. 2)",
         "point": "the one point of this sweep",
     }[name]
-
-
-def _variable(file: h5py.File, variable: Variable, plan: Plan) -> h5py.Dataset:
-    names = [*axes_of(plan), *([variable.extra] if variable.extra else [])]
-    shape = tuple(len(file[n]) for n in names)
-    data = file.create_dataset(
-        variable.name,
-        shape,
-        variable.dtype,
-        chunks=chunk_of(variable, plan),
-        fletcher32=True,
-        fillvalue=variable.fill,
-    )
-    for k, name in enumerate(names):
-        data.dims[k].attach_scale(file[name])
-    data.attrs["units"] = "1"
-    data.attrs["long_name"] = variable.long_name
-    return data
 
 
 def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.stability.limit import Limit
+from vibrodrive.store import netcdf
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading, unwritable
 from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
@@ -169,26 +170,16 @@ def create(path: Path, config: Config, A: np.ndarray, criterion: str) -> None:
 
 
 def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> None:
-    def scale(name: str, values: np.ndarray, meaning: str) -> None:
-        data = file.create_dataset(name, data=values, chunks=values.shape, fletcher32=True)
-        data.make_scale(name)
-        data.attrs.update({"units": "1", "long_name": meaning})
-
     def variable(name: str, dims: tuple[str, ...], dtype: str, fill: Any, meaning: str) -> None:
-        shape = tuple(len(file[d]) for d in dims)
-        data = file.create_dataset(
-            name, data=np.full(shape, fill, dtype), chunks=shape, fletcher32=True, fillvalue=fill
-        )
-        for k, dim in enumerate(dims):
-            data.dims[k].attach_scale(file[dim])
-        data.attrs.update({"units": "1", "long_name": meaning})
+        # filled now, not when it is first written: what is laid out does not grow
+        netcdf.variable(file, name, dims, dtype, meaning, fill=fill)[...] = fill
 
-    scale("curve", np.arange(len(CURVES), dtype=np.int8), "disturbance and switching path")
+    netcdf.dimension(file, "curve", np.arange(len(CURVES), dtype=np.int8), "disturbance and switching path")
     file["curve"].attrs["flag_values"] = np.arange(len(CURVES), dtype=np.int8)
     file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in CURVES)
-    scale("A", A, "excitation amplitude")
-    scale("A_fine", np.linspace(A.min(), A.max(), FINE), "excitation amplitude of the diagram")
-    scale("period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
+    netcdf.dimension(file, "A", A, "excitation amplitude")
+    netcdf.dimension(file, "A_fine", np.linspace(A.min(), A.max(), FINE), "excitation amplitude of the diagram")
+    netcdf.dimension(file, "period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
     for name, meaning in NUMBERS.items():
         variable(name, ("curve", "A"), "<f8", np.nan, meaning)
     variable("n", ("curve", "A"), "<i4", 0, "period of the undisturbed orbit, 0 if it has none")

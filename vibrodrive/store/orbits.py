@@ -19,6 +19,7 @@ import numpy as np
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
 from vibrodrive.periodic.search import Orbit
+from vibrodrive.store import netcdf
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
 from vibrodrive.store.layout import Origin, about
 
@@ -174,17 +175,9 @@ def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:
 
 def _write(file: h5py.File, dimension: str, columns: dict[str, tuple[Any, str]]) -> None:
     count = len(next(iter(columns.values()))[0])
-    checked = {"fletcher32": True, "chunks": (min(count, 16384),)} if count else {}
-    scale = file.create_dataset(dimension, data=np.arange(count), **checked)
-    scale.make_scale(dimension)
-    scale.attrs.update({"units": "1", "long_name": f"index of the {dimension}"})
+    netcdf.dimension(file, dimension, np.arange(count), f"index of the {dimension}")
     for name, (values, meaning) in columns.items():
-        if isinstance(values, list):  # text: of any length, so HDF5 keeps no checksum of it
-            data = file.create_dataset(name, (count,), h5py.string_dtype())
-            if count:
-                data[:] = values
-            data.attrs["long_name"] = meaning
-        else:
-            data = file.create_dataset(name, data=values, **checked)
-            data.attrs.update({"units": "1", "long_name": meaning})
-        data.dims[0].attach_scale(scale)
+        dtype = h5py.string_dtype() if isinstance(values, list) else values.dtype
+        data = netcdf.variable(file, name, (dimension,), dtype, meaning)
+        if count:
+            data[:] = values

@@ -1,0 +1,68 @@
+"""What makes an HDF5 dataset a variable of netCDF-4: dimensions with names, units, a long name, and a checksum.
+
+Every kind of result file is laid out with these two, so that xarray and others open all of them alike.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+import numpy as np
+
+MOST = 1 << 16
+"""Entries of a chunk where none is given, at most."""
+
+
+def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str) -> h5py.Dataset:
+    """A dimension with its values (a coordinate), or a mere count of them: np.arange."""
+    data = _create(file, name, values.shape, values.dtype)
+    if data.size:
+        data[...] = values
+    data.make_scale(name)
+    return _describe(data, long_name)
+
+
+def variable(
+    file: h5py.File,
+    name: str,
+    dimensions: tuple[str, ...],
+    dtype: Any,
+    long_name: str,
+    *,
+    fill: Any = None,
+    chunks: tuple[int, ...] | None = None,
+) -> h5py.Dataset:
+    """Room for a variable over dimensions that are there already. `fill` stands where nothing was written yet."""
+    shape = tuple(len(file[d]) for d in dimensions)
+    data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
+    for k, d in enumerate(dimensions):
+        data.dims[k].attach_scale(file[d])
+    return _describe(data, long_name)
+
+
+def _create(
+    file: h5py.File,
+    name: str,
+    shape: tuple[int, ...],
+    dtype: np.dtype,
+    chunks: tuple[int, ...] | None = None,
+    **options: Any,
+) -> h5py.Dataset:
+    if 0 in shape or _is_text(dtype):  # HDF5 keeps no checksum of these
+        return file.create_dataset(name, shape, dtype, **options)
+    chunks = chunks or tuple(min(n, MOST) for n in shape)
+    return file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
+
+
+def _describe(data: h5py.Dataset, long_name: str) -> h5py.Dataset:
+    if not _is_text(data.dtype):
+        data.attrs["units"] = "1"
+    data.attrs["long_name"] = long_name
+    return data
+
+
+def _is_text(dtype: np.dtype) -> bool:
+    """Whether entries are texts of any length."""
+    text = h5py.check_string_dtype(dtype)
+    return text is not None and text.length is None
