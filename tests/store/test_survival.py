@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.store.lock import draft_of
+from vibrodrive.store.draft import draft_of
 from vibrodrive.store.reader import look, verify
 
 ROOT = Path(__file__).parents[2]

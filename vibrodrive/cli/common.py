@@ -62,11 +62,13 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
     from vibrodrive.figures.style import FORMATS
     from vibrodrive.model.parameters import bad
+    from vibrodrive.store.draft import draft_of
     from vibrodrive.store.kind import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
         raise click.ClickException(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
     _check_different({**sources, "figure": target})
+    _check_different({**sources, "draft of the figure": draft_of(target)})
     _check_place("figure", target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
@@ -84,9 +86,9 @@ def check_output(
     """
     from vibrodrive.figures.style import FORMATS
     from vibrodrive.model.parameters import bad
+    from vibrodrive.store.draft import draft_of
     from vibrodrive.store.header import Damaged, NoResult, read_kind, refuse_foreign
     from vibrodrive.store.kind import KINDS
-    from vibrodrive.store.lock import draft_of
 
     if path.suffix.lower() in FORMATS:
         raise click.ClickException(bad("output", str(path), "the result file (.h5): the figure stands beside it"))

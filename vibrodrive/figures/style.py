@@ -5,10 +5,8 @@ No pyplot: a Figure is an object that is returned, drawn headless (Agg) and save
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import math
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,6 +19,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from vibrodrive.model.parameters import bad
+from vibrodrive.store.draft import drafted
 
 INK = "black"
 GREY = "0.55"
@@ -176,14 +175,9 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
         raise ValueError(bad("figure", str(path), "a file name ending in " + ", ".join(FORMATS)))
     undated = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     resolution = STYLE["savefig.dpi"] if dpi is None else dpi
-    target = Path(os.path.realpath(path))  # a link stays one
-    draft = target.with_name(f".{target.stem}.part{path.suffix.lower()}")
     try:
-        fig.savefig(draft, dpi=resolution, metadata=undated[path.suffix.lower()])
-        os.replace(draft, target)
+        with drafted(path) as draft:
+            fig.savefig(draft, format=path.suffix[1:].lower(), dpi=resolution, metadata=undated[path.suffix.lower()])
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from None
-    finally:
-        with contextlib.suppress(OSError):
-            draft.unlink(missing_ok=True)
     return path

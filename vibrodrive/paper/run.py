@@ -20,6 +20,7 @@ from vibrodrive.model.parameters import COLUMNS, Method, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.structure import Orbit, orbit
+from vibrodrive.store.draft import drafted
 from vibrodrive.store.file import new_file
 from vibrodrive.store.header import refuse_foreign
 from vibrodrive.store.kind import special
@@ -217,7 +218,9 @@ def run_paper(
         say(f"claim {claim.id}")
         judged.append(judge(claim, desk))
     document = {"vibrodrive": __version__, "claims": [c.record() for c in judged]}
-    (folder / "claims.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    (folder / "claims.md").write_text(claims_table(judged))
-    desk.files += [folder / "claims.json", folder / "claims.md"]
+    listed = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    for name, text in {"claims.json": listed, "claims.md": claims_table(judged)}.items():
+        with drafted(folder / name) as draft:
+            draft.write_text(text)
+        desk.files.append(folder / name)
     return Paper(desk.files, judged)

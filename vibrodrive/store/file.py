@@ -18,9 +18,10 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.store.draft import drafted, target_of
 from vibrodrive.store.header import BROKEN, Damaged, NoResult, expect_kind, open_result, refuse_foreign, remedy
 from vibrodrive.store.layout import digest
-from vibrodrive.store.lock import Lock, draft_of, target_of
+from vibrodrive.store.lock import Lock
 
 SEAL = "content_sha256"
 """Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
@@ -77,17 +78,12 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
 def _replace(path: Path, content: bytes) -> None:
     """Put a file in its place, whole or not at all."""
     refuse_foreign(path)  # it may have appeared in the meantime
-    target, draft = target_of(path), draft_of(path)
-    old = Lock(target, name=path) if target.exists() else None
+    old = Lock(target_of(path), name=path) if path.exists() else None
     try:
-        with open(draft, "wb") as file:
+        with drafted(path) as draft, open(draft, "wb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        os.replace(draft, target)  # a link stays one
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
     finally:
         if old is not None:
             old.release()

@@ -1,8 +1,7 @@
-"""One writer at a time, and a file that appears whole or not at all."""
+"""One writer at a time."""
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import fcntl
 import os
@@ -16,19 +15,6 @@ _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 class Busy(RuntimeError):
     """Another process is writing the file; the message is one line."""
-
-
-def draft_of(path: Path) -> Path:
-    """Where a file (what it is, if it is a link) is laid out before it gets its name."""
-    path = target_of(path)
-    return path.with_name(path.name + ".part")
-
-
-def target_of(path: Path) -> Path:
-    """The file that a path means: where its links lead. Raises OSError if they lead in a circle."""
-    with contextlib.suppress(FileNotFoundError):  # a new file, or a link to one
-        os.stat(path)
-    return Path(os.path.realpath(path))
 
 
 class Lock:

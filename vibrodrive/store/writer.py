@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +22,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store.checksums import check_block, point_sums, read_marks, section_sums
 from vibrodrive.store.compare import compare
+from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import Unwritable, unwritable
 from vibrodrive.store.header import (
     Damaged,
@@ -43,7 +43,7 @@ from vibrodrive.store.layout import (
     quiet,
     tiles,
 )
-from vibrodrive.store.lock import Busy, Lock, draft_of, target_of
+from vibrodrive.store.lock import Busy, Lock
 
 if TYPE_CHECKING:
     from vibrodrive.model.block import Block
@@ -279,29 +279,25 @@ def _resume(path: Path, plan: Plan) -> Writer:
 
 
 def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
+    lock = old = file = None
     try:
-        target, draft = target_of(path), draft_of(path)
-    except OSError as error:
-        raise unwritable(error, path) from None
-    lock = Lock(draft, create=True, name=path)
-    old = file = None
-    try:
-        refuse_large_file(plan, path)
-        if path.exists():
-            if not overwrite:  # it appeared in the meantime
-                raise Busy(f"{path}: another process is writing it")
-            old = Lock(path)
-        file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
-        lay_out(file, plan, origin, progress)
-        file.flush()
-        os.replace(draft, target)  # a link stays one
+        lock = Lock(draft_of(path), create=True, name=path)  # before anything is done to a draft that may be another's
+        with drafted(path) as draft:
+            refuse_large_file(plan, path)
+            if path.exists():
+                if not overwrite:  # it appeared in the meantime
+                    raise Busy(f"{path}: another process is writing it")
+                old = Lock(path)
+            file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
+            lay_out(file, plan, origin, progress)
+            file.flush()
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:
             with contextlib.suppress(OSError, RuntimeError):  # it may still try to write
                 file.close()
-        draft.unlink(missing_ok=True)
-        lock.release()
+        if lock is not None:
+            lock.release()
         raise unwritable(error, path) if isinstance(error, OSError) else error from None
     finally:
         if old is not None:

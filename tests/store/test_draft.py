@@ -1,0 +1,73 @@
+"""A file appears whole or not at all, whoever writes it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from vibrodrive.figures.style import save
+from vibrodrive.model.plan import make_plan
+from vibrodrive.store import draft as drafts
+from vibrodrive.store.draft import draft_of, drafted
+from vibrodrive.store.file import new_file
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.writer import open_writer
+
+
+def hdf5(path):
+    with new_file(path) as file:
+        file["x"] = 1.0
+
+
+def a_sweep(path):
+    open_writer(path, make_plan({"A": [1.0], "periods": 1}), Origin("")).close()
+
+
+def a_figure(path):
+    figure = Figure()
+    figure.subplots().plot([0, 1])
+    save(figure, path.with_suffix(".png"))
+
+
+@pytest.mark.parametrize("write", [hdf5, a_sweep, a_figure])
+def test_one_way_for_all(write, tmp_path, monkeypatch):
+    """All are written to the draft, renamed once, and leave nothing else; where that fails, nothing at all."""
+    renamed = []
+
+    def refuse(source, target):
+        renamed.append((Path(source), Path(target)))
+        raise OSError(13, "Permission denied", str(source))
+
+    replace = os.replace
+    monkeypatch.setattr(drafts.os, "replace", refuse)
+    with pytest.raises(OSError, match="Permission denied") as caught:
+        write(tmp_path / "x.h5")
+    ((source, target),) = renamed
+    assert source == draft_of(target)
+    assert caught.value.filename == str(target)  # the name that was given, not the draft's
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(drafts.os, "replace", replace)
+    write(tmp_path / "x.h5")
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
+    there, link = tmp_path / "there.txt", tmp_path / "link.txt"
+    there.write_text("old")
+    link.symlink_to("there.txt")
+
+    def half_a_file():
+        with drafted(link) as draft:
+            draft.write_text("half")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        half_a_file()
+    assert there.read_text() == "old"
+    with drafted(link) as draft:
+        draft.write_text("new")
+    assert (there.read_text(), link.is_symlink()) == ("new", True)
+    assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
