@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibrodrive.model import config
 from vibrodrive.model.parameters import COLUMNS, ETA, Method
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, Plan, Settings, make_plan
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, Plan, Settings, make_plan
 
 
 def test_axes_stand_in_the_order_written():
@@ -105,3 +106,45 @@ def test_what_is_refused_is_named(arguments, words):
 def test_a_grid_may_be_an_axis():
     plan = make_plan({"A": 3, "method": Method.FIXED, "dtau": [0.1, 0.2]})
     assert plan.axes["dtau"].tolist() == [0.1, 0.2]
+
+
+def test_the_arguments_of_a_point_make_its_plan_again():
+    plan = make_plan(
+        {"A": [1.0, 2.0], "eps": [0.0, 1e-4, 2e-4], "dtau": 0.1, "method": "fixed", "scan": "literal", "periods": 7}
+    )
+    for at in range(plan.n_points):
+        alone = make_plan(plan.arguments(at))
+        assert alone.axes == {}
+        assert alone.points(0, 1).tobytes() == plan.points(at, at + 1).tobytes()
+        assert alone.settings == plan.settings
+    assert make_plan({"A": 1.0}).arguments(0)["dtau"] is None
+
+
+def test_there_is_one_table_of_settings():
+    """A configuration knows every setting and parameter, and takes and refuses the same values as `make_plan`."""
+    known = {key for keys in config.HOMES.values() for key in keys}
+    assert known == {*COLUMNS, *SETTINGS}
+    assert set(SETTINGS) == set(vars(Settings()))
+    for table, keys in config.HOMES.items():
+        for key in keys:
+            if key not in SETTINGS:
+                continue
+            with pytest.raises((TypeError, ValueError)) as refused:
+                make_plan({"A": 1.0, key: -1})
+            with pytest.raises(config.ConfigError) as told:
+                config.parse(f"[{table}]\n{key} = -1\n")
+            assert str(told.value) == str(refused.value)
+            default = getattr(Settings(), key)
+            assert SETTINGS[key](key, {"method": "certified", "scan": "skip"}.get(key, default)) == default
+
+
+@pytest.mark.parametrize(
+    ("option", "table"),
+    [("periods=3", "run"), ("scan=literal", "switching"), ("mu=0.5", "physical"), ("x=eps", "figure"),
+     ("curves=['time']", "trajectory"), ("criterion=gaps", "limits"), ("max_period=2", "orbits"),
+     ("A=[1, 2]", "sweep")],
+)  # fmt: skip
+def test_a_key_without_its_table_finds_it(option, table):
+    tables = {}
+    config._override(tables, option)
+    assert list(tables) == [table]

@@ -21,38 +21,27 @@ from __future__ import annotations
 import os
 import stat
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan, bad, check, check_choice, check_count
+from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import Physical
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.plan import SETTINGS, Plan, make_plan
 from vibrodrive.model.size import refuse_large_axis
 
 PHYSICAL = ("a0", "omega0", "mu", "alpha", "mass", "g")
 
-NUMBERS: dict[str, tuple[str, ...]] = {
+HOMES: dict[str, tuple[str, ...]] = {
     "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
-    "switching": ("dtau", "tol"),
-    "run": ("section_phase",),
+    "sweep": tuple(PARAMETERS),
+    "switching": ("method", "scan", "dtau", "tol"),
+    "run": ("transient", "periods", "budget", "section_phase"),
 }
-"""Where a parameter that is one number stands; in [sweep] any of them may."""
-
-SETTINGS: dict[str, dict[str, Callable[[object], int]]] = {
-    "switching": {
-        "method": lambda v: check_choice("method", v, Method),
-        "scan": lambda v: check_choice("scan", v, Scan),
-    },
-    "run": {
-        "transient": lambda v: check_count("transient", v, 0),
-        "periods": lambda v: check_count("periods", v, 1),
-        "budget": lambda v: check_count("budget", v, 1),
-    },
-}
+"""Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
 
 
 class ConfigError(ValueError):
@@ -124,25 +113,17 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
 
 
 def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> Config:
-    known: dict[str, Sequence[str]] = {
-        "model": NUMBERS["model"],
-        "physical": PHYSICAL,
-        "sweep": tuple(PARAMETERS),
-        "switching": (*SETTINGS["switching"], *NUMBERS["switching"]),
-        "run": (*SETTINGS["run"], *NUMBERS["run"]),
-        **{name: tuple(keys) for name, keys in _EXTRAS.items()},
-    }
     title = tables.pop("title", "")
     if not isinstance(title, str):
         raise TypeError(bad("title", title, "a text"))
     for name, table in tables.items():
-        if name not in known:
-            raise ValueError(bad("table", name, "one of title, " + ", ".join(known)))
+        if name not in _TABLES:
+            raise ValueError(bad("table", name, "one of title, " + ", ".join(_TABLES)))
         if not isinstance(table, dict):
             raise TypeError(bad(name, table, f"a table [{name}]"))
         for key in table:
-            if key not in known[name]:
-                raise ValueError(bad(f"key of [{name}]", key, "one of " + ", ".join(known[name])))
+            if key not in _TABLES[name]:
+                raise ValueError(bad(f"key of [{name}]", key, "one of " + ", ".join(_TABLES[name])))
 
     arguments: dict[str, Any] = {}
     physical = None
@@ -150,13 +131,13 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
         physical = _physical(tables["physical"])
         arguments |= {"A": check("A", physical.A), "B": check("B", physical.B)}
     at = dict.fromkeys(arguments, "physical")
-    for name in ("model", "sweep", "switching", "run"):
+    for name in HOMES:
         for key, value in tables.get(name, {}).items():
             if key in at:
                 raise ValueError(bad(f"{name}.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
             at[key] = name
-            if key in SETTINGS.get(name, ()):
-                SETTINGS[name][key](value)
+            if key in SETTINGS:
+                SETTINGS[key](key, value)
                 arguments[key] = value
             elif name == "sweep":
                 arguments[key] = _axis(key, value)
@@ -282,10 +263,10 @@ def _override(tables: dict[str, Any], option: str) -> None:
         value = {"value": written.strip()}  # a bare word: method=fixed
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
-    if path[0] not in _HOMES and path != ["title"]:
+    if path[0] not in _TABLES and path != ["title"]:
         path = [_home(tables, path[0], value["value"], option), *path]
-    if len(path) > 1 and path[0] in ("model", "sweep", "switching", "run"):
-        for name in ("model", "sweep", "switching", "run"):
+    if len(path) > 1 and path[0] in HOMES:
+        for name in HOMES:
             if name != path[0] and isinstance(tables.get(name), dict):
                 tables[name].pop(path[1], None)  # given once: here
     table = tables
@@ -293,25 +274,23 @@ def _override(tables: dict[str, Any], option: str) -> None:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
             raise ConfigError(bad("--set", option, f"a key of a table, and {name} is none"))
-    if path[-1] in _HOMES and len(path) == 1:
+    if path[-1] in _TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
 
 
-_HOMES = ("model", "physical", "sweep", "switching", "run", *_EXTRAS)
+_TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": PHYSICAL, **HOMES, **_EXTRAS}
+"""Every table, and what may stand in it."""
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> str:
-    """The table of a key given without one: where it stands already, else where it belongs."""
+    """The table of a key given without one: where it stands already, else the first where it may."""
     if key in PARAMETERS and isinstance(value, (list, dict)):
         return "sweep"
-    for name in _HOMES:
+    for name in _TABLES:
         if isinstance(tables.get(name), dict) and key in tables[name]:
             return name
-    homes = {k: t for t, keys in NUMBERS.items() for k in keys}
-    homes |= {k: t for t, keys in SETTINGS.items() for k in keys}
-    homes |= dict.fromkeys(PHYSICAL, "physical") | dict.fromkeys(_EXTRAS["figure"], "figure")
-    homes |= {"criterion": "limits", "max_period": "orbits"}
+    homes = {k: name for name in reversed(_TABLES) for k in _TABLES[name] if name != "sweep"}
     if key not in homes:
-        raise ConfigError(bad("--set", option, "a known key: " + ", ".join(homes)))
+        raise ConfigError(bad("--set", option, "a known key: " + ", ".join(dict.fromkeys(reversed(homes)))))
     return homes[key]

@@ -7,8 +7,10 @@ at the same time one chunk of the result file, so that a finished block is writt
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -41,15 +43,23 @@ DEFAULT_BUDGET = 100_000
 """Switches one excitation period may hold before a trajectory is given up as chattering."""
 
 
+def _setting(default: int, check: Callable[..., int], **allowed: Any) -> Any:
+    return field(default=int(default), metadata={"check": partial(check, **allowed)})
+
+
 @dataclass(frozen=True)
 class Settings:
-    """What all points of a sweep share."""
+    """What all points of a sweep share: the one table of the settings, their defaults and what they may be."""
 
-    method: int = int(Method.CERTIFIED)
-    scan: int = int(Scan.SKIP)
-    transient: int = 1000
-    periods: int = 250
-    budget: int = DEFAULT_BUDGET
+    method: int = _setting(Method.CERTIFIED, check_choice, choices=Method)
+    scan: int = _setting(Scan.SKIP, check_choice, choices=Scan)
+    transient: int = _setting(1000, check_count, low=0)
+    periods: int = _setting(250, check_count, low=1)
+    budget: int = _setting(DEFAULT_BUDGET, check_count, low=1)
+
+
+SETTINGS: dict[str, Callable[[str, object], int]] = {f.name: f.metadata["check"] for f in fields(Settings)}
+"""The check of each: name and value -> the plain int that a Settings holds. Raises TypeError or ValueError."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +95,14 @@ class Plan:
         for c, name in enumerate(COLUMNS):
             out[:, c] = self.axes[name][index[position[name]]] if name in position else self.scalars[name]
         return out
+
+    def arguments(self, at: int) -> dict[str, Any]:
+        """What `simulate` is to be called with for one point, by its number."""
+        point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
+        if math.isnan(point["dtau"]):  # no grid step
+            point["dtau"] = None
+        s = self.settings
+        return point | vars(s) | {"method": Method(s.method), "scan": Scan(s.scan)}
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -127,20 +145,13 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
     """
-    settings = {
-        "method": lambda v: check_choice("method", v, Method),
-        "scan": lambda v: check_choice("scan", v, Scan),
-        "transient": lambda v: check_count("transient", v, 0),
-        "periods": lambda v: check_count("periods", v, 1),
-        "budget": lambda v: check_count("budget", v, 1),
-    }
-    known = [*COLUMNS, *settings]
+    known = [*COLUMNS, *SETTINGS]
     chosen: dict[str, int] = {}
     axes: dict[str, np.ndarray] = {}
     scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
     for key, value in arguments.items():
-        if key in settings:
-            chosen[key] = settings[key](value)
+        if key in SETTINGS:
+            chosen[key] = SETTINGS[key](key, value)
         elif key not in COLUMNS:
             raise TypeError(bad("argument", key, "one of " + ", ".join(known)))
         elif value is None:

@@ -9,14 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from vibrodrive import __version__
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.figures.style import save
 from vibrodrive.model import config
-from vibrodrive.model.parameters import COLUMNS, Method, bad
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.structure import Orbit, orbit
@@ -79,9 +77,8 @@ class Desk:
         Raises Unfit if it has no period.
         """
         plan = self.config(name).plan()
-        point = dict(zip(COLUMNS, plan.points(0, 1)[0].tolist(), strict=True))
-        arguments = point | {"eps": 0.0, "dtau": None, "transient": plan.settings.transient, "periods": 256}
-        motion = simulate(**(arguments | changes))
+        exact = {"method": "certified", "eps": 0.0, "dtau": None, "periods": 256}
+        motion = simulate(**(plan.arguments(0) | exact | changes))
         found = orbit(motion)
         if found is None:
             raise Unfit(f"the undisturbed motion at A = {motion.arguments['A']:g} has no period")
@@ -128,16 +125,7 @@ class Unfit(ValueError):
 
 def points(plan: Plan) -> Iterator[dict[str, Any]]:
     """Arguments of `simulate` for every point of a plan."""
-    s = plan.settings
-    for row in plan.points(0, plan.n_points):
-        point: dict[str, Any] = dict(zip(COLUMNS, row.tolist(), strict=True))
-        point["dtau"] = None if np.isnan(point["dtau"]) else point["dtau"]
-        yield point | {
-            "method": Method(s.method),
-            "transient": s.transient,
-            "periods": s.periods,
-            "budget": s.budget,
-        }
+    return map(plan.arguments, range(plan.n_points))
 
 
 def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:

@@ -11,9 +11,8 @@ asked for the next switch. So one failure does not condemn what comes after it. 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.model.parameters import COLUMNS, Method
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 
 KINDS = ("missed", "late", "wrong")
@@ -81,8 +80,7 @@ def compared(plan: Plan) -> Iterator[tuple[float, bool]]:
     inf and False where the certified path knows no further switch. Never negative but for rounding and `tol`:
     no method finds a zero before the first.
     """
-    arguments: dict[str, Any] = {**plan.scalars, **vars(plan.settings)}
-    rows = simulate(**{**arguments, "method": Method(plan.settings.method), "scan": "skip"}).switches
+    rows = simulate(**(plan.arguments(0) | {"scan": "skip"})).switches
     certified = Certified(plan)
     for row, following in pairwise(rows):
         state = int(row["after"])
@@ -116,6 +114,4 @@ def verdicts(plan: Plan, periods: int) -> Iterator[tuple[int, int, Verdict]]:
     """(method, point, verdict) for every point of a plan and both methods, `periods` excitation periods of each."""
     for m, method in enumerate(METHODS):
         for at in range(plan.n_points):
-            point = dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True))
-            settings = replace(plan.settings, method=int(Method[method.upper()]), periods=periods)
-            yield m, at, judge(Plan({}, point, settings))
+            yield m, at, judge(make_plan(plan.arguments(at) | {"method": method, "periods": periods}))

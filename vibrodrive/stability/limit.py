@@ -249,7 +249,7 @@ class _Problem:
     """One search under way."""
 
     index: int
-    row: np.ndarray  # the point, float64 (columns,)
+    point: dict[str, Any]  # arguments of `simulate`
     base: Orbit
     asking: Asking
     asked: np.ndarray
@@ -276,9 +276,9 @@ class _Search:
         while waiting or active:
             while waiting and len(active) < ABREAST:
                 index = waiting.pop()
-                row = plan.points(index, index + 1)[0]
-                here = replace(blank, A=float(row[0]))
-                base = judge.undisturbed(row)
+                point = plan.arguments(index)
+                here = replace(blank, A=point["A"])
+                base = judge.undisturbed(point)
                 if base is None:
                     yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
                     continue
@@ -289,10 +289,10 @@ class _Search:
                     yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
                     continue
                 asking = search(GRIDS[self.disturbance])
-                active.append(_Problem(index, row, base, asking, next(asking)))
+                active.append(_Problem(index, point, base, asking, next(asking)))
             if not active:
                 return
-            verdicts = judge([(p.row, p.base, p.asked) for p in active])
+            verdicts = judge([(p.point, p.base, p.asked) for p in active])
             for problem, verdict in zip(list(active), verdicts, strict=True):
                 try:
                     problem.asked = problem.asking.send(verdict)
@@ -312,19 +312,19 @@ class _Judge:
         self.threads = threads
         self.halt = Halt()
 
-    def undisturbed(self, row: np.ndarray) -> Orbit | None:
-        exact = dict(zip(COLUMNS, row.tolist(), strict=True)) | {"eps": 0.0, "dtau": None}
-        settings: dict[str, Any] = {"transient": max(SETTLING, self.settings.transient), "budget": self.settings.budget}
-        return orbit(simulate(**exact, **settings, method="certified", periods=WATCHED))
+    def undisturbed(self, point: dict[str, Any]) -> Orbit | None:
+        exact = {"method": "certified", "eps": 0.0, "dtau": None}
+        periods = {"transient": max(SETTLING, self.settings.transient), "periods": WATCHED}
+        return orbit(simulate(**(point | exact | periods)))
 
-    def __call__(self, requests: list[tuple[np.ndarray, Orbit, np.ndarray]]) -> list[np.ndarray]:
+    def __call__(self, requests: list[tuple[dict[str, Any], Orbit, np.ndarray]]) -> list[np.ndarray]:
         """bool array for each (point, orbit, disturbances)."""
 
-        def kept(task: tuple[np.ndarray, Orbit, float]) -> bool:
-            row, base, value = task
-            return keeps(base, self._trajectory(row, value), self.wanted)
+        def kept(task: tuple[dict[str, Any], Orbit, float]) -> bool:
+            point, base, value = task
+            return keeps(base, self._trajectory(point, value), self.wanted)
 
-        tasks = [(row, base, value) for row, base, values in requests for value in values.tolist()]
+        tasks = [(point, base, value) for point, base, values in requests for value in values.tolist()]
         with ThreadPoolExecutor(self.threads) as pool:
             try:
                 verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
@@ -335,11 +335,11 @@ class _Judge:
 
     def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
         """The Limit of a finished search, with the structure on both sides of the first loss."""
-        found = replace(blank, A=float(problem.row[0]), **band._asdict(), n=problem.base.n)
+        found = replace(blank, A=problem.point["A"], **band._asdict(), n=problem.base.n)
         if not math.isfinite(band.k2):
             return replace(found, how=f"not lost up to {band.searched_to:g}")
-        lost = self._trajectory(problem.row, band.k2)
-        kept = self._trajectory(problem.row, band.kept_below) if band.kept_below > 0 else None
+        lost = self._trajectory(problem.point, band.k2)
+        kept = self._trajectory(problem.point, band.kept_below) if band.kept_below > 0 else None
         structure = compare(problem.base, lost)
         return replace(
             found,
@@ -348,13 +348,11 @@ class _Judge:
             how=_how(self.wanted, structure, lost, problem.base),
         )
 
-    def _trajectory(self, row: np.ndarray, value: float) -> Trajectory:
-        point = dict(zip(COLUMNS, row.tolist(), strict=True)) | {self.disturbance: float(value)}
+    def _trajectory(self, point: dict[str, Any], value: float) -> Trajectory:
+        disturbed = point | {self.disturbance: float(value)}
         if self.settings.method == Method.CERTIFIED:
-            point["dtau"] = None
-        s = self.settings
-        settings = {"transient": s.transient, "periods": s.periods, "budget": s.budget}
-        return follow(make_plan({**point, **settings, "method": Method(s.method)}), self.halt)
+            disturbed["dtau"] = None
+        return follow(make_plan(disturbed), self.halt)
 
 
 def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:
