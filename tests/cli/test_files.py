@@ -23,7 +23,7 @@ from vibrodrive.model import config
 from vibrodrive.model.results import Results
 from vibrodrive.store.file import new_file
 from vibrodrive.store.header import Damaged, NoResult, OtherKind, read_kind
-from vibrodrive.store.layout import Origin
+from vibrodrive.store.layout import Origin, digest
 from vibrodrive.store.lock import is_being_written
 from vibrodrive.store.writer import open_writer
 
@@ -250,13 +250,15 @@ def made(tmp_path_factory):
     a_sweep(folder / "sweep.h5")
     for command in ("limits", "orbits", "atlas"):
         (folder / f"{command}.toml").write_text(CONFIGS[command])
-        subprocess.run(
+        done = subprocess.run(
             [sys.executable, "-m", "vibrodrive", command, f"{command}.toml"],
             cwd=folder,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
             check=True,
             capture_output=True,
+            text=True,
         )
+        (folder / f"{command}.txt").write_text(done.stdout)
     return folder
 
 
@@ -327,8 +329,73 @@ def test_another_kind_is_named_not_called_damaged(run, idle, made, command):
     assert_refused(run, "sweep", "sweep.toml", "-o", "other.h5", words=["other.h5", "holds", "a sweep"])
     if command != "limits":
         assert_refused(run, "limits", "limits.toml", "-o", "other.h5", words=["other.h5", "limits of stability"])
-    for one in ("orbits", "atlas"):
+    for one in {"orbits", "atlas"} - {command}:
         assert_refused(run, one, f"{one}.toml", "-o", "other.h5", words=["other.h5", "--overwrite"])
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("command", "told"), [("limits", "criterion=gaps"), ("orbits", "max_period=1"), ("atlas", "periods=41")]
+)
+def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(run, monkeypatch, made, command, told):
+    """As sweeps always were: of the same configuration, nothing to do; of another, refused with what differs."""
+
+    def begun(*arguments, **options):
+        raise AssertionError("something is computed")
+
+    for name in ("stability.limit.search", "jobs.orbits.family", "jobs.failures.verdicts"):
+        module, _, function = name.rpartition(".")
+        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
+    path, figure = Path(f"{command}.h5"), Path(f"{command}.png")
+    path.write_bytes((made / path).read_bytes())
+    # what is written differently, or given anew, is the same
+    Path(f"{command}.toml").write_text("# a remark\n" + CONFIGS[command])
+    code, _, err = run(command, f"{command}.toml", "--set", "B=0.1")
+    assert code == 0, err
+    assert "is complete" in err
+    assert "nothing to do" in err
+    assert path.read_bytes() == (made / path).read_bytes()
+    assert figure.read_bytes() == (made / figure).read_bytes()
+    for option in ("B=0.2", "transient=21", told):
+        name = option.split("=")[0]
+        words = ["another configuration", f"{name} is ", " there and ", "--overwrite"]
+        assert_refused(run, command, f"{command}.toml", "--set", option, words=words)
+    with pytest.raises(AssertionError, match="something is computed"):
+        cli.cli.main([command, f"{command}.toml", "--overwrite"], standalone_mode=False)
+
+
+@pytest.mark.jit
+def test_periods_that_were_not_told_are_not_those_of_a_sweep(run, idle, made):
+    """Limits have 1500 periods unless told, a sweep has 250."""
+    with h5py.File(made / "atlas.h5") as file, h5py.File("atlas.h5", "w") as copy:
+        for name in file:
+            file.copy(name, copy)
+        copy.attrs.update(file.attrs)
+        copy.attrs["config"] = CONFIGS["atlas"].replace("periods = 40", "")
+        copy.attrs["config_sha256"] = digest(copy.attrs["config"])
+    words = ["periods is not given there and 250 here"]
+    assert_refused(run, "atlas", "atlas.toml", "--set", "periods=250", words=words)
+
+
+@pytest.mark.jit
+def test_orbits_are_listed_again_from_their_file(run, idle, made, monkeypatch):
+    Path("orbits.h5").write_bytes((made / "orbits.h5").read_bytes())
+    code, again, err = run("orbits", "orbits.toml")
+    assert code == 0, err
+    assert again == (made / "orbits.txt").read_text()
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("command", ["orbits", "atlas"])
+def test_a_damaged_file_is_no_complete_one(run, idle, made, command):
+    path = Path(f"{command}.h5")
+    path.write_bytes((made / path).read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["A"][0] = 7.0
+    code, out, err = run(command, f"{command}.toml")
+    assert (code, out) == (1, "")
+    assert "damaged" in err
+    assert "--overwrite" in err
 
 
 @pytest.mark.jit

@@ -78,8 +78,9 @@ def _expected(error: Exception) -> int | None:
     from vibrodrive.jobs.sweep import Failed, Refused
     from vibrodrive.model.config import ConfigError
     from vibrodrive.model.size import TooLarge
-    from vibrodrive.store.header import Damaged
-    from vibrodrive.store.writer import Busy, Different, NoResult
+    from vibrodrive.store.compare import Different
+    from vibrodrive.store.header import Damaged, NoResult
+    from vibrodrive.store.lock import Busy
 
     if isinstance(error, (Failed, Damaged)):
         return 1

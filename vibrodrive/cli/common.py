@@ -32,6 +32,9 @@ METHOD = click.option(
     type=click.Choice(["certified", "muller", "fixed"]),
     help="How a switch is found (default certified).",
 )
+OVERWRITE = click.option(
+    "--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on with it."
+)
 THREADS = click.option("--threads", type=click.IntRange(min=1), help="Threads to compute with (default all).")
 
 
@@ -76,13 +79,11 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
                 raise click.ClickException(bad("figure", str(target), "another file: this one holds data (HDF5)"))
 
 
-def check_output(
-    path: Path, config: Path, kind: str, *, overwrite: bool, resumed: bool = False, figures: Sequence[Path] = ()
-) -> None:
+def check_output(path: Path, config: Path, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
     """Refuse a result file that cannot be made, and files one of which would replace another.
 
-    Nothing has been computed yet. A file that is there is gone on with (`resumed`) if it is of this kind, and replaced
-    (`overwrite`) if it is a result file of whatever kind.
+    Nothing has been computed yet. A file that is there is gone on with if it is of this kind (and, which shows later,
+    of the same configuration), and replaced (`overwrite`) if it is a result file of whatever kind.
     """
     from vibrodrive.figures.style import FORMATS
     from vibrodrive.model.parameters import bad
@@ -105,15 +106,11 @@ def check_output(
     try:
         found = read_kind(path)
     except Damaged:
-        if resumed:
-            raise
-        found = kind
+        raise
     except NoResult as error:
         why = ("no file of limits: " if kind == "limits" else "") + str(error).removeprefix(f"{path}: ")
         advice = "choose another file, as --overwrite replaces result files only"
         raise click.ClickException(f"output: {path}: {why}: {advice}") from None
-    if not resumed:
-        raise click.ClickException(bad("output", str(path), "a new file, as this one exists (or --overwrite)"))
     if found != kind:
         held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds} (or --overwrite)"
         raise click.ClickException(bad("output", str(path), held))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, read, say, working
 
 
 @click.command()
@@ -14,13 +14,17 @@ from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, w
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
+@OVERWRITE
 def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
-    """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map."""
+    """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map.
+
+    The figure stands beside the result file. A file of the same configuration is drawn again.
+    """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
     picture = path.with_suffix(".png")
     check_output(path, config, "failures", overwrite=overwrite, figures=[picture])
+    complete = path.exists() and not overwrite
     from vibrodrive.figures.failures import atlas_figure
     from vibrodrive.figures.style import save
     from vibrodrive.jobs.failures import run_atlas
@@ -31,6 +35,6 @@ def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads
         def progress(known: int, total: int) -> None:
             show.update(lambda: f"{known} of {total} motions")
 
-        run_atlas(settings, path, progress, threads=threads)
+        run_atlas(settings, path, progress, threads=threads, overwrite=overwrite)
     save(atlas_figure(load_atlas(path)), picture)
-    say(f"{path} written; {picture} drawn")
+    say(f"{path} {'is complete: nothing to do' if complete else 'written'}; {picture} drawn")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, read, say, working
 
 
 @click.command()
@@ -14,7 +14,7 @@ from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, w
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on.")
+@OVERWRITE
 def limits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Find the limits of practically orbital stability over A, in ε and in Δτ, and draw them.
 
@@ -23,18 +23,22 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
     picture = path.with_suffix(".png")
-    check_output(path, config, "limits", overwrite=overwrite, resumed=True, figures=[picture])
+    check_output(path, config, "limits", overwrite=overwrite, figures=[picture])
     from vibrodrive.figures.limits import limits_figure
     from vibrodrive.figures.style import save
     from vibrodrive.jobs.limits import run_limits
     from vibrodrive.store.limits import load_limits
 
+    sought = 0
     with working(path.name) as show:
 
         def progress(known: int, total: int) -> None:
+            nonlocal sought
+            sought += 1
             show.update(lambda: f"{known} of {total} limits")
 
         run_limits(settings, path, progress, **settings.limits, threads=threads, overwrite=overwrite)
     found = load_limits(path)
     save(limits_figure(found), picture)
-    say(f"{path} holds {found.done.sum()} limits; {picture} drawn")
+    said = f"holds {found.done.sum()} limits" if sought else f"is complete ({found.done.sum()} limits): nothing to do"
+    say(f"{path} {said}; {picture} drawn")

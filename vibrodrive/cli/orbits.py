@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, read, say, working
 
 
 @click.command()
@@ -14,12 +14,12 @@ from vibrodrive.cli.common import FILE, SET, THREADS, check_output, read, say, w
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @THREADS
-@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind.")
+@OVERWRITE
 def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Find all orbits over A, stable or not, and where they are born, change or die.
 
     The bifurcations are listed on stdout. The figures stand beside the result file: the bifurcation diagram,
-    and the multipliers.
+    and the multipliers. A file of the same configuration is listed and drawn again.
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
@@ -27,12 +27,13 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     multipliers = picture.with_stem(picture.stem + "_multipliers")
     check_output(path, config, "orbits", overwrite=overwrite, figures=[picture, multipliers])
     plan = settings.plan()
+    complete = path.exists() and not overwrite
     from vibrodrive.jobs.orbits import run_orbits
 
     with working(path.name):
         table = run_orbits(
             plan, path, title=settings.title, text=settings.text, overrides=settings.overrides, threads=threads,
-            **settings.orbits,
+            overwrite=overwrite, **settings.orbits,
         )  # fmt: skip
     click.echo(table)
-    say(f"{path} written, {picture} and {multipliers.name} drawn")
+    say(f"{path} {'is complete: nothing to do' if complete else 'written'}, {picture} and {multipliers.name} drawn")

@@ -12,6 +12,7 @@ import click
 from vibrodrive.cli.common import (
     FILE,
     METHOD,
+    OVERWRITE,
     SET,
     THREADS,
     check_output,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
 @click.option("--plot", "plotted", is_flag=True, help="Draw the result when it is complete.")
 @click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
-@click.option("--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of resuming.")
+@OVERWRITE
 def sweep(
     config: Path,
     output: Path | None,
@@ -56,7 +57,7 @@ def sweep(
     plan = settings.plan()
     path = output or Path(config.stem + ".h5")
     picture = path.with_suffix(".png")
-    check_output(path, config, "sweep", overwrite=overwrite, resumed=True, figures=[picture] if plotted else [])
+    check_output(path, config, "sweep", overwrite=overwrite, figures=[picture] if plotted else [])
     if plotted:
         check_drawing(settings.figure, plan)
     if dask is not None:

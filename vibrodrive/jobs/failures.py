@@ -12,7 +12,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.stability.failures import KINDS, METHODS, verdicts
 from vibrodrive.stability.limit import limits
 from vibrodrive.store.failures import SECOND, lay_out
-from vibrodrive.store.file import new_file
+from vibrodrive.store.file import made_already, new_file
 
 JUDGED = 10
 """Excitation periods of each motion whose switches are judged."""
@@ -24,15 +24,19 @@ def run_atlas(
     progress: Callable[[int, int], None] | None = None,
     *,
     threads: int | None = None,
+    overwrite: bool = False,
 ) -> Path:
     """Compute the atlas of a configuration with the axes A and dtau, or A and eps, into a new file.
 
-    A result file of that name is replaced.
+    Nothing is done if it is there already: an unfinished one cannot be, as it gets its name at the end.
+    With `overwrite` a result file of that name is replaced.
 
     Raises
     ------
     ConfigError
         if the axes are others.
+    Different
+        if the file there was made from another configuration.
     NoResult
         if there is something else of that name.
     OSError
@@ -51,6 +55,8 @@ def run_atlas(
     done = 0
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "scan")}
     path = Path(out)
+    if not overwrite and made_already(path, "failures", plan, told=config.arguments):
+        return path
     with new_file(path, seal=True) as file:
         lay_out(file, plan.axes, shape, config)
         counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}

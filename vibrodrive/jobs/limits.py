@@ -41,7 +41,9 @@ def run_limits(
     Raises
     ------
     ConfigError
-        if the axes are others than A, or the file belongs to another configuration.
+        if the axes are others than A.
+    Different
+        if the file was made from another configuration.
     NoResult
         if there is something else than a result file, and it is to be replaced.
     Busy

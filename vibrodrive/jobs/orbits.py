@@ -17,6 +17,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.search import check_period
+from vibrodrive.store.file import made_already
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.orbits import load_family, save_family
 
@@ -36,8 +37,11 @@ def run_orbits(
     overrides: tuple[str, ...] = (),
     figure: Path | None = None,
     threads: int | None = None,
+    overwrite: bool = False,
 ) -> str:
     """Find all orbits over the A of a plan, write them to `out` and draw them; returns the table as text.
+
+    A file that is there and was made from the same is drawn and listed again.
 
     Parameters
     ----------
@@ -45,7 +49,7 @@ def run_orbits(
         a sweep of the undisturbed motion over A alone; its transient, periods and section phase are those of
         the brute-force points under the diagram.
     out : Path
-        HDF5 file; a result file of that name is replaced.
+        HDF5 file.
         The figures stand beside it: its name with the ending of `figure` (or .png), and the same
         with `_multipliers`.
     max_period : int
@@ -58,21 +62,28 @@ def run_orbits(
         the bifurcation diagram, if not beside `out`.
     threads : int, optional
         of the brute-force sweep.
+    overwrite : bool
+        replace a result file that is there.
 
     Raises
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
+    Different
+        if `out` was made from another configuration.
     NoResult
-        if `out` is there and is no result file of this program.
+        if `out` is there and is no file of orbits; with `overwrite`: no result file of this program.
     OSError
         if a file cannot be written.
     """
     longest = check_period("max_period", max_period)
     check_plan(plan)
     B, phase = plan.scalars["B"], plan.scalars["section_phase"]
-    found = family(plan.axes["A"], B, longest)
-    save_family(out, found, Origin(text, overrides, title or "Orbits of a friction-impact oscillator"), phase)
+    if not overwrite and made_already(out, "orbits", plan, max_period=longest):
+        found = load_family(out, plan.axes["A"]).family
+    else:
+        found = family(plan.axes["A"], B, longest)
+        save_family(out, found, Origin(text, overrides, title or "Orbits of a friction-impact oscillator"), phase)
     diagram = figure or out.with_suffix(".png")
     save(draw(found, brute_force(plan, threads), phase), diagram)
     save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))

@@ -1,4 +1,7 @@
-"""How far a sweep is, in one line: rewritten on a terminal, now and then elsewhere."""
+"""How far a sweep is, in one line: rewritten on a terminal, now and then elsewhere.
+
+Not click's progress bar: that is silent where there is no terminal, and ends the work when its stream goes away.
+"""
 
 from __future__ import annotations
 

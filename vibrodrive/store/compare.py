@@ -2,10 +2,50 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
 import numpy as np
 
+from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.model.parameters import Method, Scan
 from vibrodrive.model.plan import Plan
+
+
+class Different(ValueError):
+    """The file was made from another configuration; the message is one line with the keys that differ."""
+
+
+def refuse_different(path: Path, differences: list[str]) -> None:
+    """Raise Different if there are any."""
+    if differences:
+        raise Different(
+            f"{path}: made from another configuration: {'; '.join(differences)}. Choose another file, or --overwrite"
+        )
+
+
+def differences(file: h5py.File, plan: Plan, told: Mapping[str, object] | None = None, **own: object) -> list[str]:
+    """In what an open file, of a kind that keeps its configuration but no plan, differs from what is to be computed.
+
+    `told`: the arguments that were given, where the periods that are not are other ones than those of a sweep.
+    `own`: what the command itself was told, by the names of root attributes.
+    """
+    try:
+        there = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]")))
+        found = compare(there.plan(), plan)
+    except ConfigError as error:
+        return [f"its configuration is none of this version ({error})"]
+    if told is not None:
+        for name in ("transient", "periods"):
+            a, b = there.arguments.get(name, "not given"), told.get(name, "not given")
+            if a != b and "not given" in (a, b):
+                found.append(f"{name} is {a} there and {b} here")
+    for name, value in own.items():
+        if file.attrs[name] != value:
+            found.append(f"{name} is {file.attrs[name]} there and {value} here")
+    return found
 
 
 def compare(stored: Plan, plan: Plan) -> list[str]:

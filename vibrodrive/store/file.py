@@ -11,13 +11,15 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
+from vibrodrive.model.plan import Plan
+from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
 from vibrodrive.store.header import BROKEN, Damaged, NoResult, expect_kind, open_result, refuse_foreign, remedy
 from vibrodrive.store.layout import digest
@@ -101,6 +103,29 @@ def reading(path: Path, kind: str, mode: str = "r") -> Iterator[h5py.File]:
                 raise
             what = " ".join(str(error).split())
             raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(path)}") from None
+
+
+def made_already(path: Path, kind: str, plan: Plan, told: Mapping[str, object] | None = None, **own: object) -> bool:
+    """Whether a file is there, whole, and made from what is to be computed (see compare.differences).
+
+    Raises
+    ------
+    Different
+        if it was made from something else.
+    NoResult
+        if it is of another kind, or damaged.
+    OSError
+        if the system refuses.
+    """
+    if not path.exists():
+        return False
+    with reading(path, kind) as file:
+        faults = find_faults(file)
+        found = differences(file, plan, told, **own) if not faults else []
+    if faults:
+        raise Damaged(f"{path}: damaged ({faults[0]}): {remedy(path)}")
+    refuse_different(path, found)
+    return True
 
 
 class Summary(NamedTuple):

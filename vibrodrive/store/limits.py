@@ -6,7 +6,6 @@ bifurcation diagram of the undisturbed motion over a finer axis: a figure needs 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import numpy as np
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.stability.limit import Limit
 from vibrodrive.store import netcdf
+from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading, unwritable
 from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
@@ -191,8 +191,5 @@ def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> 
 
 
 def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:
-    mine = (config.text, json.dumps(config.overrides), criterion)
-    names = ("config", "overrides", "criterion")
-    for name, value in zip(names, mine, strict=True):
-        if file.attrs.get(name) != value:
-            raise ConfigError(f"{path}: made with another {name}: choose another file, or --overwrite")
+    """Raise Different unless an open file was made from this configuration."""
+    refuse_different(path, differences(file, config.plan(), told=config.arguments, criterion=criterion))

@@ -21,7 +21,7 @@ import numpy as np
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store.checksums import check_block, point_sums, read_marks, section_sums
-from vibrodrive.store.compare import compare
+from vibrodrive.store.compare import Different, compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import Unwritable, unwritable
 from vibrodrive.store.header import (
@@ -52,10 +52,6 @@ __all__ = ["Busy", "Different", "NoResult", "Unwritable", "Writer", "open_writer
 
 GROUP_SECONDS = 0.2
 """A flush is cheap but not free, and a small block takes less than a millisecond to compute."""
-
-
-class Different(ValueError):
-    """The file was made from another configuration; the message is one line with the keys that differ."""
 
 
 class Writer:
@@ -264,12 +260,7 @@ def _resume(path: Path, plan: Plan) -> Writer:
     try:
         file = open_result(path, "r+")
         header = read_header(file)
-        differences = compare(header.plan, plan)
-        if differences:
-            raise Different(
-                f"{path}: made from another configuration: {'; '.join(differences)}. "
-                "Choose another file, or --overwrite"
-            )
+        refuse_different(path, compare(header.plan, plan))
         return Writer(file, lock, path, header.plan)
     except BaseException:
         if file is not None:
