@@ -1,15 +1,43 @@
-"""The tests are a package, so `from tests.support.reference import reference` works from the repository root."""
+"""What holds for every test: kernels compiled once before the workers start, and no test of them without the JIT.
+
+The tests are a package, so `from tests.support.reference import reference` works from the repository root.
+"""
 
 from __future__ import annotations
 
 import os
+from time import monotonic
 
 import pytest
+
+COMPILES = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile before pytest-xdist starts its workers: each of them would compile the same kernels at the same time."""
+    config = session.config
+    if not COMPILES or hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
+        return
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    began = monotonic()
+    terminal.write("kernels, once for all workers (a minute, where none are on disk) … ", flush=True)
+    compile_kernels()
+    terminal.write_line(f"{monotonic() - began:.0f} s")
+
+
+def compile_kernels() -> None:
+    """Call every kernel that several tests use, or load it from disk."""
+    import vibrodrive as vd
+    from vibrodrive.periodic.attractors import attractors
+
+    vd.simulate(A=3.04, transient=1, periods=1).sample(4)
+    vd.orbits(A=3.04, max_period=2)
+    attractors([3.04], limit=100)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Leave out what is marked `jit` when Numba is told not to compile: it would run for hours."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"):
+    if COMPILES:
         return
     skip = pytest.mark.skip(reason="needs compiled kernels")
     for item in items:
