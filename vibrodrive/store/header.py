@@ -185,7 +185,8 @@ def damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
     wrong = []
     for name, values in coordinates(plan).items():
         try:
-            if not np.array_equal(file[name][...], values):
+            stored = file[name]
+            if stored.shape != values.shape or not np.array_equal(stored[...], values):
                 wrong.append(name)
         except BROKEN:
             wrong.append(name)
