@@ -42,7 +42,7 @@ def sample():
 
 
 def impacts():
-    vd.impact_map(3.0, B=0.0)(np.linspace(0.6, 0.7, 1500))
+    vd.impact_map(3.0, B=0.0)(np.linspace(0.6, 0.7, 600_000))
 
 
 CASES = {
