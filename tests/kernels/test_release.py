@@ -9,7 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support.reference import mp
-from vibrodrive.kernels.release import release_down, release_up
+from vibrodrive.kernels.release import moves, onset, release_down, release_up
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
 
@@ -47,6 +47,17 @@ def test_the_engine_and_the_map_agree_to_the_bit():
             assert slides[1, 0] == ends[1]
             seen += B > 1.0
     assert seen > 50
+
+
+@pytest.mark.jit
+def test_the_mass_moves_from_onset_on():
+    """At A = 1 + B static friction just holds, one double further it does not; the engine agrees on either side."""
+    for B in (0.0, 0.1, 1.0, 3.7):
+        assert not moves(onset(B), B)
+        assert moves(np.nextafter(onset(B), np.inf), B)
+        below, above = (vd.simulate(A=onset(B) * (1 + d), B=B, transient=0, periods=2) for d in (-1e-6, 1e-6))
+        assert below.status == vd.Status.NEVER_LEAVES
+        assert State.UP in above.switches["after"]
 
 
 def test_against_fifty_digits():

@@ -1,4 +1,4 @@
-"""Where static friction gives way at ε = 0: the phases at which H = A sin τ - B rises to 1 and falls to -1.
+"""Whether and where static friction gives way at ε = 0: the phases at which H = A sin τ - B rises to 1 and falls to -1.
 
 The one place of these formulas: the engine waits for these phases, and the impact-phase map of orbits begins its
 slides there. Both come without cancellation however close A is to 1 + B or to |1 - B|.
@@ -8,8 +8,22 @@ from __future__ import annotations
 
 import math
 
+from numba.extending import register_jitable
+
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import PI, PI_LOW, arcsine
+
+
+@register_jitable
+def onset(b):
+    """The A above which a mass at rest at the obstacle is moved: the peak A - B of H reaches 1."""
+    return 1.0 + b
+
+
+@register_jitable
+def moves(a, b):
+    """Whether a mass at rest at the obstacle is ever moved. Plain Python may call this without compiling it."""
+    return a > onset(b)
 
 
 @inline

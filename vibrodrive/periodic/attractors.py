@@ -15,10 +15,9 @@ import numpy as np
 
 from vibrodrive.jit.compile import jit, part
 from vibrodrive.jit.slices import in_slices
-from vibrodrive.jit.trig import PI, PI_LOW
-from vibrodrive.kernels.release import release_up
+from vibrodrive.kernels.release import moves, release_up
 from vibrodrive.model.parameters import check, check_count
-from vibrodrive.periodic.flight import NO_WORD, flight
+from vibrodrive.periodic.flight import NO_WORD, flight, window_end
 from vibrodrive.periodic.impact_map import HORIZON
 from vibrodrive.periodic.itineraries import NOTHING
 
@@ -55,11 +54,11 @@ def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, n
     for i in range(len(A)):
         a = A[i]
         kind[i], period[i], impacts[i], exponent[i], flown[i] = NEVER_LEAVES, 0, 0, -math.inf, 0
-        if a <= 1.0 + B:
+        if not moves(a, B):
             continue
         kind[i] = IRREGULAR
         up, _ = release_up(a, B)
-        end = PI - up + PI_LOW
+        end = window_end(up)
         psi = up
         periods = 0
         half_periods = 0

@@ -31,6 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.parameters import bad, check, real_number
 from vibrodrive.periodic.continuation import DOUBLING, FAR, Path, unit
 from vibrodrive.periodic.impact_map import ImpactMap
@@ -145,8 +146,8 @@ def check_step(step: object, width: float) -> None:
     """Refuse a spacing of the grid of A that is none, or that a range of this width has too many of."""
     least = width / MOST_VALUES
     allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
-    value = real_number("step", step, allowed)
-    if not 0.0 < value < math.inf or value < least:
+    spacing = real_number("step", step, allowed)
+    if not 0.0 < spacing < math.inf or spacing < least:
         raise ValueError(bad("step", step, allowed))
 
 
@@ -173,18 +174,18 @@ class _Search:
         return orbits(A, self.B, self.limit)
 
     def between(self, low: float, high: float, step: float | None) -> list[Bifurcation]:
-        onset = 1.0 + self.B
-        if high <= onset:
+        least = onset(self.B)
+        if not moves(high, self.B):
             return []
-        begin = min(onset + APART * unit(onset), high)
-        starts = low < onset
+        begin = min(least + APART * unit(least), high)
+        starts = low < least
         low = max(low, begin)
         even = spread(low, high, step)
         self.check_effort(high, len(even))
         grid = np.union1d(even, self.changes_of_rest(spread(low, high, step, FINER))).tolist()
         below = self.orbits(grid[0])
         if starts:
-            self.found += [Bifurcation(onset, ONSET, o, math.nan, o.multiplier) for o in below]
+            self.found += [Bifurcation(least, ONSET, o, math.nan, o.multiplier) for o in below]
         for a, b in itertools.pairwise(grid):
             above = self.orbits(b)
             self.compare(a, below, b, above)

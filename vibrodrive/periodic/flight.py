@@ -126,6 +126,12 @@ def slip(x, a, p, q, first, second):
 
 
 @inline
+def window_end(up):
+    """π - φ_up, where the window that opens at φ_up closes: H falls back to 1."""
+    return PI - up + PI_LOW
+
+
+@inline
 def touching(A, up):
     """B = 0: the launch whose flight touches the obstacle without speed. Earlier ones never land, later ones do."""
     y = HALF_PI / A
@@ -167,7 +173,7 @@ def flight(psi, A, B, horizon, word, slides):
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)
     rise = 3.0 * PI - down
-    end = PI - up + PI_LOW
+    end = window_end(up)
     tau, p, q = psi, A * math.cos(psi), A * math.sin(psi)
     a = q - B - 1.0
     if psi <= up or psi >= end:

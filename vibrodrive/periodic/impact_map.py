@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
-from vibrodrive.jit.trig import PI, PI_LOW, turns
-from vibrodrive.kernels.release import release_up
+from vibrodrive.jit.trig import HALF_PI, PI, turns
+from vibrodrive.kernels.release import moves, release_up
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.states import State
-from vibrodrive.periodic.flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching
+from vibrodrive.periodic.flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching, window_end
 from vibrodrive.periodic.itineraries import FEW, NOTHING, intervals
 
 HORIZON = 10_000
@@ -45,7 +45,7 @@ SHOWN = 16
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
     up, _ = release_up(A, B)
-    end = PI - up + PI_LOW
+    end = window_end(up)
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
     rested = False  # the flight out of a rest, which may be a long one, is followed once, and only if it is met
     k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
@@ -68,18 +68,18 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
 
 
 @jit(_nrt=False)
-def departure(phi, A, B):
-    """(ψ, rests): the phase φ in [0, 2π), and whether an impact at it is followed by a rest."""
+def launch_after(phi, A, B):
+    """(ψ, rests): the phase φ of an impact, in [0, 2π), and whether a rest follows; if not, ψ is that of the launch."""
     psi = turns(phi, 0.0)[1]
     up, _ = release_up(A, B)
-    return psi, psi <= up or psi >= PI - up + PI_LOW
+    return psi, psi <= up or psi >= window_end(up)
 
 
 @jit(_nrt=False)
-def opening(A, B):
-    """(φ_up, ψ*): where the window opens, and the launch whose flight touches without speed if B = 0."""
+def launch_window(A, B):
+    """(φ_up, π - φ_up, ψ*): the window, and the launch in it whose flight touches without speed if B = 0."""
     up = release_up(A, B)[0]
-    return up, touching(A, up)
+    return up, window_end(up), touching(A, up)
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
@@ -135,9 +135,9 @@ class Impacts:
 
 
 def _word_from(phi: float, A: float, B: float) -> str:
-    if A <= 1.0 + B:
+    if not moves(A, B):
         return State.REST.name
-    psi, rests = departure(phi, A, B)
+    psi, rests = launch_after(phi, A, B)
     return spell([State.REST] * int(rests) + states(psi, A, B))
 
 
@@ -154,10 +154,11 @@ class ImpactMap:
     def __init__(self, A: float, B: float = 0.1) -> None:
         self.A = check("A", A)
         self.B = check("B", B)
-        self.moves = self.A > 1.0 + self.B
+        self.moves = moves(self.A, self.B)
+        self.window: tuple[float, float]
         self.touching: float  # the launch whose flight touches the obstacle without speed, if B = 0
-        up, self.touching = opening(self.A, self.B) if self.moves else (0.5 * math.pi, math.nan)
-        self.window = (up, (PI - up) + PI_LOW)
+        window = launch_window(self.A, self.B) if self.moves else (HALF_PI, HALF_PI, math.nan)
+        self.window, self.touching = window[:2], window[2]
 
     def __call__(self, phi: ArrayLike) -> Impacts:
         """The next impact after each of the phases `phi`, of any shape.

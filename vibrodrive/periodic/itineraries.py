@@ -14,9 +14,8 @@ import numpy as np
 
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
-from vibrodrive.jit.trig import PI, PI_LOW
 from vibrodrive.kernels.release import release_up
-from vibrodrive.periodic.flight import IMPACT, NO_WORD, REST, append, flight
+from vibrodrive.periodic.flight import IMPACT, NO_WORD, REST, append, flight, window_end
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
 
@@ -47,7 +46,7 @@ def flights(psi, n, A, B, horizon, slides):
         number of slides.
     """
     up, _ = release_up(A, B)
-    end = PI - up + PI_LOW
+    end = window_end(up)
     itinerary = np.int64(NO_WORD)  # a literal would compile another specialisation
     periods = 0
     slope = 1.0
