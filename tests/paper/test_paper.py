@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,16 +12,21 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures.model import ALPHA, drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.model.states import TRANSITIONS, State
-from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401
+from vibrodrive.paper.analysis import PhaseSlip, find_phase_slip
 from vibrodrive.paper.claim import CLAIMS, Verdict, plain
-from vibrodrive.paper.figures import FIGURES, Slip, find_slip
-from vibrodrive.paper.run import Desk, configurations, run_paper
+from vibrodrive.paper.figures import FIGURES
+from vibrodrive.paper.run import configurations, run_paper
+from vibrodrive.paper.session import Session
 from vibrodrive.store.reader import load
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_every_figure_and_enough_claims():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
-    assert len(CLAIMS) >= 12
+    modules = {path.stem for path in (ROOT / "vibrodrive" / "paper").glob("claims_*.py")}
+    assert modules == {c.test.__module__.rpartition(".")[2] for c in CLAIMS}  # none is forgotten in run.py
+    assert f"{len(CLAIMS)} claims:" in (ROOT / "docs" / "claims.md").read_text()
     assert len({c.id for c in CLAIMS}) == len(CLAIMS)
     assert {c.figure for c in CLAIMS} <= set(FIGURES)
 
@@ -149,11 +155,11 @@ def test_a_configuration_without_a_period_is_no_crash(tmp_path):
     shutil.copytree(configurations(), configs)
     path = configs / "fig12.toml"
     path.write_text(path.read_text().replace("transient = 1000", "transient = 0").replace("A = 3.04", "A = 3.057"))
-    desk = Desk(configs, tmp_path, lambda line: None)
+    session = Session(configs, tmp_path, lambda line: None)
     claim = next(c for c in CLAIMS if c.id == "basic-motion")
     from vibrodrive.paper.claim import judge
 
-    outcome = judge(claim, desk).outcome
+    outcome = judge(claim, session).outcome
     assert outcome.verdict == Verdict.NOT
     assert "no period" in outcome.text
 
@@ -161,8 +167,8 @@ def test_a_configuration_without_a_period_is_no_crash(tmp_path):
 @pytest.mark.jit
 def test_the_slip_of_fig_12_has_a_basic_motion_on_either_side():
     motion = simulate(A=3.04, method="fixed", dtau=0.1, periods=300)
-    slip = find_slip(motion, speed=2.1287)
-    assert isinstance(slip, Slip)
+    slip = find_phase_slip(motion, speed=2.1287)
+    assert isinstance(slip, PhaseSlip)
     assert (slip.usual, slip.odd, slip.basic) == (2, 3, 6)
     spans = [np.diff(s)[0] / (2 * np.pi) for s in (slip.before, slip.during, slip.after)]
     assert np.round(spans).tolist() == [6, 3, 6]

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.paper.run import Desk, Unfit
+from vibrodrive.paper.session import NotApplicable, Session
 
 
 class Verdict(StrEnum):
@@ -38,7 +38,7 @@ class Claim:
     id: str
     figure: str
     says: str
-    test: Callable[[Desk], Outcome]
+    test: Callable[[Session], Outcome]
 
 
 @dataclass(frozen=True)
@@ -63,21 +63,21 @@ class Judged:
 CLAIMS: list[Claim] = []
 
 
-def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Desk], Outcome]], Callable[[Desk], Outcome]]:
+def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outcome]], Callable[[Session], Outcome]]:
     """Register the function below as the test of a claim."""
 
-    def register(test: Callable[[Desk], Outcome]) -> Callable[[Desk], Outcome]:
+    def register(test: Callable[[Session], Outcome]) -> Callable[[Session], Outcome]:
         CLAIMS.append(Claim(id, figure, says, test))
         return test
 
     return register
 
 
-def judge(claim: Claim, desk: Desk) -> Judged:
+def judge(claim: Claim, session: Session) -> Judged:
     """Test a claim; a configuration on which it cannot be tested does not reproduce it."""
     try:
-        return Judged(claim, claim.test(desk))
-    except Unfit as reason:
+        return Judged(claim, claim.test(session))
+    except NotApplicable as reason:
         return Judged(claim, Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT))
 
 

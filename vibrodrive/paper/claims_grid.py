@@ -10,9 +10,9 @@ import numpy as np
 
 from vibrodrive.batch.sweep import sweep
 from vibrodrive.batch.trajectory import simulate
+from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, without_grid
 from vibrodrive.paper.claim import Outcome, claim, when
-from vibrodrive.paper.figures import LAGS, exactly, find_slip, last_convergent
-from vibrodrive.paper.run import Desk, Unfit, points
+from vibrodrive.paper.session import NotApplicable, Session, points
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.limit import limit
 from vibrodrive.stability.structure import Structure, compare, deviation, gaps, order, period
@@ -26,8 +26,8 @@ LONG = 600
     "fig08",
     "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.",
 )
-def step_kept(desk: Desk) -> Outcome:
-    found, step = _structure(desk, "fig08", 0)
+def step_kept(session: Session) -> Outcome:
+    found, step = _structure(session, "fig08", 0)
     text = f"Δτ = {step:g} over {LONG} periods: {_answers(found)}"
     return Outcome(text, {"dtau": step, "word": found.word, "gaps": found.gaps}, when(_whole(found)))
 
@@ -37,12 +37,12 @@ def step_kept(desk: Desk) -> Outcome:
     "fig08",
     "Δτ = 0.7 destroys the structure: it lies beyond the limit.",
 )
-def step_lost(desk: Desk) -> Outcome:
-    found, step = _structure(desk, "fig08", 1)
-    arguments = list(points(desk.config("fig08").plan()))[1]
+def step_lost(session: Session) -> Outcome:
+    found, step = _structure(session, "fig08", 1)
+    arguments = list(points(session.config("fig08").plan()))[1]
     k = limit(
         arguments["A"], "dtau", "fixed", "word", B=arguments["B"], transient=arguments["transient"],
-        periods=LONG, threads=desk.threads,
+        periods=LONG, threads=session.threads,
     )  # fmt: skip
     text = f"Δτ = {step:g}: {_answers(found)}; the word is first lost at Δτ = {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
@@ -53,8 +53,8 @@ def step_lost(desk: Desk) -> Outcome:
     "fig08",
     "Beyond the limit (Δτ = 0.7) the solution has a multiple of the excitation period as its period.",
 )
-def step_multiple(desk: Desk) -> Outcome:
-    arguments = list(points(desk.config("fig08").plan()))[1]
+def step_multiple(session: Session) -> Outcome:
+    arguments = list(points(session.config("fig08").plan()))[1]
     motion = simulate(**(arguments | {"periods": LONG, "section_phase": np.pi / 2}))
     distance = returning(motion.section, LAGS)
     m = int(distance.argmin()) + 1
@@ -70,9 +70,9 @@ def step_multiple(desk: Desk) -> Outcome:
     "fig09",
     "Small numerical disturbances act like physical ones: the section points spread, the structure stays.",
 )
-def similar(desk: Desk) -> Outcome:
-    motions = desk.motions("fig09")
-    base = desk.undisturbed("fig09")
+def similar(session: Session) -> Outcome:
+    motions = session.motions("fig09")
+    base = session.undisturbed("fig09")
     found = compare(base, motions[0])
     text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found, 2)}, ρ = {found.rho:.2g}"
     return Outcome(text, {"rho": found.rho}, when(bool(found.order and found.gaps) and found.rho > 0))
@@ -83,14 +83,14 @@ def similar(desk: Desk) -> Outcome:
     "fig09",
     "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation.",
 )
-def near_limit(desk: Desk) -> Outcome:
-    arguments = list(points(desk.config("fig09").plan()))[1]
-    base = desk.undisturbed("fig09")
+def near_limit(session: Session) -> Outcome:
+    arguments = list(points(session.config("fig09").plan()))[1]
+    base = session.undisturbed("fig09")
     drawn = compare(base, simulate(**arguments))
     printed = compare(base, simulate(**(arguments | {"dtau": PRINTED})))
     k = limit(
         arguments["A"], "dtau", "fixed", B=arguments["B"], transient=arguments["transient"],
-        periods=arguments["periods"], threads=desk.threads,
+        periods=arguments["periods"], threads=session.threads,
     )  # fmt: skip
     text = (
         f"printed {PRINTED:g}: {_answers(printed, 2)}; drawn {arguments['dtau']:g}: "
@@ -111,9 +111,9 @@ PRINTED = 0.5
     "fig09",
     "Large numerical disturbances make the motion irregular: a cloud of points.",
 )
-def cloud(desk: Desk) -> Outcome:
-    motion = desk.motions("fig09")[-1]
-    found = compare(desk.undisturbed("fig09"), motion)
+def cloud(session: Session) -> Outcome:
+    motion = session.motions("fig09")[-1]
+    found = compare(session.undisturbed("fig09"), motion)
     n = period(motion.section)
     distinct = len(np.unique(np.round(motion.section, 9), axis=0))
     m = int(returning(motion.section, LAGS).argmin()) + 1
@@ -133,9 +133,9 @@ def cloud(desk: Desk) -> Outcome:
     "fig09",
     "Large numerical disturbances make the motion irregular, large physical ones give it other periods.",
 )
-def reactions(desk: Desk) -> Outcome:
+def reactions(session: Session) -> Outcome:
     back = []
-    for motion in (desk.motions("fig06")[-1], desk.motions("fig09")[-1]):
+    for motion in (session.motions("fig06")[-1], session.motions("fig09")[-1]):
         distance = returning(motion.section, LAGS)
         back.append((int(distance.argmin()) + 1, float(distance.min())))
     (m_eps, d_eps), (m_dtau, d_dtau) = back
@@ -152,8 +152,8 @@ def reactions(desk: Desk) -> Outcome:
     "fig10",
     "Δτ = 0.1 is large but not yet critical; its diagram shows that both kinds of disturbance act alike.",
 )
-def not_yet_critical(desk: Desk) -> Outcome:
-    results = desk.results("fig10")
+def not_yet_critical(session: Session) -> Outcome:
+    results = session.results("fig10")
     exact = sweep(A=results.axes["A"], B=results.scalars["B"], section_phase=results.scalars["section_phase"],
                   transient=results.settings.transient, periods=results.settings.periods)  # fmt: skip
     n = period(exact.section)
@@ -172,13 +172,13 @@ def not_yet_critical(desk: Desk) -> Outcome:
     "fig11",
     "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.",
 )
-def unique(desk: Desk) -> Outcome:
-    motions = desk.motions("fig11")
+def unique(session: Session) -> Outcome:
+    motions = session.motions("fig11")
     if len(motions) < 2:
-        raise Unfit("one start cannot show that others lead elsewhere")
+        raise NotApplicable("one start cannot show that others lead elsewhere")
     same = [bool(np.array_equal(m.section, motions[0].section)) for m in motions]
-    base = desk.undisturbed("fig11")
-    exact = [simulate(**exactly(a)) for a in points(desk.config("fig11").plan())]
+    base = session.undisturbed("fig11")
+    exact = [simulate(**without_grid(a)) for a in points(session.config("fig11").plan())]
     shifts = [int(deviation(base.points, m.section)[1]) for m in exact]
     text = (
         f"{sum(same)} of {len(same)} starts give the same section to the bit; without the grid they lead to "
@@ -192,9 +192,9 @@ def unique(desk: Desk) -> Outcome:
     "fig12",
     "The motion consists of a basic motion of 6×2π, in place of 2×2π.",
 )
-def basic_motion(desk: Desk) -> Outcome:
-    motion, base = desk.motions("fig12")[0], desk.undisturbed("fig12")
-    slip = find_slip(motion, base.speed)
+def basic_motion(session: Session) -> Outcome:
+    motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
+    slip = find_phase_slip(motion, base.speed)
     back = returning(motion.section, LAGS)
     text = (
         f"it nearly returns after {slip.basic} periods (to {back[slip.basic - 1]:.2g}; after {base.n}: "
@@ -208,9 +208,9 @@ def basic_motion(desk: Desk) -> Outcome:
     "fig12",
     "Now and then a transient motion of exactly 2π comes between basic ones, with some regularity.",
 )
-def transient(desk: Desk) -> Outcome:
-    motion, base = desk.motions("fig12")[0], desk.undisturbed("fig12")
-    slip = find_slip(motion, base.speed)
+def transient(session: Session) -> Outcome:
+    motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
+    slip = find_phase_slip(motion, base.speed)
     apart = gaps(motion.switches, base.speed)
     odd = np.flatnonzero(apart != slip.usual)
     added = sorted({int(apart[k]) - slip.usual for k in odd})
@@ -230,13 +230,13 @@ def transient(desk: Desk) -> Outcome:
     "grid",
     "(a question the paper leaves open: why 6×2π?) The grid nearly closes then: 377·0.1 ≈ 6·2π.",
 )
-def why_six(desk: Desk) -> Outcome:
-    results = desk.results("grid")
+def why_six(session: Session) -> Outcome:
+    results = session.results("grid")
     steps = results.axes["dtau"]
-    closes = np.array([last_convergent(d) for d in steps])
+    closes = np.array([closing_periods(d) for d in steps])
     returns = np.array([int(returning(s, LAGS).argmin()) + 1 for s in results.section])
     equal, multiple = float((closes == returns).mean()), float((returns % closes == 0).mean())
-    step = desk.motions("fig12")[0].arguments["dtau"]
+    step = session.motions("fig12")[0].arguments["dtau"]
     here = convergents(step, LAGS)[-1]
     text = (
         f"at Δτ = {step:g}: {here.steps}·Δτ = {here.periods}·2π {here.miss:+.2g}; over {len(steps)} steps "
@@ -252,12 +252,12 @@ def why_six(desk: Desk) -> Outcome:
     return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))
 
 
-def _structure(desk: Desk, name: str, index: int) -> tuple[Structure, float]:
-    arguments = list(points(desk.config(name).plan()))
+def _structure(session: Session, name: str, index: int) -> tuple[Structure, float]:
+    arguments = list(points(session.config(name).plan()))
     if index >= len(arguments):
-        raise Unfit(f"{name} has no point {index}")
+        raise NotApplicable(f"{name} has no point {index}")
     motion = simulate(**(arguments[index] | {"periods": LONG}))
-    return compare(desk.undisturbed(name), motion), arguments[index]["dtau"]
+    return compare(session.undisturbed(name), motion), arguments[index]["dtau"]
 
 
 def _whole(found: Structure) -> bool:

@@ -10,7 +10,7 @@ from vibrodrive.batch.sweep import sweep
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.run import Desk, Unfit
+from vibrodrive.paper.session import NotApplicable, Session
 from vibrodrive.stability.limit import limit, limits
 from vibrodrive.stability.structure import compare, impacts, order, period
 
@@ -20,9 +20,9 @@ from vibrodrive.stability.structure import compare, impacts, order, period
     "fig05",
     "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.",
 )
-def structure_kept(desk: Desk) -> Outcome:
-    calm, disturbed = _two(desk.motions("fig05"))
-    found = compare(desk.undisturbed("fig05"), disturbed)
+def structure_kept(session: Session) -> Outcome:
+    calm, disturbed = _two(session.motions("fig05"))
+    found = compare(session.undisturbed("fig05"), disturbed)
     # an impact ends when it begins: it is one switching time, not two
     rates = [
         float(np.mean(m.switches["before"] != State.IMPACT)) * len(m.switches) / len(m.section)
@@ -42,9 +42,9 @@ def structure_kept(desk: Desk) -> Outcome:
     "fig05",
     "Periods differ from one another: the phase curve becomes a broad band.",
 )
-def broad_band(desk: Desk) -> Outcome:
+def broad_band(session: Session) -> Outcome:
     spread, speed = [], []
-    for motion in _two(desk.motions("fig05")):
+    for motion in _two(session.motions("fig05")):
         sample = motion.sample(PHASES)
         by_phase = [v[:-1].reshape(-1, PHASES) for v in (sample.xi, sample.dxi)]
         spread.append([float(np.ptp(v, axis=0).max()) for v in by_phase])
@@ -67,9 +67,9 @@ PHASES = 200
     "fig06",
     "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.",
 )
-def small_epsilon(desk: Desk) -> Outcome:
-    found = compare(desk.undisturbed("fig06"), desk.motions("fig06")[1])
-    apart = _apart(desk.undisturbed("fig06").points)
+def small_epsilon(session: Session) -> Outcome:
+    found = compare(session.undisturbed("fig06"), session.motions("fig06")[1])
+    apart = _apart(session.undisturbed("fig06").points)
     text = (
         f"order {_kept(found.order)}, gaps {_kept(found.gaps)}; ρ = {found.rho:.3g}, "
         f"the two points being {apart:.3g} apart"
@@ -83,9 +83,9 @@ def small_epsilon(desk: Desk) -> Outcome:
     "fig06",
     "With growing ε the points spread up to a limit; beyond it other structures appear, a cloud of points.",
 )
-def limit_epsilon(desk: Desk) -> Outcome:
-    motions = desk.motions("fig06")
-    base, s = desk.undisturbed("fig06"), desk.config("fig06").plan().settings
+def limit_epsilon(session: Session) -> Outcome:
+    motions = session.motions("fig06")
+    base, s = session.undisturbed("fig06"), session.config("fig06").plan().settings
     at = motions[0].arguments
     k = limit(
         at["A"],
@@ -94,7 +94,7 @@ def limit_epsilon(desk: Desk) -> Outcome:
         eta=at["eta"],
         transient=s.transient,
         periods=s.periods,
-        threads=desk.threads,
+        threads=session.threads,
     )
     found = [compare(base, m) for m in motions]
     eps = [m.arguments["eps"] for m in motions]
@@ -114,10 +114,10 @@ def limit_epsilon(desk: Desk) -> Outcome:
     "fig07",
     "ε = 2e-4 turns stable solutions into bands; low orders survive, high orders and bifurcation points do not.",
 )
-def bands(desk: Desk) -> Outcome:
-    results = desk.results("fig07")
+def bands(session: Session) -> Outcome:
+    results = session.results("fig07")
     if set(results.axes) != {"A", "eps"}:
-        raise Unfit("bands over A take the axes A and eps")
+        raise NotApplicable("bands over A take the axes A and eps")
     calm, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
     n = period(calm.section)
     survive: dict[int, list[bool]] = {}
@@ -145,8 +145,8 @@ def bands(desk: Desk) -> Outcome:
     "fig07",
     "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.",
 )
-def precision(desk: Desk) -> Outcome:
-    results = desk.results("fig07")
+def precision(session: Session) -> Outcome:
+    results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
     eps = float(results.axes["eps"].max())
     # long enough for a missed pair of zeros, short enough that rounding has not grown to the size of one
@@ -170,10 +170,10 @@ def precision(desk: Desk) -> Outcome:
     "fig07",
     "The further a solution has bifurcated, the more sensitive it is, to either kind of disturbance.",
 )
-def sensitivity(desk: Desk) -> Outcome:
+def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
-    B = desk.results("fig07").scalars["B"]
-    span: dict[str, Any] = {"B": B, "transient": 1000, "periods": 500, "threads": desk.threads}
+    B = session.results("fig07").scalars["B"]
+    span: dict[str, Any] = {"B": B, "transient": 1000, "periods": 500, "threads": session.threads}
     found = {kind: dict(limits(A, kind, **span)) for kind in ("eps", "dtau")}
     n = [found["eps"][i].n for i in range(len(A))]
     k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
@@ -186,7 +186,7 @@ def sensitivity(desk: Desk) -> Outcome:
 
 def _two(motions: list[Trajectory]) -> list[Trajectory]:
     if len(motions) != 2:
-        raise Unfit("two motions are to be compared: an undisturbed and a disturbed one")
+        raise NotApplicable("two motions are to be compared: an undisturbed and a disturbed one")
     return motions
 
 

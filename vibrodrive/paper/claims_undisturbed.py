@@ -10,7 +10,7 @@ from vibrodrive.batch.sweep import sweep
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.run import Desk
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import LONGEST, deviation, period
 
 SETTLED = 1e-6
@@ -22,8 +22,8 @@ SETTLED = 1e-6
     "fig03",
     "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.",
 )
-def route(desk: Desk) -> Outcome:
-    results = desk.results("fig03")
+def route(session: Session) -> Outcome:
+    results = session.results("fig03")
     A, n = results.axes["A"], period(results.section)
     moving = (results.status != Status.NEVER_LEAVES) & (results.switches[:, State.IMPACT] > 0)
     starts = {k: _first(A, moving & (n == k)) for k in (1, 2, 4, 3)}
@@ -48,8 +48,8 @@ def route(desk: Desk) -> Outcome:
     "When A grows, sticking at the return is the first to disappear; resting after the impact goes, "
     "in part or wholly, once the solution has bifurcated.",
 )
-def interruptions(desk: Desk) -> Outcome:
-    results = desk.results("fig03")
+def interruptions(session: Session) -> Outcome:
+    results = session.results("fig03")
     A, switches = results.axes["A"], results.switches
     landed = switches[:, State.IMPACT]
     moving = landed > 0
@@ -71,9 +71,9 @@ def interruptions(desk: Desk) -> Outcome:
     "fig04",
     "A = 3.04 has two solutions of period 2×2π, alike but 2π apart; the start decides which is reached.",
 )
-def two_solutions(desk: Desk) -> Outcome:
-    motions = desk.motions("fig04")
-    base = desk.undisturbed("fig04")
+def two_solutions(session: Session) -> Outcome:
+    motions = session.motions("fig04")
+    base = session.undisturbed("fig04")
     found = [deviation(base.points, m.section) for m in motions]
     shifts = [int(s) for _, s in found]
     rho = max(float(r) for r, _ in found)
@@ -87,14 +87,14 @@ def two_solutions(desk: Desk) -> Outcome:
     "coexisting",
     "A subharmonic of order n means n stable solutions of one shape, whole periods apart.",
 )
-def n_solutions(desk: Desk) -> Outcome:
-    results = desk.results("coexisting")
-    base = desk.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
+def n_solutions(session: Session) -> Outcome:
+    results = session.results("coexisting")
+    base = session.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
     rho, shift = deviation(base.points, results.section)
     shares = [float((shift == s).mean()) for s in range(base.n)]
     counted = {base.n: sum(share > 0 for share in shares)}
     for A in HIGHER:
-        orbit = desk.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
+        orbit = session.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
         starts = sweep(A=A, xi0=np.linspace(0, 20, 201), transient=1000, periods=64)
         away, kind = deviation(orbit.points, starts.section)
         counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
@@ -122,8 +122,8 @@ HIGHER = (3.1, 3.22)
     "fig05",
     "The undisturbed motion at A = 1.5 is interrupted twice a period: where it turns and at the obstacle.",
 )
-def two_interruptions(desk: Desk) -> Outcome:
-    base = desk.undisturbed("fig05")
+def two_interruptions(session: Session) -> Outcome:
+    base = session.undisturbed("fig05")
     names = [[s.name for s in word] for word in base.word]
     both = all({"STICK", "REST"} <= set(word) for word in names) and base.n == 1
     return Outcome("between impacts: " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
@@ -134,9 +134,9 @@ def two_interruptions(desk: Desk) -> Outcome:
     "fig06",
     "The undisturbed motion has two points in the Poincaré section.",
 )
-def two_points(desk: Desk) -> Outcome:
-    calm = desk.motions("fig06")[0]
-    base = desk.undisturbed("fig06")
+def two_points(session: Session) -> Outcome:
+    calm = session.motions("fig06")[0]
+    base = session.undisturbed("fig06")
     n = period(calm.section)
     points = [[float(v) for v in p] for p in base.points]
     text = f"{n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import curve
 from vibrodrive.figures.model import drawing
@@ -27,94 +27,58 @@ from vibrodrive.figures.style import (
     symbol,
 )
 from vibrodrive.model.states import State
-from vibrodrive.paper.run import Desk, Unfit, points
-from vibrodrive.stability.commensurability import closing, convergents, returning
-from vibrodrive.stability.structure import deviation, gaps, major
-
-LAGS = 64
-"""Periods after which a motion on a grid is looked at again."""
+from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, without_grid
+from vibrodrive.paper.session import NotApplicable, Session, points
+from vibrodrive.stability.commensurability import closing, returning
+from vibrodrive.stability.structure import deviation
 
 
-def fig01(desk: Desk) -> Figure:
+def fig01(session: Session) -> Figure:
     return drawing()
 
 
-def fig02(desk: Desk) -> Figure:
+def fig02(session: Session) -> Figure:
     """The path of the simplest solution is read off the undisturbed motion of Fig. 5."""
-    switches = desk.motions("fig05")[0].switches
+    switches = session.motions("fig05")[0].switches
     steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
     return scheme({(State(before), State(after)) for before, after in steps})
 
 
-def _diagram(name: str) -> Callable[[Desk], Figure]:
-    return lambda desk: figures.from_results(desk.results(name), **desk.config(name).figure)
+def _diagram(name: str) -> Callable[[Session], Figure]:
+    return lambda session: figures.from_results(session.results(name), **session.config(name).figure)
 
 
-def fig04(desk: Desk) -> Figure:
-    return figures.time_curve(desk.motions("fig04"), "dxi", titles=_axis_values(desk, "fig04"))
+def fig04(session: Session) -> Figure:
+    return figures.time_curve(session.motions("fig04"), "dxi", titles=_axis_values(session, "fig04"))
 
 
-def fig05(desk: Desk) -> Figure:
-    return figures.phase_curve(desk.motions("fig05"), titles=_axis_values(desk, "fig05"))
+def fig05(session: Session) -> Figure:
+    return figures.phase_curve(session.motions("fig05"), titles=_axis_values(session, "fig05"))
 
 
-def fig06(desk: Desk) -> Figure:
-    return figures.poincare(desk.results("fig06"), reference=desk.undisturbed("fig06").points)
+def fig06(session: Session) -> Figure:
+    return figures.poincare(session.results("fig06"), reference=session.undisturbed("fig06").points)
 
 
-def fig08(desk: Desk) -> Figure:
-    return figures.phase_curve(desk.motions("fig08"), titles=_axis_values(desk, "fig08"))
+def fig08(session: Session) -> Figure:
+    return figures.phase_curve(session.motions("fig08"), titles=_axis_values(session, "fig08"))
 
 
-def fig09(desk: Desk) -> Figure:
-    return figures.poincare(desk.results("fig09"), reference=desk.undisturbed("fig09").points)
+def fig09(session: Session) -> Figure:
+    return figures.poincare(session.results("fig09"), reference=session.undisturbed("fig09").points)
 
 
-def fig11(desk: Desk) -> Figure:
-    disturbed = desk.motions("fig11")[0]
-    exact = simulate(**exactly(next(points(desk.config("fig11").plan()))))
+def fig11(session: Session) -> Figure:
+    disturbed = session.motions("fig11")[0]
+    exact = simulate(**without_grid(next(points(session.config("fig11").plan()))))
     step = disturbed.arguments["dtau"]
     return figures.phase_curve([exact, disturbed], titles=["exact", equation("dtau", step)])
 
 
-def exactly(arguments: dict[str, Any]) -> dict[str, Any]:
-    """The same motion without the grid."""
-    return arguments | {"method": "certified", "dtau": None}
-
-
-class Slip(NamedTuple):
-    """A transient motion between basic ones: instants of the impacts around it, in τ."""
-
-    usual: int  # periods between impacts in the basic motion
-    odd: int  # periods between the impacts around the transient
-    basic: int  # periods after which the basic motion nearly repeats
-    before: tuple[float, float]
-    during: tuple[float, float]
-    after: tuple[float, float]
-
-
-def find_slip(motion: Trajectory, speed: float) -> Slip:
-    """The first transient motion with a whole basic motion on either side. Raises Unfit if there is none."""
-    apart = gaps(motion.switches, speed)
-    landed = major(motion.switches, speed)
-    if len(apart) < 3 or len(apart) != len(landed) - 1:
-        raise Unfit("the motion does not land at regular intervals")
-    usual = int(np.bincount(apart).argmax())
-    distance = returning(motion.section, 12)
-    basic = int(distance.argmin()) + 1
-    count = max(1, round(basic / usual))
-    tau = 2 * math.pi * landed["period"] + landed["phase"]
-    for k in np.flatnonzero(apart != usual):
-        if k >= count and k + 1 + count < len(tau):
-            ends = [(tau[k - count], tau[k]), (tau[k], tau[k + 1]), (tau[k + 1], tau[k + 1 + count])]
-            return Slip(usual, int(apart[k]), basic, *[(float(a), float(b)) for a, b in ends])
-    raise Unfit("the motion has no transient between basic motions")
-
-
 @styled
-def fig12(desk: Desk) -> Figure:
-    motion = desk.motions("fig12")[0]
-    slip = find_slip(motion, desk.undisturbed("fig12").speed)
+def fig12(session: Session) -> Figure:
+    motion = session.motions("fig12")[0]
+    slip = find_phase_slip(motion, session.undisturbed("fig12").speed)
     drawn = curve(motion)
     fig, axes = new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
     phase, time = axes[:, 0]
@@ -143,12 +107,12 @@ def fig12(desk: Desk) -> Figure:
 
 
 @styled
-def coexisting(desk: Desk) -> Figure:
+def coexisting(session: Session) -> Figure:
     """Which of the n coexisting solutions each start leads to, named by its shift."""
-    results = desk.results("coexisting")
+    results = session.results("coexisting")
     if len(results.axes) != 2:
-        raise Unfit("a map of starts needs two axes")
-    base = desk.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
+        raise NotApplicable("a map of starts needs two axes")
+    base = session.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
     rho, shift = deviation(base.points, results.section)
     named = np.where(rho < SETTLED, shift, np.nan)
     (y, heights), (x, widths) = results.axes.items()
@@ -180,16 +144,16 @@ SETTLED = 1e-6
 
 
 @styled
-def grid(desk: Desk) -> Figure:
+def grid(session: Session) -> Figure:
     """After how many periods the motion comes back, and after how many the grid nearly closes.
 
     a) over Δτ, the best of both up to LAGS; b) every number of periods at the Δτ of Fig. 12.
     """
-    results = desk.results("grid")
+    results = session.results("grid")
     steps = results.axes["dtau"]
     fig, axes = new(2, 1, height=5.6, height_ratios=[1.4, 1.0])
     over, one = axes[:, 0]
-    closes = [last_convergent(step) for step in steps]
+    closes = [closing_periods(step) for step in steps]
     returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
     over.plot(steps, closes, "o", ms=5, mfc="none", mec=INK, mew=0.5, label="the grid closes (convergent $q$)")
     over.plot(steps, returns, ".", ms=3.2, mew=0, color=INK, label="the motion comes back")
@@ -200,7 +164,7 @@ def grid(desk: Desk) -> Figure:
     over.set_ylabel("periods $m$")
     letter(over, 0)
 
-    motion = desk.motions("fig12")[0]
+    motion = session.motions("fig12")[0]
     step = motion.arguments["dtau"]
     m = np.arange(1, LAGS + 1)
     one.semilogy(
@@ -229,21 +193,16 @@ def grid(desk: Desk) -> Figure:
     return fig
 
 
-def last_convergent(step: float) -> int:
-    """Number of periods, up to LAGS, after which the grid closes best."""
-    return convergents(step, LAGS)[-1].periods
-
-
-def _axis_values(desk: Desk, name: str) -> list[str]:
+def _axis_values(session: Session, name: str) -> list[str]:
     """What distinguishes the points of a configuration, as titles."""
-    plan = desk.config(name).plan()
+    plan = session.config(name).plan()
     index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
     return [", ".join(equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
 
 
 class Drawing(NamedTuple):
     title: str
-    draw: Callable[[Desk], Figure]
+    draw: Callable[[Session], Figure]
 
 
 FIGURES = {

@@ -5,36 +5,27 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vibrodrive import __version__
-from vibrodrive.batch.sweep import run_blocks
-from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.figures.style import save
-from vibrodrive.model import config
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.plan import Plan
-from vibrodrive.model.results import Results
-from vibrodrive.stability.structure import Orbit, orbit
+from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401 (they register their claims)
+from vibrodrive.paper.claim import CLAIMS, Judged, claims_table, judge
+from vibrodrive.paper.figures import FIGURES
+from vibrodrive.paper.session import Say, Session
 from vibrodrive.store.draft import drafted
-from vibrodrive.store.file import new_file
 from vibrodrive.store.header import refuse_foreign
 from vibrodrive.store.kind import special
-from vibrodrive.store.layout import Origin, about
-from vibrodrive.store.reader import load
-from vibrodrive.store.writer import open_writer
-
-Say = Callable[[str], None]
-"""Called with a line that says what is going on."""
 
 
 class Paper(NamedTuple):
-    """What `run_paper` leaves behind: the files written, and the claims (see claim.Claim)."""
+    """What `run_paper` leaves behind: the files written, and the claims, judged."""
 
     files: list[Path]
-    claims: list[Any]
+    claims: list[Judged]
 
 
 def configurations() -> Path:
@@ -44,88 +35,6 @@ def configurations() -> Path:
         if place.is_dir():
             return place
     raise FileNotFoundError(2, "no configurations beside the package: give their directory", str(here))
-
-
-class Desk:
-    """Configurations, and what was computed from them in this run: each thing once.
-
-    Raises config.ConfigError for a configuration that is wrong, OSError where the system refuses.
-    """
-
-    def __init__(self, configs: Path, out: Path, say: Say, threads: int | None = None) -> None:
-        self.configs = configs
-        self.out = out
-        self.say = say
-        self.threads = threads
-        self.files: list[Path] = []
-        self._kept: dict[Any, Any] = {}
-
-    def config(self, name: str) -> config.Config:
-        return self._once(("config", name), lambda: config.read(self.configs / f"{name}.toml"))
-
-    def results(self, name: str) -> Results:
-        """The sweep of a configuration, computed into NAME.h5."""
-        return self._once(("results", name), lambda: self._sweep(name))
-
-    def motions(self, name: str) -> list[Trajectory]:
-        """The trajectory of every point of a configuration; their switches go into NAME_switches.h5."""
-        return self._once(("motions", name), lambda: self._follow(name))
-
-    def undisturbed(self, name: str, **changes: Any) -> Orbit:
-        """The orbit of a configuration with ε = 0 and certified switches, at its first point.
-
-        Raises Unfit if it has no period.
-        """
-        plan = self.config(name).plan()
-        exact = {"method": "certified", "eps": 0.0, "dtau": None, "periods": 256}
-        motion = simulate(**(plan.arguments(0) | exact | changes))
-        found = orbit(motion)
-        if found is None:
-            raise Unfit(f"the undisturbed motion at A = {motion.arguments['A']:g} has no period")
-        return found
-
-    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
-        if key not in self._kept:
-            self._kept[key] = make()
-        return self._kept[key]
-
-    def _sweep(self, name: str) -> Results:
-        wanted = self.config(name)
-        path = self.out / f"{name}.h5"
-        origin = Origin(wanted.text, wanted.overrides, wanted.title)
-        writer = open_writer(path, wanted.plan(), origin, overwrite=True)
-        try:
-            for block in run_blocks(writer.plan, threads=self.threads):
-                writer.write(block)
-        finally:
-            writer.close()
-        self.files.append(path)
-        return load(path)
-
-    def _follow(self, name: str) -> list[Trajectory]:
-        plan = self.config(name).plan()
-        motions = [simulate(**arguments) for arguments in points(plan)]
-        path = self.out / f"{name}_switches.h5"
-        wanted = self.config(name)
-        with new_file(path, seal=True) as file:
-            file.attrs.update(about("switches", Origin(wanted.text, wanted.overrides, wanted.title)))
-            for k, motion in enumerate(motions):
-                group = file.create_group(f"motion_{k}")
-                group.create_dataset("switches", data=motion.switches, fletcher32=True, chunks=True)
-                group.create_dataset("section", data=motion.section, fletcher32=True, chunks=True)
-                for key, value in motion.arguments.items():
-                    group.attrs[key] = value
-        self.files.append(path)
-        return motions
-
-
-class Unfit(ValueError):
-    """A configuration was changed such that a claim cannot be tested on it."""
-
-
-def points(plan: Plan) -> Iterator[dict[str, Any]]:
-    """Arguments of `simulate` for every point of a plan."""
-    return map(plan.arguments, range(plan.n_points))
 
 
 def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:
@@ -183,11 +92,6 @@ def run_paper(
     OSError
         if a file cannot be read or written.
     """
-    # they all work at a Desk: imported where this module is complete
-    from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401
-    from vibrodrive.paper.claim import CLAIMS, claims_table, judge
-    from vibrodrive.paper.figures import FIGURES
-
     names = list(FIGURES) if figures is None else list(figures)
     for name in names:
         if name not in FIGURES:
@@ -196,19 +100,19 @@ def run_paper(
     folder = Path(out)
     source = Path(configs) if configs is not None else configurations()
     _prepare(folder, source, list(FIGURES))
-    desk = Desk(source, folder, say, threads)
+    session = Session(source, folder, say, threads)
     for name in names:
         say(f"{name}: {FIGURES[name].title}")
-        drawn = FIGURES[name].draw(desk)
-        desk.files += [save(drawn, folder / f"{name}{ending}") for ending in (".png", ".pdf")]
+        drawn = FIGURES[name].draw(session)
+        session.files += [save(drawn, folder / f"{name}{ending}") for ending in (".png", ".pdf")]
     judged = []
     for claim in sorted((c for c in CLAIMS if c.figure in names), key=lambda c: list(FIGURES).index(c.figure)):
         say(f"claim {claim.id}")
-        judged.append(judge(claim, desk))
+        judged.append(judge(claim, session))
     document = {"vibrodrive": __version__, "claims": [c.record() for c in judged]}
     listed = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
     for name, text in {"claims.json": listed, "claims.md": claims_table(judged)}.items():
         with drafted(folder / name) as draft:
             draft.write_text(text)
-        desk.files.append(folder / name)
-    return Paper(desk.files, judged)
+        session.files.append(folder / name)
+    return Paper(session.files, judged)

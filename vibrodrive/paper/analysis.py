@@ -1,0 +1,55 @@
+"""What figures and claims read off motions on a grid (§5): when they nearly return, and where their phase slips."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.batch.trajectory import Trajectory
+from vibrodrive.paper.session import NotApplicable
+from vibrodrive.stability.commensurability import convergents, returning
+from vibrodrive.stability.structure import gaps, major
+
+LAGS = 64
+"""Periods after which a motion on a grid is looked at again."""
+
+
+def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
+    """The same motion without the grid."""
+    return arguments | {"method": "certified", "dtau": None}
+
+
+class PhaseSlip(NamedTuple):
+    """A transient motion between basic ones: instants of the impacts around it, in τ."""
+
+    usual: int  # periods between impacts in the basic motion
+    odd: int  # periods between the impacts around the transient
+    basic: int  # periods after which the basic motion nearly repeats
+    before: tuple[float, float]
+    during: tuple[float, float]
+    after: tuple[float, float]
+
+
+def find_phase_slip(motion: Trajectory, speed: float) -> PhaseSlip:
+    """The first transient motion with a whole basic motion on either side. Raises NotApplicable if there is none."""
+    apart = gaps(motion.switches, speed)
+    landed = major(motion.switches, speed)
+    if len(apart) < 3 or len(apart) != len(landed) - 1:
+        raise NotApplicable("the motion does not land at regular intervals")
+    usual = int(np.bincount(apart).argmax())
+    distance = returning(motion.section, 12)
+    basic = int(distance.argmin()) + 1
+    count = max(1, round(basic / usual))
+    tau = 2 * math.pi * landed["period"] + landed["phase"]
+    for k in np.flatnonzero(apart != usual):
+        if k >= count and k + 1 + count < len(tau):
+            ends = [(tau[k - count], tau[k]), (tau[k], tau[k + 1]), (tau[k + 1], tau[k + 1 + count])]
+            return PhaseSlip(usual, int(apart[k]), basic, *[(float(a), float(b)) for a, b in ends])
+    raise NotApplicable("the motion has no transient between basic motions")
+
+
+def closing_periods(step: float) -> int:
+    """Number of periods, up to LAGS, after which the grid closes best."""
+    return convergents(step, LAGS)[-1].periods

@@ -1,0 +1,103 @@
+"""One run of the paper: its configurations, and what was computed from them, each thing once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.model import config
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.results import Results
+from vibrodrive.stability.structure import Orbit, orbit
+from vibrodrive.store.file import new_file
+from vibrodrive.store.layout import Origin, about
+from vibrodrive.store.reader import load
+from vibrodrive.store.writer import open_writer
+
+Say = Callable[[str], None]
+"""Called with a line that says what is going on."""
+
+
+class NotApplicable(ValueError):
+    """A configuration on which a claim cannot be tested, or a figure not be drawn."""
+
+
+class Session:
+    """Configurations, and what was computed from them in this run: each thing once.
+
+    Raises config.ConfigError for a configuration that is wrong, OSError where the system refuses.
+    """
+
+    def __init__(self, configs: Path, out: Path, say: Say, threads: int | None = None) -> None:
+        self.configs = configs
+        self.out = out
+        self.say = say
+        self.threads = threads
+        self.files: list[Path] = []
+        self._kept: dict[Any, Any] = {}
+
+    def config(self, name: str) -> config.Config:
+        return self._once(("config", name), lambda: config.read(self.configs / f"{name}.toml"))
+
+    def results(self, name: str) -> Results:
+        """The sweep of a configuration, computed into NAME.h5."""
+        return self._once(("results", name), lambda: self._sweep(name))
+
+    def motions(self, name: str) -> list[Trajectory]:
+        """The trajectory of every point of a configuration; their switches go into NAME_switches.h5."""
+        return self._once(("motions", name), lambda: self._follow(name))
+
+    def undisturbed(self, name: str, **changes: Any) -> Orbit:
+        """The orbit of a configuration with ε = 0 and certified switches, at its first point.
+
+        Raises NotApplicable if it has no period.
+        """
+        plan = self.config(name).plan()
+        exact = {"method": "certified", "eps": 0.0, "dtau": None, "periods": 256}
+        motion = simulate(**(plan.arguments(0) | exact | changes))
+        found = orbit(motion)
+        if found is None:
+            raise NotApplicable(f"the undisturbed motion at A = {motion.arguments['A']:g} has no period")
+        return found
+
+    def _once(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self._kept:
+            self._kept[key] = make()
+        return self._kept[key]
+
+    def _sweep(self, name: str) -> Results:
+        wanted = self.config(name)
+        path = self.out / f"{name}.h5"
+        origin = Origin(wanted.text, wanted.overrides, wanted.title)
+        writer = open_writer(path, wanted.plan(), origin, overwrite=True)
+        try:
+            for block in run_blocks(writer.plan, threads=self.threads):
+                writer.write(block)
+        finally:
+            writer.close()
+        self.files.append(path)
+        return load(path)
+
+    def _follow(self, name: str) -> list[Trajectory]:
+        plan = self.config(name).plan()
+        motions = [simulate(**arguments) for arguments in points(plan)]
+        path = self.out / f"{name}_switches.h5"
+        wanted = self.config(name)
+        with new_file(path, seal=True) as file:
+            file.attrs.update(about("switches", Origin(wanted.text, wanted.overrides, wanted.title)))
+            for k, motion in enumerate(motions):
+                group = file.create_group(f"motion_{k}")
+                group.create_dataset("switches", data=motion.switches, fletcher32=True, chunks=True)
+                group.create_dataset("section", data=motion.section, fletcher32=True, chunks=True)
+                for key, value in motion.arguments.items():
+                    group.attrs[key] = value
+        self.files.append(path)
+        return motions
+
+
+def points(plan: Plan) -> Iterator[dict[str, Any]]:
+    """Arguments of `simulate` for every point of a plan."""
+    return map(plan.arguments, range(plan.n_points))
