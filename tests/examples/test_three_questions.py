@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from vibrodrive.batch.sweep import sweep
-from vibrodrive.periodic.attractors import KINDS, attractors
-from vibrodrive.periodic.bifurcations import bifurcations
-from vibrodrive.periodic.family import section
-from vibrodrive.periodic.impact_map import ImpactMap
-from vibrodrive.periodic.questions import (
+from examples.three_questions import (
+    bifurcation_table,
     chaos,
+    chaos_table,
     distance,
     kinds_of,
     rank_correlation,
     surroundings,
     what_sets_limit,
 )
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.periodic.attractors import KINDS, attractors
+from vibrodrive.periodic.bifurcations import bifurcations
+from vibrodrive.periodic.family import section
+from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
@@ -121,3 +125,22 @@ def test_rank_correlation_and_distance():
     assert np.isnan(rank_correlation(x, np.ones(4)))
     assert distance([0.1], [6.2]) == pytest.approx(0.1 + 2 * np.pi - 6.2)
     assert np.isnan(distance([0.1], []))
+
+
+@pytest.mark.jit
+def test_the_page_shows_what_the_example_prints():
+    """The bifurcations of docs/orbits.md: kind, and A but for the last digits."""
+    page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
+    shown = [line.split("|")[1:4] for line in page.split("exactly | kind |")[1].splitlines() if line.startswith("| ")]
+    printed = [line.split("|")[1:4] for line in bifurcation_table()][2:]
+    assert len(shown) == len(printed) == 7
+    for (seen, exact, kind), (seen_now, exact_now, kind_now) in zip(shown, printed, strict=True):
+        assert float(seen) == float(seen_now)
+        assert float(exact) == pytest.approx(float(exact_now), rel=1e-12)
+        assert kind.strip().startswith(kind_now.strip())
+
+
+def test_the_table_of_chaos_has_a_cell_for_each_title():
+    titles, _, row = chaos_table(11)
+    assert row.count("|") == titles.count("|")
+    assert row.startswith("| 11 |")

@@ -1,27 +1,34 @@
-"""Three questions the paper leaves open, answered from the map with numbers.
+"""Three questions the paper leaves open, answered with numbers from the impact-phase map: the tables of docs/orbits.md.
 
 (a) `chaos`: is there chaos between two values of A, or only windows of superstable and stable orbits?
 
-(b) `what_sets_limit`: with what does the limit k₂ of practically orbital stability go: the multiplier, or
-the distance to the nearest unstable orbit, grazing or border?
+(b) `what_sets_limit`: what does the limit k₂ of practically orbital stability correlate with: the multiplier, or the
+distance to the nearest unstable orbit, grazing or border collision?
 
-(c) `kinds_of`: which of the bifurcations that a diagram shows are doublings, folds, borders, grazings?
+(c) `kinds_of`: which of the bifurcations that a diagram shows are period doublings, folds, border collisions, grazings?
+
+    python -m examples.three_questions               # (a) and (c): some ten seconds
+    python -m examples.three_questions limits.h5     # and (b), from what `vibrodrive limits configs/limits.toml` wrote
+    python -m examples.three_questions --num 40001   # (a) on a finer grid of A
 """
 
 from __future__ import annotations
 
+import argparse
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from vibrodrive.model.parameters import bad
 from vibrodrive.periodic.attractors import KINDS, Attractors, attractors
-from vibrodrive.periodic.bifurcations import Bifurcation
+from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
 from vibrodrive.periodic.continuation import BORDER, STICK
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
+from vibrodrive.store.limits import CURVES, load_limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,3 +181,50 @@ def _shows(b: Bifurcation) -> bool:
     sides = np.abs([b.multiplier_below, b.multiplier_above])
     goes_on = b.kind in (BORDER, STICK) and not np.isnan(sides).any()
     return bool(np.nanmin(sides) < 1.0) and not goes_on
+
+
+SEEN = (1.1, 2.604, 2.69, 3.057, 3.154, 3.19, 3.203)
+"""Values of A at which the bifurcation diagram of the paper (Fig. 3) changes, as read off it."""
+
+
+def chaos_table(num: int) -> Iterator[str]:
+    """Question (a), as lines of Markdown."""
+    answer = chaos(num=num)
+    shares = ", ".join(f"{kind}: {100 * share:.4g} %" for kind, share in answer.shares.items() if share > 0.0)
+    yield "| values of A | spacing | shares | longest period | flights to a rest, at most | largest exponent |"
+    yield "|---|---|---|---|---|---|"
+    yield (f"| {num} | {answer.step:.1g} | {shares} | {answer.longest} | {answer.transient} | {answer.exponent:.2g} |")
+
+
+def limit_table(path: Path) -> Iterator[str]:
+    """Question (b), as lines of Markdown, for each curve of a file of limits."""
+    found = load_limits(path)
+    yield "| k₂ in, switches | " + " | ".join(("period", *MEASURES)) + " |"
+    yield "|---" * (2 + len(MEASURES)) + "|"
+    for (disturbance, method), k2 in zip(CURVES, found.numbers["k2"], strict=True):
+        answer = what_sets_limit(found.A, k2)
+        cells = (f"{correlation:.2f} ({count})" for correlation, count in answer.values())
+        yield f"| {disturbance}, {method} | " + " | ".join(cells) + " |"
+
+
+def bifurcation_table(max_period: int = 6) -> Iterator[str]:
+    """Question (c), as lines of Markdown."""
+    yield "| seen at A ≈ | exactly | kind | period |"
+    yield "|---|---|---|---|"
+    for a, b in kinds_of(SEEN, bifurcations(max_period=max_period)).items():
+        yield f"| {a:g} | {b.A:.14f} | {b.kind} | {b.orbit.period} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="The tables of docs/orbits.md.")
+    parser.add_argument("limits", nargs="?", type=Path, help="a file that `vibrodrive limits` wrote")
+    parser.add_argument("--num", type=int, default=4001, help="values of A at which chaos is looked for")
+    arguments = parser.parse_args()
+    print(*chaos_table(arguments.num), "", sep="\n")
+    if arguments.limits is not None:
+        print(*limit_table(arguments.limits), "", sep="\n")
+    print(*bifurcation_table(), sep="\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Studies made with vibrodrive, each a script that can be run: `python -m examples.three_questions`."""
