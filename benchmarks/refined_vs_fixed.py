@@ -39,14 +39,14 @@ def steps(quick: bool) -> np.ndarray:
 def single(A: float, quick: bool) -> dict[str, Any]:
     """ρ and structure over Δτ at one A, and where structure is first lost and last kept."""
     window = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
-    base = structure.orbit(vd.simulate(**window, method="certified"))
+    base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
         raise ValueError(f"A = {A}: the certified motion has not settled on an orbit")
     found: dict[str, Any] = {"A": A, "period": base.n}
     for name, method in METHODS.items():
         rows = []
         for dtau in steps(quick):
-            s = structure.compare(base, vd.simulate(**window, **method, dtau=float(dtau)))
+            s = structure.compare_structure(base, vd.simulate(**window, **method, dtau=float(dtau)))
             rows.append({"dtau": dtau, "rho": finite(s.rho), "kept": s.kept(CRITERION), "word": s.word})
         found[name] = {"rows": rows}
         for answer in ("kept", "word"):

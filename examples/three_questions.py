@@ -25,7 +25,7 @@ import numpy as np
 from vibrodrive.model.parameters import bad
 from vibrodrive.periodic.attractors import KINDS, Attractors, attractors
 from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
-from vibrodrive.periodic.continuation import BORDER, STICK
+from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
 from vibrodrive.store.limits import CURVES, load_limits
@@ -179,7 +179,7 @@ def kinds_of(seen: Iterable[float], found: Sequence[Bifurcation]) -> dict[float,
 
 def _shows(b: Bifurcation) -> bool:
     sides = np.abs([b.multiplier_below, b.multiplier_above])
-    goes_on = b.kind in (BORDER, STICK) and not np.isnan(sides).any()
+    goes_on = b.kind in (BORDER_COLLISION, STICK) and not np.isnan(sides).any()
     return bool(np.nanmin(sides) < 1.0) and not goes_on
 
 

@@ -81,7 +81,7 @@ def test_limits_go_into_a_file_and_a_figure(run):
 @pytest.mark.jit
 def test_limits_that_are_known_are_not_sought_again(run, monkeypatch):
     assert run("limits", "limits.toml")[0] == 0
-    monkeypatch.setattr(import_module("vibrodrive.stability.limit"), "search", None)
+    monkeypatch.setattr(import_module("vibrodrive.stability.limit"), "search_band", None)
     code, _, err = run("limits", "limits.toml")
     assert code == 0, err
     assert "limits.h5 is complete (6 limits): nothing to do; limits.png drawn" in err

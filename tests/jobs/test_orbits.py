@@ -81,7 +81,7 @@ def test_figures_show_branches_marks_and_cobweb():
     assert len(figure.axes) == 2
     assert figure.axes[1].get_xlim() == (2.6, 2.65)
     names = [t.get_text() for t in figure.axes[0].get_legend().get_texts()]
-    assert names == ["period doubling", "border: a rest appears or vanishes", "grazing"]
+    assert names == ["period doubling", "border collision: a rest appears or vanishes", "grazing"]
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     assert dashed
     assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"

@@ -12,7 +12,7 @@ from tests.support.mp_flight import orbit_phase, slope
 from tests.support.reference import IMPACT, mp, reference
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
-from vibrodrive.periodic.continuation import Path
+from vibrodrive.periodic.continuation import Continuation
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # hundreds of searches
@@ -116,7 +116,7 @@ def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
     there = [o for o in orbits(b.A + 1e-6, b.B, 6) if (o.period, o.impacts) == (6, 3)]
     (lands,) = (o for o in there if gap_between(o, b.orbit) < 1e-2)
     assert abs(lands.multiplier) > 100
-    A, kind, last = Path.of(lands).end(lands.A, b.A - 1e-6)
+    A, kind, last = Continuation.of(lands).end(lands.A, b.A - 1e-6)
     assert kind == "grazing"
     assert abs(last - b.A) > 1e-9
     assert pytest.approx(b.A, abs=1e-12) == A

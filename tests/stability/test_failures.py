@@ -13,7 +13,7 @@ import pytest
 from vibrodrive.model.parameters import Method
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
-from vibrodrive.stability.failures import Certified, compared, judge
+from vibrodrive.stability.failures import Certified, compared, count_failures
 
 
 def plan(method, **arguments):
@@ -24,7 +24,7 @@ def plan(method, **arguments):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_fine_grid_fails_nowhere(method):
     """No two zeros of the undisturbed motion lie within 0.001, and none of its decisions is that close."""
-    verdict = judge(plan(method, A=3.04, dtau=1e-3))
+    verdict = count_failures(plan(method, A=3.04, dtau=1e-3))
     assert verdict.judged > 15
     assert verdict[1:] == (0, 0, 0)
 
@@ -33,7 +33,7 @@ def test_a_fine_grid_fails_nowhere(method):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step_are_counted(method):
     """At ε = 5e-4 there are 83 switches a period at A = 1.5: a step of 0.1 passes over many of them."""
-    verdict = judge(plan(method, A=1.5, eps=5e-4, dtau=0.1))
+    verdict = count_failures(plan(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
 
 
@@ -41,7 +41,7 @@ def test_two_zeros_in_one_step_are_counted(method):
 def test_wrong_decisions_are_the_fixed_paths_own():
     """A switch put on the next grid point is decided by H there; refined, it is decided by H at the zero."""
     arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
-    fixed, muller = judge(plan("fixed", **arguments)), judge(plan("muller", **arguments))
+    fixed, muller = count_failures(plan("fixed", **arguments)), count_failures(plan("muller", **arguments))
     assert fixed.wrong > 0
     assert muller.wrong < fixed.wrong
 

@@ -15,14 +15,14 @@ from vibrodrive.jobs.limits import run_limits
 from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.stability import structure
 from vibrodrive.stability.limit import limit, limits
-from vibrodrive.stability.limit_search import BEYOND, GRIDS, search
+from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.store.compare import Different
 from vibrodrive.store.limits import NUMBERS, Limits, load_limits
 
 
 def find(kind, kept):
     """Run a search against a function that says what is kept."""
-    asking = search(GRIDS[kind])
+    asking = search_band(GRIDS[kind])
     asked = next(asking)
     while True:
         try:
@@ -112,9 +112,9 @@ def test_first_subharmonic_on_a_fixed_grid():
 def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)
-        exact = structure.orbit(simulate(A=A, periods=128))
+        exact = structure.reference_orbit(simulate(A=A, periods=128))
         for value, told in ((k.kept_below, k.kept), (k.k2, k.lost)):
-            again = structure.compare(exact, simulate(A=A, method=method, **{kind: value}, periods=600))
+            again = structure.compare_structure(exact, simulate(A=A, method=method, **{kind: value}, periods=600))
             assert again.rho == pytest.approx(told.rho, rel=1e-9, abs=1e-9)
             assert replace(again, rho=told.rho) == told
         assert k.kept.kept(("order", "gaps"))

@@ -40,7 +40,7 @@ def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
     """Beside a period doubling deviations change sign every period and die out slowly."""
     there = 3e-6 * (-0.999999) ** np.arange(60)
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
-    assert np.abs(section[2:] - section[:-2]).max() < structure.CLOSE, "it repeats after two periods"
+    assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "it repeats after two periods"
     assert structure.period(section) == 0
     assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
 
@@ -54,7 +54,7 @@ def test_period_of_many_points_at_once():
 def test_a_shifted_copy_has_the_same_structure_and_tells_its_shift():
     for s in range(3):
         section = np.roll(np.tile(POINTS, (20, 1)), -s, axis=0)
-        found = structure.compare(np.tile(POINTS, (20, 1)), section)
+        found = structure.compare_structure(np.tile(POINTS, (20, 1)), section)
         assert (found.n, found.order, found.rho, found.shift) == (3, True, 0.0, s)
         assert found.gaps is None, "a section can't tell when the mass lands"
         assert found.word is None
@@ -102,7 +102,7 @@ def test_two_major_impacts_within_half_a_period_are_no_gap():
 
 
 def test_orbit_reads_cycle_and_word():
-    orbit = structure.orbit(motion(times=[0, 1, 3, 4, 6, 7], word=(REST, UP, STICK, DOWN)))
+    orbit = structure.reference_orbit(motion(times=[0, 1, 3, 4, 6, 7], word=(REST, UP, STICK, DOWN)))
     assert orbit.n == 3
     assert orbit.gaps == (1, 2)
     assert orbit.word == ((IMPACT, REST, UP, STICK, DOWN),)
@@ -112,9 +112,9 @@ def test_orbit_reads_cycle_and_word():
 
 def test_gaps_may_begin_anywhere_in_the_cycle_but_not_leave_it():
     base = motion(times=[0, 1, 3, 4, 6, 7], word=(UP, DOWN))
-    assert structure.compare(base, motion(times=[1, 3, 4, 6, 7, 9], word=(UP, DOWN))).gaps
-    assert not structure.compare(base, motion(times=[0, 1, 3, 5, 6, 8], word=(UP, DOWN))).gaps
-    assert not structure.compare(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
+    assert structure.compare_structure(base, motion(times=[1, 3, 4, 6, 7, 9], word=(UP, DOWN))).gaps
+    assert not structure.compare_structure(base, motion(times=[0, 1, 3, 5, 6, 8], word=(UP, DOWN))).gaps
+    assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
 
 
 def test_a_missed_interruption_changes_the_word_alone():
@@ -122,7 +122,7 @@ def test_a_missed_interruption_changes_the_word_alone():
     once = motion(times=range(10), word=(REST, UP, STICK, DOWN))
     at = np.flatnonzero(once.switches["after"] == STICK)[4]
     once.switches = np.delete(once.switches, at)
-    found = structure.compare(base, once)
+    found = structure.compare_structure(base, once)
     assert (found.order, found.gaps, found.word) == (True, True, False)
     assert found.kept(("order", "gaps"))
     assert not found.kept(("order", "word"))
@@ -130,15 +130,15 @@ def test_a_missed_interruption_changes_the_word_alone():
 
 def test_without_a_period_there_is_nothing_to_compare_with():
     irregular = np.random.default_rng(0).uniform(size=(60, 2))
-    assert structure.orbit(motion(times=[0, 1], word=(UP, DOWN), section=irregular)) is None
+    assert structure.reference_orbit(motion(times=[0, 1], word=(UP, DOWN), section=irregular)) is None
     for undisturbed in (irregular, motion(times=[0, 1], word=(UP, DOWN), section=irregular)):
         with pytest.raises(ValueError, match="no period"):
-            structure.compare(undisturbed, np.tile(POINTS, (20, 1)))
+            structure.compare_structure(undisturbed, np.tile(POINTS, (20, 1)))
 
 
 def test_many_sections_at_once_are_refused_by_compare():
     with pytest.raises(ValueError, match="one motion at a time"):
-        structure.compare(np.tile(POINTS, (20, 1)), np.zeros((5, 60, 2)))
+        structure.compare_structure(np.tile(POINTS, (20, 1)), np.zeros((5, 60, 2)))
 
 
 @given(

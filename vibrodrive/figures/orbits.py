@@ -22,7 +22,7 @@ MARKS = {
     "onset": ("s", "onset"),
     "period doubling": ("o", "period doubling"),
     "fold": ("^", "fold"),
-    "border": ("D", "border: a rest appears or vanishes"),
+    "border": ("D", "border collision: a rest appears or vanishes"),
     "grazing": ("v", "grazing"),
     "stick": ("|", "stick appears or vanishes"),
 }
@@ -31,7 +31,7 @@ MARKS = {
 BRUTE = "0.6"
 """Grey of what brute force finds: under the branches, not beside them."""
 
-STEPS = 400
+CURVE_POINTS = 400
 """Points of one branch of the map."""
 
 
@@ -139,7 +139,7 @@ def cobweb(A: float, B: float = 0.1, orbit: Orbit | None = None) -> Figure:
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
         # close to a grazing the map falls like a square root: points crowd at the ends
-        inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, STEPS))
+        inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase
         image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # over the turn

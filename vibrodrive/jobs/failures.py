@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
-from vibrodrive.stability.failures import KINDS, METHODS, verdicts
+from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
 from vibrodrive.stability.limit import limits
 from vibrodrive.store.failures import SECOND, lay_out
 from vibrodrive.store.file import made_already, new_file
@@ -60,9 +60,9 @@ def run_atlas(
     with new_file(path, seal=True) as file:
         lay_out(file, plan.axes, shape, config)
         counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
-        for m, at, verdict in verdicts(plan, JUDGED):
+        for m, at, found in failures_of_methods(plan, JUDGED):
             i, j = divmod(at, shape[-1])
-            for kind, value in verdict._asdict().items():
+            for kind, value in found._asdict().items():
                 counts[kind][m, i, j] = value
             done += 1
             say(done, total)
@@ -71,8 +71,8 @@ def run_atlas(
                     file[kind][m, i] = array[m, i]
                 file.flush()
         for m, method in enumerate(METHODS):
-            for i, found in limits(plan.axes["A"], other, method, threads=threads, **common):
-                file["limit"][m, i] = found.k2
+            for i, limit in limits(plan.axes["A"], other, method, threads=threads, **common):
+                file["limit"][m, i] = limit.k2
                 done += 1
                 say(done, total)
     return path

@@ -15,7 +15,7 @@ from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import NotApplicable, Session, points
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.limit import limit
-from vibrodrive.stability.structure import Structure, compare, deviation, gaps, order, period
+from vibrodrive.stability.structure import Structure, compare_structure, deviation, gaps, order, period
 
 LONG = 600
 """Periods over which a structure seen in a few periods of a figure is checked."""
@@ -73,7 +73,7 @@ def step_multiple(session: Session) -> Outcome:
 def similar(session: Session) -> Outcome:
     motions = session.motions("fig09")
     base = session.undisturbed("fig09")
-    found = compare(base, motions[0])
+    found = compare_structure(base, motions[0])
     text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found, 2)}, ρ = {found.rho:.2g}"
     return Outcome(text, {"rho": found.rho}, when(bool(found.order and found.gaps) and found.rho > 0))
 
@@ -86,8 +86,8 @@ def similar(session: Session) -> Outcome:
 def near_limit(session: Session) -> Outcome:
     arguments = list(points(session.config("fig09").plan()))[1]
     base = session.undisturbed("fig09")
-    drawn = compare(base, simulate(**arguments))
-    printed = compare(base, simulate(**(arguments | {"dtau": PRINTED})))
+    drawn = compare_structure(base, simulate(**arguments))
+    printed = compare_structure(base, simulate(**(arguments | {"dtau": PRINTED})))
     k = limit(
         arguments["A"], "dtau", "fixed", B=arguments["B"], transient=arguments["transient"],
         periods=arguments["periods"], threads=session.threads,
@@ -113,7 +113,7 @@ PRINTED = 0.5
 )
 def cloud(session: Session) -> Outcome:
     motion = session.motions("fig09")[-1]
-    found = compare(session.undisturbed("fig09"), motion)
+    found = compare_structure(session.undisturbed("fig09"), motion)
     n = period(motion.section)
     distinct = len(np.unique(np.round(motion.section, 9), axis=0))
     m = int(returning(motion.section, LAGS).argmin()) + 1
@@ -257,7 +257,7 @@ def _structure(session: Session, name: str, index: int) -> tuple[Structure, floa
     if index >= len(arguments):
         raise NotApplicable(f"{name} has no point {index}")
     motion = simulate(**(arguments[index] | {"periods": LONG}))
-    return compare(session.undisturbed(name), motion), arguments[index]["dtau"]
+    return compare_structure(session.undisturbed(name), motion), arguments[index]["dtau"]
 
 
 def _whole(found: Structure) -> bool:

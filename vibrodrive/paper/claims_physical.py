@@ -12,7 +12,7 @@ from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session
 from vibrodrive.stability.limit import limit, limits
-from vibrodrive.stability.structure import compare, impacts, order, period
+from vibrodrive.stability.structure import compare_structure, impacts, order, period
 
 
 @claim(
@@ -22,7 +22,7 @@ from vibrodrive.stability.structure import compare, impacts, order, period
 )
 def structure_kept(session: Session) -> Outcome:
     calm, disturbed = _two(session.motions("fig05"))
-    found = compare(session.undisturbed("fig05"), disturbed)
+    found = compare_structure(session.undisturbed("fig05"), disturbed)
     # an impact ends when it begins: it is one switching time, not two
     rates = [
         float(np.mean(m.switches["before"] != State.IMPACT)) * len(m.switches) / len(m.section)
@@ -68,7 +68,7 @@ PHASES = 200
     "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.",
 )
 def small_epsilon(session: Session) -> Outcome:
-    found = compare(session.undisturbed("fig06"), session.motions("fig06")[1])
+    found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
     text = (
         f"order {_kept(found.order)}, gaps {_kept(found.gaps)}; ρ = {found.rho:.3g}, "
@@ -96,7 +96,7 @@ def limit_epsilon(session: Session) -> Outcome:
         periods=s.periods,
         threads=session.threads,
     )
-    found = [compare(base, m) for m in motions]
+    found = [compare_structure(base, m) for m in motions]
     eps = [m.arguments["eps"] for m in motions]
     rho = [f.rho for f in found]
     kept = [bool(f.order and f.gaps) for f in found]

@@ -11,7 +11,7 @@ from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
-from vibrodrive.stability.structure import LONGEST, deviation, period
+from vibrodrive.stability.structure import LONGEST_PERIOD, deviation, period
 
 SETTLED = 1e-6
 """A motion this close to an orbit has arrived on it."""
@@ -34,7 +34,7 @@ def route(session: Session) -> Outcome:
     text = (
         f"the mass moves from A = {starts[1]:.4g}; period 2 from {starts[2]:.4g}, 4 from {starts[4]:.4g}, "
         f"then windows of period {listed(higher)}, and 3 from {starts[3]:.4g}; {100 * irregular:.1f} % of "
-        f"the values beyond the second doubling show no period up to {LONGEST}"
+        f"the values beyond the second doubling show no period up to {LONGEST_PERIOD}"
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}

@@ -11,7 +11,7 @@ from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.model import config
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
-from vibrodrive.stability.structure import Orbit, orbit
+from vibrodrive.stability.structure import ReferenceOrbit, reference_orbit
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.reader import load
@@ -50,7 +50,7 @@ class Session:
         """The trajectory of every point of a configuration; their switches go into NAME_switches.h5."""
         return self._once(("motions", name), lambda: self._follow(name))
 
-    def undisturbed(self, name: str, **changes: Any) -> Orbit:
+    def undisturbed(self, name: str, **changes: Any) -> ReferenceOrbit:
         """The orbit of a configuration with ε = 0 and certified switches, at its first point.
 
         Raises NotApplicable if it has no period.
@@ -58,7 +58,7 @@ class Session:
         plan = self.config(name).plan()
         exact = {"method": "certified", "eps": 0.0, "dtau": None, "periods": 256}
         motion = simulate(**(plan.arguments(0) | exact | changes))
-        found = orbit(motion)
+        found = reference_orbit(motion)
         if found is None:
             raise NotApplicable(f"the undisturbed motion at A = {motion.arguments['A']:g} has no period")
         return found

@@ -25,24 +25,24 @@ NEVER_LEAVES, SUPERSTABLE, STABLE, IRREGULAR = 0, 1, 2, 3
 
 KINDS = ("never leaves", "superstable", "stable", "irregular")
 
-CLOSE = 1e-10
+RETURNED = 1e-10
 """Phases of a return: closer than any two impacts of a short orbit, far above the rounding of one."""
 
-LONGEST = 512
+MOST_FLIGHTS = 512
 """Flights of the longest stable orbit told from an irregular motion."""
 
 
 @part
 def return_of(psi, A, B, horizon, none, nothing):
-    """(flights, periods) after which a motion is back at ψ; 0 flights if it is not within LONGEST."""
+    """(flights, periods) after which a motion is back at ψ; 0 flights if it is not within MOST_FLIGHTS."""
     phase = psi
     periods = 0
-    for j in range(LONGEST):
+    for j in range(MOST_FLIGHTS):
         k, phase, _, _, _, _ = flight(phase, A, B, horizon, none, nothing)
         if k < 0:
             break
         periods += k
-        if abs(phase - psi) < CLOSE:
+        if abs(phase - psi) < RETURNED:
             return j + 1, periods
     return 0, 0
 

@@ -13,8 +13,9 @@ An orbit can end, or change, only where
 * its multiplier is -1 (*period doubling*; odd number of impacts) or +1 (*fold*; even number, two orbits
   meet);
 * one of its impacts falls on a breakpoint of the impact-phase map: on an end of the window, so that a rest
-  appears or vanishes (*border*), or on a launch whose flight just touches the obstacle (*grazing*), or on one
-  with a sticking of no duration (*stick*: the word changes, the derivative of the map is continuous there).
+  appears or vanishes (a border collision, called *border* in files), or on a launch whose flight just touches
+  the obstacle (*grazing*), or on one with a sticking of no duration (*stick*: the word changes, the derivative
+  of the map is continuous there).
 
 Where an orbit grazes on the side of the impact its multiplier tends to minus infinity as a square root, and
 its launch comes closer to the breakpoint than floats can tell long before A does. There the orbit is
@@ -33,10 +34,10 @@ import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.parameters import bad, check, real_number
-from vibrodrive.periodic.continuation import DOUBLING, FAR, Path, unit
+from vibrodrive.periodic.continuation import DOUBLING, UNIT_FROM, Continuation, unit
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
-from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, check_period, itineraries, orbits
+from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, orbits
 
 ONSET = "onset"
 
@@ -155,10 +156,10 @@ def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.nd
     """Values of A from low to high, `step` apart at most, or STEP × `unit` if it is None; or so many times finer."""
     if step is not None:
         return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
-    turn = min(max(low, FAR), high)
+    turn = min(max(low, UNIT_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
     # of constant ratio, which keeps the spacing in proportion to A
-    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * FAR / STEP)))
+    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * UNIT_FROM / STEP)))
     return np.append(near, far[1:])
 
 
@@ -188,13 +189,13 @@ class _Search:
             self.found += [Bifurcation(least, ONSET, o, math.nan, o.multiplier) for o in below]
         for a, b in itertools.pairwise(grid):
             above = self.orbits(b)
-            self.compare(a, below, b, above)
+            self.find_between(a, below, b, above)
             below = above
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
         """Refuse a search that would last too long, by the itineraries at the last A, where most of them are."""
-        each = len(itineraries(ImpactMap(high, self.B), self.limit))
+        each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
             raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
@@ -205,8 +206,8 @@ class _Search:
         changes = np.flatnonzero(names[1:] != names[:-1])
         return values[np.union1d(changes, changes + 1)]
 
-    def compare(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
-        """Find what happens between a and b, whose orbits are `below` and `above`."""
+    def find_between(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
+        """Find the bifurcations between a and b, whose orbits are `below` and `above`."""
         waiting = [(a, below, b, above)]
         while waiting:
             a, below, b, above = waiting.pop()
@@ -230,7 +231,7 @@ class _Search:
     ) -> tuple[float, str, float, Orbit] | None:
         """(A, kind, last, orbit) of one bifurcation between a and b, see Path.end; None if nothing changes there."""
         for ends, lives_below in _that_end(below, above):
-            path = Path.of(ends)
+            path = Continuation.of(ends)
             inside, outside = (a, b) if lives_below else (b, a)
             if len(path.starts(inside)) <= len(path.starts(outside)):
                 continue  # so close to an end of its itinerary that rounding has named it
@@ -238,7 +239,7 @@ class _Search:
             orbit = (path.parent.orbit(where) if kind == DOUBLING else None) or path.orbit(last)
             return where, kind, last, orbit or ends
         if (turns := _that_turns(below, above)) is not None:
-            path = Path.of(turns)
+            path = Continuation.of(turns)
             where = path.doubling(a, b)
             return where, DOUBLING, where, path.orbit(where) or turns
         return None

@@ -12,34 +12,34 @@ from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
 from vibrodrive.periodic.flight import NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
 from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
-from vibrodrive.periodic.search import Orbit, cells, follow, launches, returns, touch
+from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returning_launches, touching_orbit, trace_orbit
 
-DOUBLING, FOLD, BORDER, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
+DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_IT = 1e-7
+ON_BREAKPOINT = 1e-7
 """A launch this close to a breakpoint, at the last float of A at which its orbit is found, is on it."""
 
-NEAR = 0.05
+NEAR_DOUBLING = 0.05
 """An orbit whose multiplier is this close to -1 may be the one whose period doubles."""
 
-FIRST = 1e-9
+FIRST_STEP = 1e-9
 """First step in A of a search that starts at a bifurcation, times `unit`."""
 
 ASTRAY = 1e-4
 """A search that starts at a bifurcation and ends further from it than this, times `unit`, has lost it."""
 
 
-FAR = 4.0
+UNIT_FROM = 4.0
 """The A from which on distances along A grow with A, as do those of its floats."""
 
 
 def unit(A: float) -> float:
-    """What distances along A are multiples of: 1 up to FAR."""
-    return max(1.0, A / FAR)
+    """What distances along A are multiples of: 1 up to UNIT_FROM."""
+    return max(1.0, A / UNIT_FROM)
 
 
 @dataclass(frozen=True)
-class Path:
+class Continuation:
     """An orbit as a function of A: its number of impacts, its period, and its itinerary.
 
     `itinerary` are the numbers of the first 1, 2, … flights (itineraries.flights).
@@ -53,7 +53,7 @@ class Path:
     doubled: bool
 
     @classmethod
-    def of(cls, orbit: Orbit) -> Path:
+    def of(cls, orbit: Orbit) -> Continuation:
         """The path through an orbit found at some A."""
         n, name = orbit.impacts, orbit.name
         rests = "REST" in orbit.word.split()
@@ -63,10 +63,10 @@ class Path:
         return cls(orbit.B, n, orbit.period, rests, itinerary, doubled)
 
     @property
-    def parent(self) -> Path:
+    def parent(self) -> Continuation:
         """The orbit of half as many impacts with the same itinerary, of one that is `doubled`."""
         half = self.impacts // 2
-        return Path(self.B, half, self.period // 2, False, self.itinerary[:half], False)
+        return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
         """The launch phases at A from which flights of this itinerary return; φ_up if the orbit rests."""
@@ -79,17 +79,17 @@ class Path:
             return [up] if fate == RESTS and code == self.itinerary[-1] else []
         return [
             psi
-            for low, high, n, periods in cells(system, self.period, self.itinerary)
+            for low, high, n, periods in itinerary_cells(system, self.period, self.itinerary)
             if n == self.impacts
-            for psi, _ in returns(system, low, high, n, periods)
+            for psi, _ in returning_launches(system, low, high, n, periods)
         ]
 
     def orbit(self, A: float) -> Orbit | None:
         """The orbit at A, None where it does not exist; of several the most stable one."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
-            return touch(system)
-        found = [follow(system, psi, self.impacts, True) for psi in self.starts(A)]
+            return touching_orbit(system)
+        found = [trace_orbit(system, psi, self.impacts, True) for psi in self.starts(A)]
         return min(found, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
@@ -112,10 +112,10 @@ class Path:
         if self.rests:
             return last, self._change(last, beyond), last
         distance, kind, launch, point = self._closest_to_breakpoint(last)
-        if distance < ON_IT:
+        if distance < ON_BREAKPOINT:
             grazes = kind == GRAZING and launch >= point
             return self._touching(last, launch) if grazes else last, kind, last
-        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR and (sides := self._across(last)):
+        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR_DOUBLING and (sides := self._across(last)):
             return self.parent.doubling(*sides), DOUBLING, last
         return last, FOLD, last
 
@@ -128,14 +128,14 @@ class Path:
             if before != after:
                 return kind_of_change(before, after)
             psi, phi = float(one(psi).phase), float(other(phi).phase)
-        return BORDER
+        return BORDER_COLLISION
 
     def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
         """(distance, kind, launch, breakpoint) of the launch closest to a breakpoint of the map."""
         system = ImpactMap(A, self.B)
         points, kinds, _ = system.pieces(self.period)
         return min(
-            (abs(psi - point), BORDER if kind == "rest" else kind, psi, point)
+            (abs(psi - point), BORDER_COLLISION if kind == "rest" else kind, psi, point)
             for start in self.starts(A)
             for psi in launches(system, start, self.impacts, self.period)
             for point, kind in zip(points.tolist(), kinds, strict=True)
@@ -143,7 +143,7 @@ class Path:
 
     def _across(self, A: float) -> tuple[float, float] | None:
         """Two values of A on either side of the parent's doubling, if it is close to A."""
-        step = FIRST * unit(A)
+        step = FIRST_STEP * unit(A)
         while step < ASTRAY * unit(A):
             a, b = A - step, A + step
             if (abs(self.parent.multiplier(a)) < 1.0) != (abs(self.parent.multiplier(b)) < 1.0):
@@ -174,7 +174,7 @@ class Path:
             met = (tau + h - TWO_PI) - TWO_PI_LOW
             return flights(met, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point
 
-        touched = secant(residual, A, A + FIRST * unit(A))
+        touched = secant(residual, A, A + FIRST_STEP * unit(A))
         return A if math.isnan(residual(touched)) else touched
 
 

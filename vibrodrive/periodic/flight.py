@@ -51,10 +51,10 @@ NO_WORD = 0  # nothing has come before
 
 FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # how a slide begins
 
-STEPS = 200  # Newton's method: monotone, so it ends by itself; near a double zero it halves, 53 times at most
+NEWTON_STEPS = 200  # Newton's method: monotone, so it ends by itself; near a double zero it halves, 53 times at most
 AIRBORNE = 16  # excitation periods for which a flight that never lands is followed: enough to name its first states
 
-DONE = 1e-17  # the step to come is about step³/last² once convergence is quadratic
+CONVERGED = 1e-17  # the step to come is about step³/last² once convergence is quadratic
 
 
 @inline
@@ -77,26 +77,26 @@ def slide(h, a, p, q):
 
 
 @inline
-def reversal(h, a, p, q):
+def reversal_time(h, a, p, q):
     """The zero of ξ' on the side of its inflection h to which Newton's method leads."""
     last = 0.0
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         acceleration, velocity, _ = slide(h, a, p, q)
         step = velocity / acceleration
         if last > 0.0 and not abs(step) < last:
             break
         h -= step
-        if step * step * abs(step) <= DONE * last * last:
+        if step * step * abs(step) <= CONVERGED * last * last:
             break
         last = abs(step)
     return h
 
 
 @inline
-def landing(h, x, a, p, q):
+def landing_time(h, x, a, p, q):
     """The zero of x + (ξ - ξ_i), started at the inflection h or at an end of a piece without one."""
     last = 0.0
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         _, velocity, move = slide(h, a, p, q)
         if velocity == 0.0:
             break
@@ -104,15 +104,15 @@ def landing(h, x, a, p, q):
         if last > 0.0 and not abs(step) < last:
             break
         h -= step
-        if step * step * abs(step) <= DONE * last * last:
+        if step * step * abs(step) <= CONVERGED * last * last:
             break
         last = abs(step)
     return h
 
 
 @part
-def slip(x, a, p, q, first, second):
-    """Where to start `landing` on a slide down that gravity never lets reverse (B > 1).
+def start_of_landing(x, a, p, q, first, second):
+    """Where to start `landing_time` on a slide down that gravity never lets reverse (B > 1).
 
     ξ is concave up to `first`, convex from there to `second`, concave up to first + 2π, and so on.
     """
@@ -194,7 +194,7 @@ def flight(psi, A, B, horizon, word, slides):
         impact = False
         if not falling:
             word = append(word, UP + 1)
-            h = reversal(3.0 * HALF_PI - tau, a, p, q)
+            h = reversal_time(3.0 * HALF_PI - tau, a, p, q)
             x += slide(h, a, p, q)[2]
         else:
             word = append(word, DOWN + 1)
@@ -204,7 +204,7 @@ def flight(psi, A, B, horizon, word, slides):
             if stays or x + slide(h, a, p, q)[2] > 0.0:
                 top = TWO_PI + down - tau
                 if slide(top, a, p, q)[1] > 0.0:
-                    turn = reversal(5.0 * HALF_PI - tau, a, p, q)
+                    turn = reversal_time(5.0 * HALF_PI - tau, a, p, q)
                     gap = x + slide(turn, a, p, q)[2]
                     lands = count == 1 and (level or begun == FROM_STICK)
                     if stays or (gap > 0.0 and not lands):
@@ -215,9 +215,9 @@ def flight(psi, A, B, horizon, word, slides):
                         touches = True
                         h = turn
                 else:
-                    h = slip(x, a, p, q, h, top)
+                    h = start_of_landing(x, a, p, q, h, top)
             if impact and not touches:
-                h = landing(h, x, a, p, q)
+                h = landing_time(h, x, a, p, q)
         moment += w * h
         if count < len(slides):
             slides[count, 0] = tau

@@ -32,12 +32,12 @@ LANDINGS = 100
 """Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
 There is one for every number of periods that a flight may last, and those are about 0.1/B."""
 
-FAR = 1e12
+LARGEST_PHASE = 1e12
 """Phases up to here, as times: beyond, a double has few digits left for where in its period one lies."""
 
-PHASES = f"a number between {-FAR:g} and {FAR:g}, or an array of them"
+PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
 
-SHOWN = 16
+SLIDES_NAMED = 16
 """Slides named of a flight that never lands."""
 
 
@@ -85,10 +85,10 @@ def launch_window(A, B):
 def states(psi: float, A: float, B: float) -> list[State]:
     """The states of the flight launched at ψ, from UP to IMPACT, without a rest before it.
 
-    The first SHOWN of a flight that never lands.
+    The first SLIDES_NAMED of a flight that never lands.
     """
     k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NOTHING)
-    slides = np.empty((count if k >= 0 else SHOWN, 3))
+    slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
     flight(psi, A, B, HORIZON, NO_WORD, slides)
     word: list[State] = []
     falling = True
@@ -169,8 +169,8 @@ class ImpactMap:
             if a phase is no number, NaN, or beyond ±1e12.
         """
         start = real_array("phi", phi, PHASES)
-        if start.size and not (start.min() >= -FAR and start.max() <= FAR):  # NaN is neither
-            raise ValueError(bad("phi", start[~(abs(start) <= FAR)][0].item(), PHASES))
+        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # NaN is neither
+            raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
         phase, speed, slope = np.empty(n), np.empty(n), np.empty(n)

@@ -4,7 +4,7 @@ An itinerary is the words of consecutive flights and, after each impact, how man
 whether the mass rests before the next launch. Each of these decisions is monotone in ψ while the ones before
 it stand (flight.py; composed flights are monotone, too). So the phases with one itinerary form an
 interval, and equal itineraries at two phases mean the same itinerary between them: bisection wherever two
-ends differ finds every border, to neighbouring floats, without any sampling. What can be missed is an
+ends differ finds every boundary, to neighbouring floats, without any sampling. What can be missed is an
 interval without a float in it.
 """
 

@@ -16,7 +16,7 @@ so it is neither stable nor unstable, and has no multiplier. `simulate` ends on 
 
 **Close to the level** an orbit that launches at every impact has a speed of about 10 B there, and each of its flights
 multiplies a difference of launches by some A/B. Its launch lies in an interval as wide as B/A over its multiplier:
-where hardly a float is in that (STEEP), and for B <= LEVEL A, rounding would decide which orbits there are, and they
+where hardly a float is in that (STEEPEST), and for B <= LEVEL A, rounding would decide which orbits there are, and they
 are left out.
 """
 
@@ -42,17 +42,17 @@ TOUCHING = "touching"
 LEVEL = 1e-7
 """B/A up to which an orbit that launches at every impact is not told from one that touches without speed."""
 
-STEEP = 1e13
+STEEPEST = 1e13
 """Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
 
-SAME = 1e-8
+SAME_LAUNCH = 1e-8
 """Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. An orbit that has just
 doubled its period is this narrow only within 1e-15 of the bifurcation."""
 
-LONGEST = 100
+LONGEST_PERIOD = 100
 """The longest period sought, in excitation periods: what a search costs grows at least with its square."""
 
-MOST = 400_000
+MOST_ITINERARIES = 400_000
 """Itineraries times periods that a search may have to look at: some ten seconds' worth. Where the motion is irregular
 (A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
 allows 14 periods."""
@@ -115,8 +115,8 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range; if `max_period` is above LONGEST (100), or so long that there
-        are too many itineraries at this A and B.
+        if an argument is no number or out of range; if `max_period` is above LONGEST_PERIOD (100), or so long that
+        there are too many itineraries at this A and B.
 
     Examples
     --------
@@ -133,19 +133,19 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     if not system.moves:
         return []
     if system.B == 0.0:
-        return [touch(system)]
+        return [touching_orbit(system)]
     found = [*resting(system, limit), *launching(system, limit)]
     return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
 
 
 def check_period(name: str, value: object) -> int:
     """Cast a longest period to seek. Raises TypeError or ValueError with the one sentence."""
-    return check_count(name, value, 1, LONGEST)
+    return check_count(name, value, 1, LONGEST_PERIOD)
 
 
-def touch(system: ImpactMap) -> Orbit:
+def touching_orbit(system: ImpactMap) -> Orbit:
     """The one orbit on the level."""
-    return replace(follow(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
+    return replace(trace_orbit(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
 
 
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
@@ -153,17 +153,17 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
     up = system.window[0]
     _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NOTHING)
     if fate == RESTS and periods <= limit:
-        yield follow(system, up, n, True)
+        yield trace_orbit(system, up, n, True)
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
     """The orbits that launch at every impact, as far as floats resolve them."""
-    steep = STEEP * system.B / system.A
-    for cell in itineraries(system, limit):
-        yield from (orbit for orbit in closed(system, *cell) if abs(orbit.multiplier) < steep)
+    steep = STEEPEST * system.B / system.A
+    for cell in cells_to_search(system, limit):
+        yield from (orbit for orbit in closed_orbits(system, *cell) if abs(orbit.multiplier) < steep)
 
 
-def itineraries(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
+def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
     """All cells to be searched for orbits of up to `limit` periods.
 
     Raises
@@ -173,15 +173,17 @@ def itineraries(system: ImpactMap, limit: int) -> list[tuple[float, float, int, 
     """
     if system.B <= LEVEL * system.A:
         return []
-    most = MOST // limit
-    there = list(itertools.islice(cells(system, limit), most + 1))
+    most = MOST_ITINERARIES // limit
+    there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
     if len(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
         raise ValueError(bad("max_period", limit, f"smaller: there are more than {most} itineraries at {beside}"))
     return there
 
 
-def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> Iterator[tuple[float, float, int, int]]:
+def itinerary_cells(
+    system: ImpactMap, limit: int, only: Sequence[int] | None = None
+) -> Iterator[tuple[float, float, int, int]]:
     """(low, high, n, periods) of every interval of ψ with one itinerary of n flights and launches.
 
     `only` those whose itineraries of 1, 2, … flights are the given numbers.
@@ -201,20 +203,24 @@ def cells(system: ImpactMap, limit: int, only: Sequence[int] | None = None) -> I
                     yield a, b, n, periods
 
 
-def closed(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[Orbit]:
+def closed_orbits(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[Orbit]:
     """The orbits of n impacts with their smallest launch phase in the cell [low, high]."""
-    for psi, certain in returns(system, low, high, n, periods):
+    for psi, certain in returning_launches(system, low, high, n, periods):
         if psi == min(launches(system, psi, n, periods)):
-            yield follow(system, psi, n, certain)
+            yield trace_orbit(system, psi, n, certain)
 
 
-def returns(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[tuple[float, bool]]:
+def returning_launches(
+    system: ImpactMap, low: float, high: float, n: int, periods: int
+) -> Iterator[tuple[float, bool]]:
     """(ψ, certain) of every launch phase in the cell that returns after n flights, and not before."""
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):
         later = launches(system, psi, n, periods)[1:]
         # flights of an orbit of fewer impacts lead back to the very root before the n-th
-        if not any(abs(p - psi) < SAME or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in later):
+        if not any(
+            abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in later
+        ):
             yield psi, bool(certain[own])
 
 
@@ -226,7 +232,7 @@ def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]
     return path
 
 
-def follow(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
+def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
     """The orbit of n impacts through the launch phase ψ."""
     A, B = system.A, system.B
     up, end = system.window

@@ -1,4 +1,4 @@
-"""Where the usual methods fail: every switch of a motion judged against the certified path.
+"""Where the usual methods fail: every switch of a motion held against the certified path.
 
 At each switch of a fixed or Muller motion the certified path starts anew from the very same state, and the two are
 asked for the next switch. So one failure does not condemn what comes after it. The method's switch is
@@ -35,8 +35,8 @@ ROWS = 8
 """Certified switches looked at after a restart; an impact, or a start within rounding of a boundary, takes extra."""
 
 
-class Verdict(NamedTuple):
-    """How the switches of one motion were found: how many were judged, and how many of each kind of failure."""
+class SwitchCounts(NamedTuple):
+    """How the switches of one motion were found: how many were looked at (judged), and how many failed in each way."""
 
     judged: int
     missed: int
@@ -98,8 +98,8 @@ def compared(plan: Plan) -> Iterator[tuple[float, bool]]:
             yield behind, to == int(following["after"])
 
 
-def judge(plan: Plan) -> Verdict:
-    """Judge every switch of the one motion of a plan (method fixed or muller) against the certified path."""
+def count_failures(plan: Plan) -> SwitchCounts:
+    """Hold every switch of the one motion of a plan (method fixed or muller) against the certified path."""
     in_time = plan.scalars["dtau"] * (1 + 1e-6)
     judged = missed = late = wrong = 0
     for behind, same in compared(plan):
@@ -107,11 +107,11 @@ def judge(plan: Plan) -> Verdict:
         missed += behind > in_time and not same
         late += behind > in_time and same
         wrong += behind <= in_time and not same
-    return Verdict(judged, missed, late, wrong)
+    return SwitchCounts(judged, missed, late, wrong)
 
 
-def verdicts(plan: Plan, periods: int) -> Iterator[tuple[int, int, Verdict]]:
-    """(method, point, verdict) for every point of a plan and both methods, `periods` excitation periods of each."""
+def failures_of_methods(plan: Plan, periods: int) -> Iterator[tuple[int, int, SwitchCounts]]:
+    """(method, point, counts) for every point of a plan and both methods, `periods` excitation periods of each."""
     for m, method in enumerate(METHODS):
         for at in range(plan.n_points):
-            yield m, at, judge(make_plan(plan.arguments(at) | {"method": method, "periods": periods}))
+            yield m, at, count_failures(make_plan(plan.arguments(at) | {"method": method, "periods": periods}))

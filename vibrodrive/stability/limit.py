@@ -5,8 +5,8 @@ B = 0.6: kept and lost alternate from 2.45e-3 to 2.54e-3). A loss in Δτ has no
 first and comes back, because a grid either happens to meet the switches of this orbit or not. So a limit is a band
 with two ends, the first loss and the last value kept.
 
-Many searches go abreast: each asks for the disturbances it wants judged next, and all that are asked for
-are simulated on all cores (the kernels hold no lock).
+Many searches run at the same time: each yields the disturbances it needs an answer for next, and the motions of all of
+them are simulated on all cores (the kernels release Python's lock).
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, Method, bad, check, check_count
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.stability.limit_search import GRIDS, Asking, Band, search
-from vibrodrive.stability.structure import Orbit, Structure, compare, gaps, keeps, orbit
+from vibrodrive.stability.limit_search import GRIDS, Asking, Band
+from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure, gaps, keeps, reference_orbit
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
@@ -36,9 +36,9 @@ SETTLING = 20_000
 """Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
 
 WATCHED = 256
-"""Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST) four times."""
+"""Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST_PERIOD) four times."""
 
-ABREAST = 32
+AT_A_TIME = 32
 """Searches under way at a time."""
 
 
@@ -250,7 +250,7 @@ class _Problem:
 
     index: int
     point: dict[str, Any]  # arguments of `simulate`
-    base: Orbit
+    base: ReferenceOrbit
     asking: Asking
     asked: np.ndarray
 
@@ -274,7 +274,7 @@ class _Search:
         waiting = list(range(plan.n_points))[::-1]
         active: list[_Problem] = []
         while waiting or active:
-            while waiting and len(active) < ABREAST:
+            while waiting and len(active) < AT_A_TIME:
                 index = waiting.pop()
                 point = plan.arguments(index)
                 here = replace(blank, A=point["A"])
@@ -288,7 +288,7 @@ class _Search:
                         raise ValueError(bad("periods", periods, twice))
                     yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
                     continue
-                asking = search(GRIDS[self.disturbance])
+                asking = search_band(GRIDS[self.disturbance])
                 active.append(_Problem(index, point, base, asking, next(asking)))
             if not active:
                 return
@@ -312,15 +312,15 @@ class _Judge:
         self.threads = threads
         self.halt = Halt()
 
-    def undisturbed(self, point: dict[str, Any]) -> Orbit | None:
+    def undisturbed(self, point: dict[str, Any]) -> ReferenceOrbit | None:
         exact = {"method": "certified", "eps": 0.0, "dtau": None}
         periods = {"transient": max(SETTLING, self.settings.transient), "periods": WATCHED}
-        return orbit(simulate(**(point | exact | periods)))
+        return reference_orbit(simulate(**(point | exact | periods)))
 
-    def __call__(self, requests: list[tuple[dict[str, Any], Orbit, np.ndarray]]) -> list[np.ndarray]:
+    def __call__(self, requests: list[tuple[dict[str, Any], ReferenceOrbit, np.ndarray]]) -> list[np.ndarray]:
         """bool array for each (point, orbit, disturbances)."""
 
-        def kept(task: tuple[dict[str, Any], Orbit, float]) -> bool:
+        def kept(task: tuple[dict[str, Any], ReferenceOrbit, float]) -> bool:
             point, base, value = task
             return keeps(base, self._trajectory(point, value), self.wanted)
 
@@ -340,10 +340,10 @@ class _Judge:
             return replace(found, how=f"not lost up to {band.searched_to:g}")
         lost = self._trajectory(problem.point, band.k2)
         kept = self._trajectory(problem.point, band.kept_below) if band.kept_below > 0 else None
-        structure = compare(problem.base, lost)
+        structure = compare_structure(problem.base, lost)
         return replace(
             found,
-            kept=compare(problem.base, kept) if kept is not None else None,
+            kept=compare_structure(problem.base, kept) if kept is not None else None,
             lost=structure,
             how=_how(self.wanted, structure, lost, problem.base),
         )
@@ -355,7 +355,7 @@ class _Judge:
         return follow(make_plan(disturbed), self.halt)
 
 
-def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: Orbit) -> str:
+def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: ReferenceOrbit) -> str:
     told = []
     if "order" in wanted and not lost.order:
         nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)

@@ -1,6 +1,7 @@
 """The search for a limit: which disturbances to try next, given which were kept.
 
-A search is a generator that asks for verdicts, so that many of them can be answered in one computation.
+A search is a generator: it yields the disturbances to be tried and is sent back, for each, whether the structure was
+kept. So the questions of many searches can be answered in one computation.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 INTERIOR = 7
-"""Values put between two neighbours of the grid in a round of bisection: all are computed abreast."""
+"""Values put between two neighbours of the grid in a round of bisection: they are computed at the same time."""
 
 ROUNDS = 2
 """Rounds of bisection: they narrow a step of the grid 64-fold."""
@@ -57,8 +58,8 @@ class Band(NamedTuple):
     searched_to: float
 
 
-def search(grid: Grid) -> Asking:
-    """Ask for verdicts (True: kept) until both ends of the band are known."""
+def search_band(grid: Grid) -> Asking:
+    """Yield disturbances, be sent whether each was kept, until both ends of the band are known."""
     first = 0
     while not (yield np.array([grid.value(first)]))[0]:
         if grid.value(first) <= grid.floor:

@@ -22,10 +22,10 @@ import numpy as np
 
 from vibrodrive.model.states import State
 
-LONGEST = 64
+LONGEST_PERIOD = 64
 """Longest period looked for: subharmonics of higher order are not told from irregular motion."""
 
-CLOSE = 1e-7
+SAME_POINT = 1e-7
 """Section points this close are the same point: far above rounding, far below the width of any orbit;
 near a bifurcation a motion needs many transient periods to come so close."""
 
@@ -39,7 +39,7 @@ touches of the obstacle that change nothing."""
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class ReferenceOrbit:
     """The undisturbed orbit.
 
     points : float64 (n, 2), section points ξ, ξ' in visiting order
@@ -74,7 +74,7 @@ class Structure:
         return all(getattr(self, name) for name in criterion)
 
 
-def period(section: np.ndarray, longest: int = LONGEST, close: float = CLOSE) -> np.ndarray:
+def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> np.ndarray:
     """Smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
 
     A period is claimed only if it is seen twice, and if its points are further apart than BLURRED.
@@ -91,13 +91,13 @@ def period(section: np.ndarray, longest: int = LONGEST, close: float = CLOSE) ->
     return found
 
 
-def orbit(trajectory: Any, longest: int = LONGEST, close: float = CLOSE) -> Orbit | None:
+def reference_orbit(trajectory: Any, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> ReferenceOrbit | None:
     """The periodic orbit a Trajectory has settled on, or None if it has not repeated."""
     n = int(period(trajectory.section, longest, close))
     if n == 0:
         return None
     speed = float(-impacts(trajectory.switches)["dxi"].min(initial=0.0))
-    return Orbit(
+    return ReferenceOrbit(
         points=np.array(trajectory.section[-n:]),
         speed=speed,
         gaps=_cycle(gaps(trajectory.switches, speed)),
@@ -158,7 +158,7 @@ def repeats(sequence: Sequence[Any], cycle: Sequence[Any]) -> bool:
     return any(all(sequence[k] == cycle[(k + s) % len(cycle)] for k in range(count)) for s in range(len(cycle)))
 
 
-def compare(undisturbed: Any, disturbed: Any) -> Structure:
+def compare_structure(undisturbed: Any, disturbed: Any) -> Structure:
     """Hold a disturbed motion against the undisturbed one.
 
     Parameters
@@ -172,12 +172,12 @@ def compare(undisturbed: Any, disturbed: Any) -> Structure:
     ValueError
         if the undisturbed motion has no period.
     """
-    base = _as_orbit(undisturbed)
+    base = _as_reference(undisturbed)
     section = np.asarray(getattr(disturbed, "section", disturbed), dtype=np.float64)
     if section.ndim != 2 or section.shape[1] != 2:
         raise ValueError(f"section of shape {section.shape}: must be (periods, 2), one motion at a time")
     rho, shift = deviation(base.points, section)
-    whole = base if isinstance(base, Orbit) and hasattr(disturbed, "sample") else None
+    whole = base if isinstance(base, ReferenceOrbit) and hasattr(disturbed, "sample") else None
     return Structure(
         n=len(base.points),
         order=bool(order(base.points, section)),
@@ -188,7 +188,7 @@ def compare(undisturbed: Any, disturbed: Any) -> Structure:
     )
 
 
-def keeps(base: Orbit, motion: Any, criterion: Sequence[str]) -> bool:
+def keeps(base: ReferenceOrbit, motion: Any, criterion: Sequence[str]) -> bool:
     """Whether a Trajectory keeps all that `criterion` names; no more is looked at than that."""
     answers: dict[str, Callable[[], bool]] = {
         "order": lambda: bool(order(base.points, motion.section)),
@@ -203,11 +203,11 @@ class _Points:
     points: np.ndarray
 
 
-def _as_orbit(undisturbed: Any) -> Orbit | _Points:
-    if isinstance(undisturbed, Orbit):
+def _as_reference(undisturbed: Any) -> ReferenceOrbit | _Points:
+    if isinstance(undisturbed, ReferenceOrbit):
         return undisturbed
     if hasattr(undisturbed, "sample"):
-        found = orbit(undisturbed)
+        found = reference_orbit(undisturbed)
         if found is not None:
             return found
         n = 0
