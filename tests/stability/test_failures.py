@@ -1,4 +1,4 @@
-"""The atlas of failures: what it counts, where the boundary lies, and the command."""
+"""The failure map: what it counts, where the boundary lies, and the command."""
 
 from __future__ import annotations
 
@@ -84,12 +84,12 @@ def test_command(tmp_path):
     )
     command = [sys.executable, "-m", "vibrodrive", "atlas", str(config), "-o", str(tmp_path / "small.h5")]
     subprocess.run(command, check=True, capture_output=True)
-    from vibrodrive.store.failures import load_atlas
+    from vibrodrive.store.failures import load_failures
 
-    atlas = load_atlas(tmp_path / "small.h5")
-    assert atlas.judged.shape == (2, 2, 3)
-    assert (atlas.judged > 0).all()
-    shares = sum(atlas.share(kind) for kind in atlas.counts)
+    found = load_failures(tmp_path / "small.h5")
+    assert found.judged.shape == (2, 2, 3)
+    assert (found.judged > 0).all()
+    shares = sum(found.share(kind) for kind in found.counts)
     assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
     assert (tmp_path / "small.png").stat().st_size > 10_000
     assert subprocess.run(command, capture_output=True).returncode == 2, "nothing is replaced unasked"

@@ -25,16 +25,16 @@ def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads
     picture = path.with_suffix(".png")
     check_output(path, config, "failures", overwrite=overwrite, figures=[picture])
     complete = path.exists() and not overwrite
-    from vibrodrive.figures.failures import atlas_figure
+    from vibrodrive.figures.failures import failures_figure
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.failures import run_atlas
-    from vibrodrive.store.failures import load_atlas
+    from vibrodrive.jobs.failures import run_failures
+    from vibrodrive.store.failures import load_failures
 
     with working(path.name) as show:
 
         def progress(known: int, total: int) -> None:
             show.update(lambda: f"{known} of {total} motions")
 
-        run_atlas(settings, path, progress, threads=threads, overwrite=overwrite)
-    save(atlas_figure(load_atlas(path)), picture)
+        run_failures(settings, path, progress, threads=threads, overwrite=overwrite)
+    save(failures_figure(load_failures(path)), picture)
     say(f"{path} {'is complete: nothing to do' if complete else 'written'}; {picture} drawn")

@@ -34,7 +34,7 @@ OPTIONS = {
 def plot(
     file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
 ) -> None:
-    """Draw what a result file holds, finished or not: a sweep, limits, failures (of an atlas) or orbits."""
+    """Draw what a result file holds, finished or not: a sweep, limits, a failure map or orbits."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
     check_figure(target, {"result file": file})
@@ -60,10 +60,10 @@ def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = No
         found = load_limits(file)
         figure, share = limits_figure(found), float(found.done.mean())
     elif holds == "failures":
-        from vibrodrive.figures.failures import atlas_figure
-        from vibrodrive.store.failures import load_atlas
+        from vibrodrive.figures.failures import failures_figure
+        from vibrodrive.store.failures import load_failures
 
-        figure, share = atlas_figure(load_atlas(file)), 1.0
+        figure, share = failures_figure(load_failures(file)), 1.0
     else:
         from vibrodrive.jobs.orbits import redraw
 

@@ -1,4 +1,4 @@
-"""The atlas of failures from a configuration into a file: switches judged over two axes, and limits beside them."""
+"""The failure map from a configuration into a file: switches judged over two axes, and limits beside them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ JUDGED = 10
 """Excitation periods of each motion whose switches are judged."""
 
 
-def run_atlas(
+def run_failures(
     config: Config,
     out: str | Path,
     progress: Callable[[int, int], None] | None = None,
@@ -26,7 +26,7 @@ def run_atlas(
     threads: int | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Compute the atlas of a configuration with the axes A and dtau, or A and eps, into a new file.
+    """Compute the failure map of a configuration with the axes A and dtau, or A and eps, into a new file.
 
     Nothing is done if it is there already: an unfinished one cannot be, as it gets its name at the end.
     With `overwrite` a result file of that name is replaced.

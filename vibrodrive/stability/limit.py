@@ -25,7 +25,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, Method, bad, check, check_count
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.stability.limit_search import GRIDS, Asking, Band
+from vibrodrive.stability.limit_search import GRIDS, Asking, Band, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure, gaps, keeps, reference_orbit
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]

@@ -1,4 +1,4 @@
-"""The atlas of failures over two axes: into a file, with the line beyond which the structure of the motion is lost.
+"""The failure map over two axes: into a file, with the line beyond which the structure of the motion is lost.
 
 HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
 `method` and A, the smallest disturbance along the other axis at which order or gaps fail (limit.py).
@@ -25,7 +25,7 @@ SECOND = ("dtau", "eps")
 
 
 @dataclass(frozen=True)
-class Atlas:
+class FailureMap:
     """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
 
     A: np.ndarray
@@ -58,8 +58,8 @@ def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...]
     )
 
 
-def load_atlas(path: str | Path) -> Atlas:
-    """Read a file that `run_atlas` wrote.
+def load_failures(path: str | Path) -> FailureMap:
+    """Read a file that `run_failures` wrote.
 
     Raises
     ------
@@ -76,12 +76,12 @@ def load_atlas(path: str | Path) -> Atlas:
     except Damaged:
         raise
     except NoResult as error:
-        raise ConfigError(f"{error} (an atlas made by `vibrodrive atlas` is wanted)") from None
+        raise ConfigError(f"{error} (a failure map made by `vibrodrive atlas` is wanted)") from None
 
 
-def _content(file: h5py.File) -> Atlas:
+def _content(file: h5py.File) -> FailureMap:
     other = next((name for name in SECOND if name in file), SECOND[0])
-    return Atlas(
+    return FailureMap(
         A=file["A"][...],
         name=other,
         other=file[other][...],
@@ -93,20 +93,20 @@ def _content(file: h5py.File) -> Atlas:
 
 
 def summary(path: Path, thorough: bool = False) -> Summary:
-    """What an atlas holds; `thorough` reads everything and looks for faults. Raises NoResult, Damaged, OSError."""
+    """What a failure map holds; `thorough` reads everything and looks for faults. Raises NoResult, Damaged, OSError."""
     with reading(path, "failures") as file:
         title = str(file.attrs["title"])
         faults = find_faults(file) if thorough else []
         if faults:
             return Summary(title, 1.0, [], faults)
-        atlas = _content(file)
-        if (atlas.judged < sum(atlas.counts.values())).any() or min(c.min() for c in atlas.counts.values()) < 0:
+        found = _content(file)
+        if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
             faults.append("judged: fewer than failed")
         lines = [
-            ("axis", f"A = {atlas.A[0]:g} to {atlas.A[-1]:g}, {len(atlas.A)} values"),
-            ("axis", f"{atlas.name} = {atlas.other[0]:g} to {atlas.other[-1]:g}, {len(atlas.other)} values"),
+            ("axis", f"A = {found.A[0]:g} to {found.A[-1]:g}, {len(found.A)} values"),
+            ("axis", f"{found.name} = {found.other[0]:g} to {found.other[-1]:g}, {len(found.other)} values"),
         ]
         for m, method in enumerate(METHODS):
-            failed = ", ".join(f"{atlas.counts[kind][m].sum()} {kind}" for kind in KINDS)
-            lines.append((method, f"{atlas.judged[m].sum()} switches judged: {failed}"))
+            failed = ", ".join(f"{found.counts[kind][m].sum()} {kind}" for kind in KINDS)
+            lines.append((method, f"{found.judged[m].sum()} switches judged: {failed}"))
         return Summary(title, 1.0, lines + provenance(file), faults)
