@@ -26,7 +26,7 @@ FIRST_STEP = 1e-9
 """First step in A of a search that starts at a bifurcation, times `unit`."""
 
 ASTRAY = 1e-4
-"""A search that starts at a bifurcation and ends further from it than this, times `unit`, has lost it."""
+"""A search that starts at a bifurcation and ends further from it than this, times `unit`, has failed."""
 
 
 UNIT_FROM = 4.0

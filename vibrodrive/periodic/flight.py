@@ -7,8 +7,8 @@ Four facts, all from eqs. (4), (5) at ξ' = 0 at the beginning of a slide, make 
 * Slide up: ξ' grows to the end of the window and falls from there to 2π + φ_up, where it is negative because
   cos φ_up >= cos ψ. So it has one zero, and Newton's method started at its inflection 3π/2 runs to it
   monotonely.
-* Slide down, begun where H < -1, for φ in [φ_down, 3π - φ_down]: the same with inflection 5π/2; for B > 1 the
-  gravity may win, then ξ' stays negative and only an impact can end the slide.
+* Slide down, begun where H < -1, for φ in [φ_down, 3π - φ_down]: the same with inflection 5π/2; for B > 1
+  gravity may outweigh friction, then ξ' stays negative and only an impact can end the slide.
 * ξ has its inflection at 3π - φ_down and falls as long as ξ' < 0: Newton's method started there is monotone,
   too.
 * Seen as functions of ψ the beginnings of slides up do not fall, those of slides down do not grow, and the
@@ -29,7 +29,13 @@ obstacle at ψ* + 2π with no speed. The slides of another flight begin (up to h
 on alternate sides of ψ*, which they approach from both. For ψ < ψ* each pair D(a_2i) - D(a_2i+1) > 0: the mass is
 in the air for good. For ψ > ψ* already the first pair is negative: it lands in its first fall. For A <= A_s every
 slide up ends in a sticking, so that the next one down begins at φ_up + π: a launch at φ_up touches without speed,
-every later one lands. Rounding has no say in any of this: see `touching`.
+every later one lands. None of this is left to rounding: see `touching`.
+
+**What is shared with the kernels.** The formulas are theirs (`motion.shape`, `release_up`, `release_down`), the steps are
+not. The kernels advance lanes, and report a decision that rounding makes uncertain (TOO_CLOSE). A flight has no lane,
+and must decide: it compares phases (φ_up < τ < π - φ_up) where the kernels compare H with ±1, because phases are what is
+monotone in ψ. Newton's method needs no bracket here, as it is monotone from the inflection; Householder's in a bracket
+(`undisturbed.householder_step`) takes other steps and would end on other last bits.
 """
 
 from __future__ import annotations
@@ -59,7 +65,7 @@ CONVERGED = 1e-17  # the step to come is about step³/last² once convergence is
 
 @inline
 def append(word, letter):
-    """The word with one more letter."""
+    """The word (the sequence of states, as a number) with one more letter."""
     return (word * LETTERS + letter) % WORDS
 
 

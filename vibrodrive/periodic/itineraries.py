@@ -21,7 +21,7 @@ FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at res
 
 WINDOW = 6  # a letter of an itinerary beside the states: a window has passed
 
-NOTHING = np.empty((0, 3))  # for flights whose slides nobody wants to see
+NOTHING = np.empty((0, 3))  # for flights whose slides are not recorded
 
 DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
 

@@ -46,8 +46,8 @@ STEEPEST = 1e13
 """Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
 
 SAME_LAUNCH = 1e-8
-"""Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. An orbit that has just
-doubled its period is this narrow only within 1e-15 of the bifurcation."""
+"""Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. The two halves of an
+orbit that has just doubled its period are this close only within 1e-15 of the bifurcation."""
 
 LONGEST_PERIOD = 100
 """The longest period sought, in excitation periods: what a search costs grows at least with its square."""
