@@ -31,11 +31,11 @@ in the air for good. For ψ > ψ* already the first pair is negative: it lands i
 slide up ends in a sticking, so that the next one down begins at φ_up + π: a launch at φ_up touches without speed,
 every later one lands. None of this is left to rounding: see `touching`.
 
-**What is shared with the kernels.** The formulas are theirs (`motion.shape`, `release_up`, `release_down`), the steps are
-not. The kernels advance lanes, and report a decision that rounding makes uncertain (TOO_CLOSE). A flight has no lane,
-and must decide: it compares phases (φ_up < τ < π - φ_up) where the kernels compare H with ±1, because phases are what is
-monotone in ψ. Newton's method needs no bracket here, as it is monotone from the inflection; Householder's in a bracket
-(`undisturbed.householder_step`) takes other steps and would end on other last bits.
+**What is shared with the kernels.** The formulas are theirs (`motion.shape`, `release_up`, `release_down`), the steps
+are not. The kernels advance lanes, and report a decision that rounding makes uncertain (TOO_CLOSE). A flight has no
+lane, and must decide: it compares phases (φ_up < τ < π - φ_up) where the kernels compare H with ±1, because phases are
+what is monotone in ψ. Newton's method needs no bracket here, as it is monotone from the inflection; Householder's in
+a bracket (`undisturbed.householder_step`) takes other steps and would end on other last bits.
 """
 
 from __future__ import annotations
