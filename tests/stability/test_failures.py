@@ -92,7 +92,12 @@ def test_command(tmp_path):
     shares = sum(found.share(kind) for kind in found.counts)
     assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
     assert (tmp_path / "small.png").stat().st_size > 10_000
-    assert subprocess.run(command, capture_output=True).returncode == 2, "nothing is replaced unasked"
+    before = (tmp_path / "small.h5").read_bytes()
+    assert subprocess.run(command, capture_output=True).returncode == 0, "there is nothing to do"
+    other = subprocess.run([*command, "--set", "B=0.2"], capture_output=True, text=True)
+    assert other.returncode == 2, "nothing is replaced unasked"
+    assert "B is 0.1 there and 0.2 here" in other.stderr
+    assert (tmp_path / "small.h5").read_bytes() == before
 
     config.write_text("[sweep]\nA = [1.5, 3.04]\nB = [0.1, 0.2]\n")
     refused = subprocess.run([*command[:-1], str(tmp_path / "other.h5")], capture_output=True, text=True)
