@@ -69,7 +69,9 @@ def idle(monkeypatch):
     def begun(*arguments, **options):
         raise AssertionError("something is computed")
 
-    for name in ("batch.sweep.run_blocks", "jobs.limits.limits", "jobs.orbits.family", "jobs.failures.verdicts"):
+    for name in (
+        "batch.sweep.run_blocks", "jobs.limits.limits", "jobs.orbits.family", "jobs.failures.failures_of_methods",
+    ):  # fmt: skip
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
 
@@ -343,7 +345,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(run, monk
     def begun(*arguments, **options):
         raise AssertionError("something is computed")
 
-    for name in ("stability.limit.search", "jobs.orbits.family", "jobs.failures.verdicts"):
+    for name in ("stability.limit.search_band", "jobs.orbits.family", "jobs.failures.failures_of_methods"):
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
     path, figure = Path(f"{command}.h5"), Path(f"{command}.png")

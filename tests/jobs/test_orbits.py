@@ -11,6 +11,7 @@ from vibrodrive.jobs.orbits import run_orbits
 from vibrodrive.model.plan import make_plan
 from vibrodrive.periodic.family import family, section
 from vibrodrive.periodic.search import orbits
+from vibrodrive.store.layout import Origin
 
 pytestmark = pytest.mark.jit  # hundreds of searches
 
@@ -22,7 +23,7 @@ PLAN = {"A": np.linspace(2.9, 3.25, 36), "section_phase": 2.0, "transient": 300,
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     out = tmp_path_factory.mktemp("orbits") / "orbits.h5"
-    return run_orbits(make_plan(PLAN), out, title="A few", text="text = 1\n"), out
+    return run_orbits(make_plan(PLAN), out, origin=Origin("text = 1\n", title="A few")), out
 
 
 def test_table_lists_every_bifurcation(written):

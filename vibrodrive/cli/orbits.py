@@ -29,11 +29,10 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     plan = settings.plan()
     complete = path.exists() and not overwrite
     from vibrodrive.jobs.orbits import run_orbits
+    from vibrodrive.store.layout import Origin
 
+    origin = Origin(settings.text, settings.overrides, settings.title)
     with working(path.name):
-        table = run_orbits(
-            plan, path, title=settings.title, text=settings.text, overrides=settings.overrides, threads=threads,
-            overwrite=overwrite, **settings.orbits,
-        )  # fmt: skip
+        table = run_orbits(plan, path, origin=origin, threads=threads, overwrite=overwrite, **settings.orbits)
     click.echo(table)
     say(f"{path} {'is complete: nothing to do' if complete else 'written'}, {picture} and {multipliers.name} drawn")

@@ -27,14 +27,16 @@ CROWDED = 8
 """From this many bifurcations on the diagram has a second panel for the part where they crowd."""
 
 
+UNTOLD = Origin("")
+"""What was not made from a configuration."""
+
+
 def run_orbits(
     plan: Plan,
     out: Path,
     *,
     max_period: int = MAX_PERIOD,
-    title: str = "",
-    text: str = "",
-    overrides: tuple[str, ...] = (),
+    origin: Origin = UNTOLD,
     figure: Path | None = None,
     threads: int | None = None,
     overwrite: bool = False,
@@ -54,10 +56,8 @@ def run_orbits(
         with `_multipliers`.
     max_period : int
         longest period sought, in excitation periods.
-    title, text : str
-        title and configuration, verbatim, for the file.
-    overrides : tuple of str
-        the options KEY=VALUE that replaced parts of the configuration.
+    origin : Origin
+        the configuration, verbatim, with the options that replaced parts of it, and a title, for the file.
     figure : Path, optional
         the bifurcation diagram, if not beside `out`.
     threads : int, optional
@@ -83,7 +83,7 @@ def run_orbits(
         found = load_family(out, plan.axes["A"]).family
     else:
         found = family(plan.axes["A"], B, longest)
-        save_family(out, found, Origin(text, overrides, title or "Orbits of a friction-impact oscillator"), phase)
+        save_family(out, found, origin._replace(title=origin.title or "Orbits of a friction-impact oscillator"), phase)
     diagram = figure or out.with_suffix(".png")
     save(draw(found, brute_force(plan, threads), phase), diagram)
     save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))
