@@ -54,7 +54,7 @@ CASES = {
     "sweep on two threads": sweep(threads=2),
     "sweep on an executor": on_threads,
     "limit": lambda: vd.limit(3.04, transient=10_000_000, periods=100),
-    "orbits": lambda: vd.orbits(3.25, max_period=15),
+    "orbits": lambda: vd.orbits(4.5, max_period=13),
     "impact map": impacts,
     "sampling": sample,
 }

@@ -7,7 +7,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import vibrodrive.kernels
-from vibrodrive.kernels import lane
+from vibrodrive.kernels import codes, lane
 
 SHARED = {
     "a search is begun in switching.py and advanced by the module that searches": [
@@ -41,6 +41,11 @@ def test_each_row_has_one_owner_or_a_reason():
     assert len(writers) > 90
     several = {row for row, modules in writers.items() if len(modules - {"setup"}) > 1}
     assert several == {row for rows in SHARED.values() for row in rows}
+
+
+def test_no_code_bears_the_name_of_a_row():
+    rows = {name for name in vars(lane) if name.isupper()}
+    assert not rows & {name for name in vars(codes) if name.isupper()}
 
 
 def test_the_search_for_writers_sees_all_ways_to_write(tmp_path):

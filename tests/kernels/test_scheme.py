@@ -9,7 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.kernels.codes import S1, S2, S3, S4, S5
-from vibrodrive.kernels.switch import decide
+from vibrodrive.kernels.switch import decide, terminating_function
 from vibrodrive.model.states import TRANSITIONS
 
 FUNCTIONS = {"S1": S1, "S2": S2, "S3": S3, "S4": S4, "S5": S5}
@@ -39,6 +39,15 @@ def test_every_decision_is_that_of_the_table():
         side = 1.0 if condition == "H = -1" else -1.0
         for force in FORCES[condition]:
             assert decides(which, side, force) == after, (state, name, condition, force)
+
+
+@pytest.mark.jit
+def test_every_state_is_ended_as_in_the_table():
+    from numba import njit
+
+    ends = njit(lambda state: terminating_function(state))
+    for state, names in ENDED_BY.items():
+        assert ends(int(state)) == FUNCTIONS[names[-1]]  # sliding down, S2 is searched, and ξ watched for S1
 
 
 def test_the_table_is_complete():

@@ -22,8 +22,8 @@ unless a literal scan is asked for."""
 
 
 CONTINUE, STRETCHED, END = 0, -1, -2
-"""Beside S1 ... S5, the switching function whose zero was met: the search goes on otherwise; the segment goes on from
-here; the record ends."""
+"""What ends a search, beside a zero of S1 ... S5: another search takes its place; the segment is continued from here
+with a fresh start; the record ends."""
 
 
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
@@ -37,10 +37,10 @@ STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
 
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
-"""What a search has met: nothing yet; a zero; its limit; ξ below 0 (further than any margin); on a grid, both
-functions below 0."""
+"""What a search has met: nothing yet; a zero; its limit; ξ below 0, by more than the smallest margin so far; on a grid,
+both functions below 0."""
 
 
-DONE, UNUSUAL, POINT, CHECK_RECURRENCE = 0, 1, 2, 4
+DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE = 0, 1, 2, 4
 """What is left to do in a lane after a batch of switches: nothing; everything (event.py); a section point to be
 written, a recurrence to be looked for (recurrence.py), or both."""

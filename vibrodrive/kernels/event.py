@@ -1,7 +1,7 @@
 """One lane over the end of its search, whatever it has met: the switch is recorded, the next state decided and begun.
 
 The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, every switch on a grid
-and those of a single trajectory come here. Both follow switch.py.
+(but for Muller's at ε = 0) and those of a single trajectory come here. Both follow switch.py.
 """
 
 from __future__ import annotations

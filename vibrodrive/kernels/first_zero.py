@@ -24,7 +24,7 @@ close to it: the cursor goes there, to whichever side of the zero that may be. A
 that is the zero to the last bit.
 
 **Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
-than that cannot be told from two zeros or none: it is met, and reported through the margin (engine.py). The same
+than that cannot be told from two zeros or none: it is met, and reported through the margin (margins.py). The same
 bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
 could have shown a change of sign.
 """
@@ -228,7 +228,7 @@ def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
 def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
-    Without a grid the cursor H is a time after the last switch, and a lane that has met something stays as it is; on a
+    Without a grid the cursor is a time h after the last switch, and a lane that has met something stays as it is; on a
     grid the cursor is a whole number of steps, and a zero is met where eq. (10) holds for the step that ends there.
     """
     cursor = w[CURSOR + i]
@@ -351,9 +351,10 @@ def search_on_grid(w, n, fast):
 
 @part
 def search_stepwise(w, n, steps):
-    """`steps` steps, or as many as it takes, in each of the lanes 0..n-1, without a grid.
+    """`steps` passes over the searches in the lanes 0..n-1, without a grid: one that has ended stays as it is.
 
-    Their number is no constant: the compiler would write the loop out as often.
+    What earlier passes met is cleared first. `steps` is an argument, not a literal, or the compiler would unroll the
+    loop.
     """
     wide()
     m = full(n)

@@ -44,7 +44,7 @@ LINE = 64
     # of a wait is known beforehand only SIG is set, the side of S4
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2_SLOW, FAST_AMPLITUDE, SPAN, SPAN0, NOISE,
-    # the search: cursor, the other side's cursor, last cursor with ξ > 0, its end, what it met, the closest
+    # the search: cursor, the other side's cursor, last cursor with ξ >= 0, its end, what it met, the closest
     # it came to a tangency, its cost so far and at the last switch
     CURSOR, OTHER, LAST_NONNEGATIVE, LIMIT, OUTCOME, DIP_NUMERATOR, DIP_DENOMINATOR, WORK, WORK_BOOKED,
     # on a grid: the function's values at the cursor and at the grid point before, NaN where it was not looked at

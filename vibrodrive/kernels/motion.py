@@ -269,7 +269,10 @@ def on_boundary(w, i, where, there, level):
 
 @part
 def propagate(w, k, i, wait_ends, level):
-    """Where the cursor of lane i leads, whatever its trajectory, and LATE: as `on_boundary` if a wait ends there."""
+    """Where the cursor of lane i leads, disturbed or not, and LATE: as `on_boundary` if a wait ends there.
+
+    ξ and ξ' are those of a slide; they mean nothing in a wait.
+    """
     h = w[CURSOR + i]
     if w[AF + i] > 0.0:
         return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level)

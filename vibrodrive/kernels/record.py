@@ -10,11 +10,9 @@ from vibrodrive.kernels.codes import (
     DOWN,
     INFINITY,
     UP,
+    WRITE_POINT,
 )
-from vibrodrive.kernels.lane import (
-    POINT,
-    STRIDE,
-)
+from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import section_at, state_at
 from vibrodrive.kernels.switch import (
     count_into,
@@ -61,7 +59,7 @@ def write_points(w, k, i, section):
     if slot < section.shape[1]:
         section[row, slot, 0] = w[r.POINT_X + i]
         section[row, slot, 1] = w[r.POINT_V + i]
-    if k[r.LEFT_OVER + i] & POINT:
+    if k[r.LEFT_OVER + i] & WRITE_POINT:
         slot = k[r.SECTIONS + i] - 1
         section[row, slot, 0] = w[r.X0 + i]
         section[row, slot, 1] = 0.0

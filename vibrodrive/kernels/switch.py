@@ -78,13 +78,14 @@ class Segment(NamedTuple):
 
 @inline
 def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
-    """The segment of direction s that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
+    """The segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
 
+    b = B, inverse = 1/η (0 without a disturbance); p, q, pf, qf are A cos φ, A sin φ and the same of the disturbance.
     It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its own
     direction, or not at all: it begins with exactly ξ'' = 0 where a wait has ended (`at_boundary`: H = ±1 by
     definition), and where it would accelerate the other way by rounding, or on a grid (`on_grid`) because the wait has
-    not ended quite there. The slope L then takes up the difference, but not for a certified motion with a disturbance:
-    there it is the rounding of A ε η², which may be large and would count as often as h²/2.
+    not ended quite there (Muller's tolerance). The slope L then takes up the difference, but not for a certified motion
+    with a disturbance: there it is the rounding of A ε η², which may be large and would count as often as h²/2.
     """
     from_rest = v == 0.0
     a0 = force - s

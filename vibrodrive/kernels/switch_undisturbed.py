@@ -23,8 +23,9 @@ from vibrodrive.kernels.codes import (
     S3,
     UNUSUAL,
     UP,
+    WRITE_POINT,
 )
-from vibrodrive.kernels.lane import POINT, full
+from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     ROUNDING,
     SUSPECT,
@@ -131,7 +132,7 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     left_obstacle = over & gap
     since = commit_departure(k, i, left_obstacle)
     look = left_obstacle & (rested | (phi2 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
-    more = choose(point1, POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
+    more = choose(point1, WRITE_POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
     leave_over(k, i, choose(over, more, choose(aside | (not met), DONE, UNUSUAL)))
 
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])

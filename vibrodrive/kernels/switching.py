@@ -1,4 +1,4 @@
-"""The scheme of Fig. 2: switching functions S1-S5, eq. (8), and the decisions between states.
+"""Switching functions S1-S5, eq. (8), as shapes, and how a search for the first zero of one begins.
 
 Each switching function is positive while its state lasts and is searched for its first zero:
 

@@ -143,7 +143,7 @@ def search_impact(w, k, i, h, below):
 
 @inline
 def rate_of(begin, end):
-    """By how much longer a slide lasts for every bit that it begins later."""
+    """By how much longer a slide lasts, per unit of delay of its beginning."""
     return begin / end - 1.0
 
 
@@ -213,7 +213,10 @@ def search_bracket(w, k, i):
 
 @part
 def search_brackets(w, k, n, evaluations):
-    """So many evaluations, or fewer where that is enough, in the lanes 0..n-1 with a bracket. Returns their number."""
+    """So many evaluations in each of the lanes 0..n-1 that has a bracket; a search that has ended stays as it is.
+
+    What earlier evaluations met is cleared in all lanes first. Returns the number of lanes with a bracket.
+    """
     wide()
     total = 0
     m = full(n)
@@ -228,7 +231,7 @@ def search_brackets(w, k, n, evaluations):
 
 @inline
 def set_bracket(w, k, i, where, which, lo, hi, cursor):
-    """Lane i goes on with the search for the only zero of `which` between lo and hi (undisturbed.py)."""
+    """Lane i goes on with the search for the only zero of `which` between lo and hi."""
     w[LO + i] = choose(where, lo, w[LO + i])
     w[HI + i] = choose(where, hi, w[HI + i])
     w[CURSOR + i] = choose(where, cursor, w[CURSOR + i])

@@ -35,4 +35,5 @@ TRANSITIONS = (
     (State.IMPACT, "", "H > 1", State.UP),
     (State.IMPACT, "", "H <= 1", State.REST),
 )
-"""Fig. 2 as a table; `kernels.switch.decide` is its third column."""
+"""Fig. 2 as a table. The second column is `terminating_function` of kernels/switch.py, the last follows from the third
+in its `decide`; tests/kernels/test_scheme.py holds both against this table."""

@@ -229,7 +229,7 @@ class _Search:
     def change(
         self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
     ) -> tuple[float, str, float, Orbit] | None:
-        """(A, kind, last, orbit) of one bifurcation between a and b, see Path.end; None if nothing changes there."""
+        """(A, kind, last, orbit) of one bifurcation between a and b, see Continuation.end; None if nothing changes."""
         for ends, lives_below in _that_end(below, above):
             path = Continuation.of(ends)
             inside, outside = (a, b) if lives_below else (b, a)

@@ -153,7 +153,7 @@ def flight(psi, A, B, horizon, word, slides):
     psi : float
         outside the open window the launch is from rest, at φ_up.
     horizon : int
-        excitation periods after which the flight is given up.
+        excitation periods after which the flight is given up (AIRBORNE, if fewer, where B = 0 and it never lands).
     word : int
         what came before (see LETTERS, WORDS).
     slides : float64 (any, 3)
