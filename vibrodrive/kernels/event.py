@@ -89,10 +89,10 @@ from vibrodrive.kernels.switch import (
 from vibrodrive.kernels.switching import (
     clear_dip,
     restart_search,
-    search_grid,
     search_shape,
     set_limit,
     set_search,
+    start_on_grid,
     turn_side,
 )
 from vibrodrive.kernels.undisturbed import (
@@ -132,17 +132,16 @@ def reach(w, i, method):
 @inline
 def begin_search(w, k, i, state, from_rest, method):
     """Begin the search for what ends `state`, at its beginning."""
-    limit = reach(w, i, method)
+    limit, which = reach(w, i, method), terminating_function(state)
     set_limit(w, i, True, limit)
-    which = terminating_function(state)
-    if method != CERTIFIED:
-        search_grid(w, k, i, which, limit * w[r.DTAU + i])
-        return
-    search, cursor = search_shape(w, i, which, limit), 0.0
-    if from_rest and not waits(state):
+    search = search_shape(w, i, which, limit if method == CERTIFIED else limit * w[r.DTAU + i])
+    cursor = 0.0
+    if method == CERTIFIED and from_rest and not waits(state):
         disturbed = w[r.AF + i] > 0.0
         cursor = first_cursor(search, limit) if disturbed else peak_cursor(w, i, direction(state), limit)
     set_search(w, k, i, True, which, search, cursor)
+    if method != CERTIFIED:
+        start_on_grid(w, i, which)
 
 
 @part

@@ -186,11 +186,15 @@ def restart_search(w, k, i, which, limit, cursor):
 
 
 @inline
-def search_grid(w, k, i, which, limit):
-    """The same from the first grid point on. There both sides of S4 are looked at, and any ξ below 0 is an impact."""
-    restart_search(w, k, i, which, limit, 1.0)
-    w[FALL_TOLERANCE + i] = choose(which == S2, 0.0, w[FALL_TOLERANCE + i])
-    w[OTHER + i] = choose(which == S4, 1.0, w[OTHER + i])
+def start_on_grid(w, i, which):
+    """The search that has just begun visits grid points: first that behind the start. There both sides of S4 are looked
+    at, and any ξ below 0 is an impact."""
+    w[CURSOR + i] = 1.0
+    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+    if which == S2:
+        w[FALL_TOLERANCE + i] = 0.0
+    if which == S4:
+        w[OTHER + i] = 1.0
 
 
 @inline
