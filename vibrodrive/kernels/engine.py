@@ -30,9 +30,10 @@ from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
-from vibrodrive.kernels.record import finish, write_points
+from vibrodrive.kernels.record import finish
 from vibrodrive.kernels.recurrence import detect_recurrence
 from vibrodrive.kernels.setup import is_disturbed, load
+from vibrodrive.kernels.switch import write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_muller import apply_switches_muller
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed

@@ -70,6 +70,8 @@ from vibrodrive.kernels.muller import refine, value
 from vibrodrive.kernels.record import emit_rest, emit_sections, record
 from vibrodrive.kernels.recurrence import detect_recurrence
 from vibrodrive.kernels.switch import (
+    SCAN_PRICE,
+    SEARCH_PRICE,
     begin,
     can_leave,
     commit_cost,
@@ -109,9 +111,6 @@ from vibrodrive.kernels.undisturbed import (
 )
 
 SMALLEST = 5e-324
-
-SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
 
 NOWHERE = Arrival(*10 * [0.0])
 

@@ -1,4 +1,8 @@
-"""What a trajectory leaves behind: section points, switches counted and, for a single one, written down."""
+"""What a trajectory leaves behind: section points, switches counted and, for a single one, written down.
+
+A section point is written by `emit_sections` here, one lane at a time; in batches ahead of a switch by `write_ahead`
+(switch_disturbed.py) or behind it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,6 @@ from vibrodrive.kernels.codes import (
     DOWN,
     INFINITY,
     UP,
-    WRITE_POINT,
 )
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import section_at, state_at
@@ -46,23 +49,6 @@ def emit_sections(w, k, i, h, transient, section):
         write_point(w, k, i, count, hs, section)
         count += 1
     k[r.SECTIONS + i] = count
-
-
-@inline
-def write_points(w, k, i, section):
-    """The section points that a switch applied in a batch has passed: on the way to it, and in a wait after it.
-
-    The first is written whether it was passed or not: a branch that goes either way costs more, and
-    the right one is written over it.
-    """
-    row, slot = k[r.POINT + i], k[r.SLOT + i]
-    if slot < section.shape[1]:
-        section[row, slot, 0] = w[r.POINT_X + i]
-        section[row, slot, 1] = w[r.POINT_V + i]
-    if k[r.LEFT_OVER + i] & WRITE_POINT:
-        slot = k[r.SECTIONS + i] - 1
-        section[row, slot, 0] = w[r.X0 + i]
-        section[row, slot, 1] = 0.0
 
 
 @part

@@ -24,6 +24,7 @@ from vibrodrive.kernels.codes import (
     S5,
     STICK,
     UP,
+    WRITE_POINT,
 )
 from vibrodrive.kernels.lane import (
     AF,
@@ -32,6 +33,12 @@ from vibrodrive.kernels.lane import (
     B,
 )
 from vibrodrive.kernels.motion import time_between
+
+SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
+"""What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
+
+STEEP_COST = 1.0 / SEARCH_PRICE
+"""From so many evaluations on a search costs more than its switch."""
 
 
 @inline
@@ -256,3 +263,20 @@ def count_switch(k, i, recorded, impact, to):
     k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
     k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
     k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
+
+
+@inline
+def write_points(w, k, i, section):
+    """The section points that a switch applied in a batch has passed: on the way to it, and in a wait after it.
+
+    The first is written whether it was passed or not: a branch that goes either way costs more, and
+    the right one is written over it.
+    """
+    row, slot = k[r.POINT + i], k[r.SLOT + i]
+    if slot < section.shape[1]:
+        section[row, slot, 0] = w[r.POINT_X + i]
+        section[row, slot, 1] = w[r.POINT_V + i]
+    if k[r.LEFT_OVER + i] & WRITE_POINT:
+        slot = k[r.SECTIONS + i] - 1
+        section[row, slot, 0] = w[r.X0 + i]
+        section[row, slot, 1] = 0.0

@@ -20,6 +20,7 @@ from vibrodrive.kernels.margins import (
 from vibrodrive.kernels.motion import adhesive_force, longest, on_boundary, propagate_disturbed, time_between
 from vibrodrive.kernels.record import write_point
 from vibrodrive.kernels.switch import (
+    STEEP_COST,
     begin,
     can_leave,
     commit_cost,
@@ -42,7 +43,6 @@ from vibrodrive.kernels.switch import (
     terminating_function,
     waits,
 )
-from vibrodrive.kernels.switch_undisturbed import STEEP_COST
 from vibrodrive.kernels.switching import search_shape, set_limit, set_search
 
 

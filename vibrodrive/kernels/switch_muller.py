@@ -53,6 +53,7 @@ from vibrodrive.kernels.motion import (
 )
 from vibrodrive.kernels.muller import on_chord, on_parabola
 from vibrodrive.kernels.switch import (
+    STEEP_COST,
     begin,
     can_leave,
     commit_cost,
@@ -73,7 +74,6 @@ from vibrodrive.kernels.switch import (
     terminating_function,
     waits,
 )
-from vibrodrive.kernels.switch_undisturbed import STEEP_COST
 from vibrodrive.kernels.switching import search_shape
 from vibrodrive.kernels.undisturbed import (
     LEAST_FALL,

@@ -36,6 +36,7 @@ from vibrodrive.kernels.margins import (
 )
 from vibrodrive.kernels.motion import FAR, propagate_undisturbed, section_at, time_between
 from vibrodrive.kernels.switch import (
+    STEEP_COST,
     begin,
     can_leave,
     commit_cost,
@@ -55,9 +56,6 @@ from vibrodrive.kernels.switch import (
     waits,
 )
 from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_guesses, rate_of, set_bracket, wait_end
-
-STEEP_COST = 100.0
-"""From so many evaluations on a search counts as more than one switch of its period's budget."""
 
 
 @inline
