@@ -60,7 +60,10 @@ from vibrodrive.kernels.undisturbed import LEAST_FALL, bracket, gap_guess, keep_
 
 @inline
 def apply_switch_undisturbed(w, k, i, transient, periods, budget):
-    """Take lane i, which stands at the end of its search, over the switch; or leave it to `event.py`."""
+    """Take lane i, which stands at the end of its search, over the switch; or leave it to `event.py`.
+
+    An impact leaves ξ = ξ' = 0, eq. (7).
+    """
     met = w[r.OUTCOME + i] != NOTHING
     h, which = w[r.CURSOR + i], k[r.SEARCH + i]
     gap, falling, rising = which == S1, which == S2, which == S3
