@@ -83,8 +83,8 @@ def test_start_shifted_by_whole_periods():
 
 @pytest.mark.jit
 def test_vanishing_disturbance_meets_none():
-    calm = vd.simulate(A=3.04, transient=0, periods=20)
+    undisturbed = vd.simulate(A=3.04, transient=0, periods=20)
     for eps in (1e-12, 1e-14, 1e-300):
         t = vd.simulate(A=3.04, eps=eps, transient=0, periods=20)
-        assert np.array_equal(t.switches["after"], calm.switches["after"])
-        assert np.abs(t.switches["phase"] - calm.switches["phase"]).max() < 1e4 * eps + 1e-12
+        assert np.array_equal(t.switches["after"], undisturbed.switches["after"])
+        assert np.abs(t.switches["phase"] - undisturbed.switches["phase"]).max() < 1e4 * eps + 1e-12

@@ -350,12 +350,12 @@ def test_zero_where_a_long_slide_is_continued():
 @pytest.mark.parametrize("A", [1.5, 2.2])
 def test_vanishing_disturbance(A):
     """ε → 0 meets ε = 0, linearly and then to the last bits, with nothing lost where ε underflows."""
-    calm = vd.simulate(A=A, transient=20, periods=20)
+    undisturbed = vd.simulate(A=A, transient=20, periods=20)
     for eps in (1e-9, 1e-12, 1e-15, 1e-20, 1e-100, 1e-300, 5e-324):
         t = vd.simulate(A=A, eps=eps, transient=20, periods=20)
-        assert (t.switches["after"] == calm.switches["after"]).all()
-        np.testing.assert_allclose(t.switches["phase"], calm.switches["phase"], rtol=0, atol=3e4 * eps + 1e-13)
-        np.testing.assert_allclose(t.switches["dxi"], calm.switches["dxi"], rtol=0, atol=1e5 * eps + 1e-12)
+        assert (t.switches["after"] == undisturbed.switches["after"]).all()
+        np.testing.assert_allclose(t.switches["phase"], undisturbed.switches["phase"], rtol=0, atol=3e4 * eps + 1e-13)
+        np.testing.assert_allclose(t.switches["dxi"], undisturbed.switches["dxi"], rtol=0, atol=1e5 * eps + 1e-12)
 
 
 # --- reversed in time ---------------------------------------------------------------------------------------------

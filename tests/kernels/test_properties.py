@@ -46,7 +46,7 @@ SCENES = st.fixed_dictionaries(
 )
 """Any scene: the amplitudes of interest, level, steep and too steep inclines, all kinds of disturbance and start."""
 
-CALM = SCENES.map(lambda scene: scene | {"eps": 0.0})
+UNDISTURBED = SCENES.map(lambda scene: scene | {"eps": 0.0})
 
 MODEST = SCENES.map(
     lambda scene: (
@@ -137,7 +137,7 @@ def test_energy_never_rises_at_an_impact(scene):
 
 
 @settings(max_examples=60, derandomize=True, deadline=None)
-@given(CALM)
+@given(UNDISTURBED)
 def test_work_is_what_the_forces_do(scene):
     """Between two switches the kinetic energy changes by the work of H and friction along the way (Simpson's rule)."""
     assume(scene["xi0"] < 1e6)

@@ -138,14 +138,14 @@ def diagrams():
     for results in (physical, numerical):
         assert (results.status == vd.Status.OK).all()
     assert physical.axes["A"].tolist() == numerical.axes["A"].tolist()
-    calm = physical.section[:, 0]
-    n = np.array([period(points) for points in calm])
-    return physical.axes["A"], n, calm, physical.section[:, 1], numerical.section
+    undisturbed = physical.section[:, 0]
+    n = np.array([period(points) for points in undisturbed])
+    return physical.axes["A"], n, undisturbed, physical.section[:, 1], numerical.section
 
 
-def structure_kept(n, calm, disturbed):
+def structure_kept(n, undisturbed, disturbed):
     """Where the disturbed motion follows the undisturbed orbit; False where that has no period."""
-    return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, calm, disturbed, strict=True)])
+    return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, undisturbed, disturbed, strict=True)])
 
 
 def test_fig07_undisturbed(diagrams):
@@ -155,21 +155,21 @@ def test_fig07_undisturbed(diagrams):
 
 
 def test_fig07_lines_become_bands_until_the_structure_is_lost(diagrams):
-    A, n, calm, loud, _ = diagrams
-    kept = structure_kept(n, calm, loud)
+    A, n, undisturbed, disturbed, _ = diagrams
+    kept = structure_kept(n, undisturbed, disturbed)
     assert kept[A < 3.02].all()
     assert not kept[(A > 3.03) & (A < 3.15)].any()
     band = [
         np.linalg.norm(x[:, None] - orbit[:2], axis=-1).min(axis=1).max()
-        for x, orbit in zip(loud[A < 3.02], calm[A < 3.02], strict=True)
+        for x, orbit in zip(disturbed[A < 3.02], undisturbed[A < 3.02], strict=True)
     ]
     assert max(band) < 1.3
     assert min(band) > 0.3
 
 
 def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
-    A, n, calm, loud, grid = diagrams
-    assert not structure_kept(n, calm, grid).any(), "Δτ = 0.1 is beyond the limit for every A > 3"
+    A, n, undisturbed, disturbed, grid = diagrams
+    assert not structure_kept(n, undisturbed, grid).any(), "Δτ = 0.1 is beyond the limit for every A > 3"
 
     edges = np.linspace(-3.5, 0.5, 41)
 
@@ -178,10 +178,10 @@ def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
         return np.array([np.count_nonzero(np.histogram(row, edges)[0]) for row in points[..., 1]])
 
     lost = (A > 3.03) & (A < 3.15)
-    lines, physical, numerical = (np.median(filled(x[lost])) for x in (calm, loud, grid))
+    lines, physical, numerical = (np.median(filled(x[lost])) for x in (undisturbed, disturbed, grid))
     assert lines <= 4
     assert min(physical, numerical) > 2 * lines, "clouds, both"
-    apart = [np.histogram(x[..., 1], edges)[0] / x[..., 1].size for x in (loud, grid)]
+    apart = [np.histogram(x[..., 1], edges)[0] / x[..., 1].size for x in (disturbed, grid)]
     assert 0.5 * np.abs(apart[0] - apart[1]).sum() < 0.25, "over the same velocities"
 
 

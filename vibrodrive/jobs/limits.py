@@ -64,8 +64,8 @@ def run_limits(
     with writing(path) as file:
         refuse_another(file, path, config, criterion)
         if not np.isfinite(file["section_dxi"][...]).any():
-            calm = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
-            file["section_dxi"][...] = sweep(**calm).section[..., 1]
+            undisturbed = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
+            file["section_dxi"][...] = sweep(**undisturbed).section[..., 1]
             file.flush()
         known = int((file["status"][...] == DONE).sum())
         total = file["status"].size

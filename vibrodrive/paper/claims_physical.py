@@ -21,12 +21,12 @@ from vibrodrive.stability.structure import compare_structure, impacts, order, pe
     "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.",
 )
 def structure_kept(session: Session) -> Outcome:
-    calm, disturbed = _two(session.motions("fig05"))
+    undisturbed, disturbed = _two(session.motions("fig05"))
     found = compare_structure(session.undisturbed("fig05"), disturbed)
     # an impact ends when it begins: it is one switching time, not two
     rates = [
         float(np.mean(m.switches["before"] != State.IMPACT)) * len(m.switches) / len(m.section)
-        for m in (calm, disturbed)
+        for m in (undisturbed, disturbed)
     ]
     text = (
         f"main impacts once a period: {_kept(found.gaps)}; but {rates[1]:.0f} switches a period against "
@@ -118,12 +118,12 @@ def bands(session: Session) -> Outcome:
     results = session.results("fig07")
     if set(results.axes) != {"A", "eps"}:
         raise NotApplicable("bands over A take the axes A and eps")
-    calm, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
-    n = period(calm.section)
+    undisturbed, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
+    n = period(undisturbed.section)
     survive: dict[int, list[bool]] = {}
     for k, m in enumerate(n):
         if m > 0:
-            survive.setdefault(int(m), []).append(bool(order(calm.section[k, -m:], disturbed.section[k])))
+            survive.setdefault(int(m), []).append(bool(order(undisturbed.section[k, -m:], disturbed.section[k])))
     shares = {m: float(np.mean(v)) for m, v in sorted(survive.items())}
     low = np.mean([v for m, vs in survive.items() if m <= 3 for v in vs]) if survive else np.nan
     high = np.mean([v for m, vs in survive.items() if m > 3 for v in vs]) if survive else np.nan

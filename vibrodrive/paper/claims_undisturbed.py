@@ -135,9 +135,9 @@ def two_interruptions(session: Session) -> Outcome:
     "The undisturbed motion has two points in the Poincaré section.",
 )
 def two_points(session: Session) -> Outcome:
-    calm = session.motions("fig06")[0]
+    undisturbed = session.motions("fig06")[0]
     base = session.undisturbed("fig06")
-    n = period(calm.section)
+    n = period(undisturbed.section)
     points = [[float(v) for v in p] for p in base.points]
     text = f"{n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)
     return Outcome(text, {"n": n, "points": points}, when(n == 2))
