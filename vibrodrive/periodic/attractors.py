@@ -1,9 +1,9 @@
-"""What the undisturbed motion ends in, over A: followed by the impact-phase map from a rest.
+"""The attractor of the undisturbed motion over A: the motion out of a rest, followed by the impact-phase map.
 
 Every motion that ever rests goes on from φ_up. If it rests again, it is periodic and superstable from there.
-If not, its attractor is the one of the flights that follow: a stable orbit, told by its return, or no orbit
-that is short, told by the mean logarithm of the slopes of the map (the Lyapunov exponent, exact but for the
-average). An orbit that is stable and that no rest leads to is not met this way; `orbits` finds it.
+If not, its attractor is that of the flights that follow: a stable orbit, recognised by its return, or none
+of short period, for which the mean logarithm of the slopes of the map is given (the Lyapunov exponent, exact but for
+the average). A stable orbit that no motion out of a rest leads to is not found in this way; `orbits` finds it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vibrodrive.kernels.release import moves, release_up
 from vibrodrive.model.parameters import check, check_count
 from vibrodrive.periodic.flight import NO_WORD, flight, window_end
 from vibrodrive.periodic.impact_map import HORIZON
-from vibrodrive.periodic.itineraries import NOTHING
+from vibrodrive.periodic.itineraries import NO_SLIDES
 
 NEVER_LEAVES, SUPERSTABLE, STABLE, IRREGULAR = 0, 1, 2, 3
 
@@ -29,7 +29,7 @@ RETURNED = 1e-10
 """Phases of a return: closer than any two impacts of a short orbit, far above the rounding of one."""
 
 MOST_FLIGHTS = 512
-"""Flights of the longest stable orbit told from an irregular motion."""
+"""Flights of the longest stable orbit that is recognised; a longer one counts as irregular."""
 
 
 @part
@@ -129,7 +129,7 @@ def attractors(A, B: float = 0.1, limit: int = 20_000) -> Attractors:
         nonlocal done
         part = slice(done, done + steps)
         out = kind[part], period[part], impacts[part], exponent[part], flown[part]
-        follow_rests(values[part], incline, flights, HORIZON, *out, NOTHING)
+        follow_rests(values[part], incline, flights, HORIZON, *out, NO_SLIDES)
         done += steps
         return done >= n
 

@@ -1,17 +1,17 @@
-"""Values of A at which a periodic orbit is born, dies or changes, to the last digits.
+"""Values of A at which a periodic orbit appears, disappears or changes, to the last digits.
 
-Orbits are compared on a grid of A. Where the orbits of two neighbours differ, one that differs is followed by
-its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. What
-ends it names the kind, and the rest of the interval is compared again. So every change that shows between
-grid points is found; an orbit that is born and dies between two of them is not. The grid is even up to A = 4; from
-there on its spacing, as every other distance in A, grows with A (continuation.unit), so that a wide range takes a
+Orbits are compared on a grid of A. Where the orbits at two neighbouring values differ, one of those that differ is
+followed by its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. How
+it ends determines the kind, and the rest of the interval is compared again. So every change between the orbits of
+two grid points is found; an orbit that exists only between two of them is not. The grid is even up to A = 4; from
+there on its spacing, as every other distance in A, grows with A (continuation.scale_of), so that a wide range takes a
 thousand values for every factor of e.
 
 An orbit can end, or change, only where
 
 * A = 1 + B: the mass begins to move (*onset*);
 * its multiplier is -1 (*period doubling*; odd number of impacts) or +1 (*fold*; even number, two orbits
-  meet);
+  coincide);
 * one of its impacts falls on a breakpoint of the impact-phase map: on an end of the window, so that a rest
   appears or vanishes (a border collision, called *border* in files), or on a launch whose flight just touches
   the obstacle (*grazing*), or on one with a sticking of no duration (*stick*: the word changes, the derivative
@@ -19,7 +19,7 @@ An orbit can end, or change, only where
 
 Where an orbit grazes on the side of the impact its multiplier tends to minus infinity as a square root, and
 its launch comes closer to the breakpoint than floats can tell long before A does. There the orbit is
-followed with the impact at the touching itself.
+followed as the one whose impact is the touching itself.
 """
 
 from __future__ import annotations
@@ -34,46 +34,46 @@ import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.parameters import bad, check, real_number
-from vibrodrive.periodic.continuation import DOUBLING, UNIT_FROM, Continuation, unit
+from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
-from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
+from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
 from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, orbits
 
 ONSET = "onset"
 
 STEP = 1.0 / 256.0
-"""Spacing of the grid of A at most, times `unit`, where the caller says nothing."""
+"""Spacing of the grid of A at most, times `scale_of`, where the caller gives none."""
 
 MOST_VALUES = 100_000
-"""Values of A on a grid whose spacing the caller says."""
+"""Values of A on a grid whose spacing the caller gives, at most."""
 
 MOST_WORK = 10_000_000
-"""Itineraries, over all values of A, that are followed: about an hour's worth."""
+"""Itineraries, over all values of A, that are followed: they take about an hour."""
 
 FINER = 32
-"""How many times finer the orbit that rests is looked at. Windows in which it has a short period are the
-narrowest things between 3.15 and 3.19, and most other orbits are born and die at their ends."""
+"""How many times finer the grid for the orbit that rests is. The intervals of A in which it has a short period are the
+narrowest structures between 3.15 and 3.19, and most other orbits appear and disappear at their ends."""
 
 APART = 1e-10
-"""How far from a bifurcation, times `unit`, the orbits on either side are taken; two closer ones are reported as
+"""How far from a bifurcation, times `scale_of`, the orbits on either side are taken; two closer ones are reported as
 one."""
 
-MEET = 1e-3
-"""Phases of one orbit on both sides of a bifurcation, APART from it, differ by less than this."""
+SAME_ORBIT = 1e-3
+"""The phases of one orbit differ by less than this between the two sides of a bifurcation, each APART from it."""
 
 AGAIN = 1e-8
-"""A bifurcation of one kind found twice (a doubling, seen by both orbits) is found within this, times `unit`."""
+"""A bifurcation of one kind found twice (a doubling, seen by both orbits) is found within this, times `scale_of`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bifurcation:
-    """One value of A at which an orbit is born, dies or changes.
+    """One value of A at which an orbit appears, disappears or changes.
 
     Attributes
     ----------
     A, B : where.
     kind : "onset", "period doubling", "fold", "border", "grazing" or "stick" (see the head of this module).
-    orbit : the orbit, as close to A as floats tell it from what it ends in.
+    orbit : the orbit, as close to A as it can be told in floats from the one it merges with or turns into.
     multiplier_below, multiplier_above : its multiplier a little below and above A; NaN where there is no such
         orbit.
     """
@@ -107,7 +107,7 @@ def bifurcations(
         longest period in excitation periods, 1 to 100.
     step : float, optional
         spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion to A from
-        there on, unless told (see the head of this module).
+        there on, unless given (see the head of this module).
 
     Returns
     -------
@@ -144,7 +144,7 @@ def bifurcations(
 
 
 def check_step(step: object, width: float) -> None:
-    """Refuse a spacing of the grid of A that is none, or that a range of this width has too many of."""
+    """Refuse a spacing that is no positive number, or so small that the grid over this width has too many values."""
     least = width / MOST_VALUES
     allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
     spacing = real_number("step", step, allowed)
@@ -153,18 +153,18 @@ def check_step(step: object, width: float) -> None:
 
 
 def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
-    """Values of A from low to high, `step` apart at most, or STEP × `unit` if it is None; or so many times finer."""
+    """Values of A from low to high, `step` apart at most, STEP × `scale_of` if it is None; or so many times finer."""
     if step is not None:
         return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
-    turn = min(max(low, UNIT_FROM), high)
+    turn = min(max(low, SCALE_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
     # of constant ratio, which keeps the spacing in proportion to A
-    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * UNIT_FROM / STEP)))
+    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * SCALE_FROM / STEP)))
     return np.append(near, far[1:])
 
 
 class _Search:
-    """One search: what is fixed, and what has been found."""
+    """One search: its fixed arguments, and the bifurcations found so far."""
 
     def __init__(self, B: float, limit: int):
         self.B = B
@@ -178,7 +178,7 @@ class _Search:
         least = onset(self.B)
         if not moves(high, self.B):
             return []
-        begin = min(least + APART * unit(least), high)
+        begin = min(least + APART * scale_of(least), high)
         starts = low < least
         low = max(low, begin)
         even = spread(low, high, step)
@@ -194,14 +194,14 @@ class _Search:
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
-        """Refuse a search that would last too long, by the itineraries at the last A, where most of them are."""
+        """Refuse a search that would take too long, by the itineraries at the last A, where there are most of them."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
             raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
-        """Neighbours among values of A between which the orbit that rests changes: found at no cost."""
+        """Neighbours among values of A between which the orbit that rests changes: this needs no search."""
         names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
         changes = np.flatnonzero(names[1:] != names[:-1])
         return values[np.union1d(changes, changes + 1)]
@@ -215,10 +215,10 @@ class _Search:
             if change is None:
                 continue
             where, kind, last, orbit = change
-            apart = APART * unit(where)
+            apart = APART * scale_of(where)
             first, last = min(where, last) - apart, max(where, last) + apart
             before, after = self.orbits(first), self.orbits(last)
-            if not any(f.kind == kind and abs(f.A - where) < AGAIN * unit(where) for f in self.found):
+            if not any(f.kind == kind and abs(f.A - where) < AGAIN * scale_of(where) for f in self.found):
                 sides = _multiplier(orbit, before), _multiplier(orbit, after)
                 self.found.append(Bifurcation(where, kind, orbit, *sides))
             if last < b:
@@ -230,29 +230,29 @@ class _Search:
         self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
     ) -> tuple[float, str, float, Orbit] | None:
         """(A, kind, last, orbit) of one bifurcation between a and b, see Continuation.end; None if nothing changes."""
-        for ends, lives_below in _that_end(below, above):
-            path = Continuation.of(ends)
-            inside, outside = (a, b) if lives_below else (b, a)
-            if len(path.starts(inside)) <= len(path.starts(outside)):
-                continue  # so close to an end of its itinerary that rounding has named it
-            where, kind, last = path.end(inside, outside)
-            orbit = (path.parent.orbit(where) if kind == DOUBLING else None) or path.orbit(last)
+        for ends, below_only in _ending(below, above):
+            branch = Continuation.of(ends)
+            inside, outside = (a, b) if below_only else (b, a)
+            if len(branch.starts(inside)) <= len(branch.starts(outside)):
+                continue  # so close to the end of its interval that rounding decided its itinerary
+            where, kind, last = branch.end(inside, outside)
+            orbit = (branch.parent.orbit(where) if kind == DOUBLING else None) or branch.orbit(last)
             return where, kind, last, orbit or ends
-        if (turns := _that_turns(below, above)) is not None:
-            path = Continuation.of(turns)
-            where = path.doubling(a, b)
-            return where, DOUBLING, where, path.orbit(where) or turns
+        if (changing := _changing(below, above)) is not None:
+            branch = Continuation.of(changing)
+            where = branch.doubling(a, b)
+            return where, DOUBLING, where, branch.orbit(where) or changing
         return None
 
 
 def _name_of_rest(A: float, B: float, limit: int) -> int:
     """The itinerary of the orbit that rests, 0 if it has a longer period."""
     up = ImpactMap(A, B).window[0]
-    itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NOTHING)
+    itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
     return itinerary if fate == RESTS else 0
 
 
-def _that_end(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
+def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
     """The orbits on one side that are not on the other, by name, and whether they are among `below`."""
     count = Counter(o.name for o in below)
     count.subtract(o.name for o in above)
@@ -262,7 +262,7 @@ def _that_end(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[
                 yield orbit, side is below
 
 
-def _that_turns(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
+def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
     """An orbit of both sides that is stable on one only."""
     kinds = {(o.name, o.kind) for o in above}
     other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
@@ -271,8 +271,8 @@ def _that_turns(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """The multiplier of what `orbit` is among others: of its period, and close. NaN if it is none of them."""
-    near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < MEET]
+    """The multiplier of the same orbit among `others` (equal period, closest phases); NaN if it is not among them."""
+    near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan
 

@@ -1,4 +1,4 @@
-"""One orbit as A moves: found again by its itinerary, without a search, up to the A where it ends."""
+"""One orbit as A varies: found again by its itinerary, without a search, up to the A where it ends."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
 from vibrodrive.periodic.flight import NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
-from vibrodrive.periodic.itineraries import NOTHING, RESTS, flights
+from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
 from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returning_launches, touching_orbit, trace_orbit
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
@@ -23,19 +23,19 @@ NEAR_DOUBLING = 0.05
 """An orbit whose multiplier is this close to -1 may be the one whose period doubles."""
 
 FIRST_STEP = 1e-9
-"""First step in A of a search that starts at a bifurcation, times `unit`."""
+"""First step in A of a search that starts at a bifurcation, times `scale_of`."""
 
 ASTRAY = 1e-4
-"""A search that starts at a bifurcation and ends further from it than this, times `unit`, has failed."""
+"""A search that starts at a bifurcation and ends further from it than this, times `scale_of`, has failed."""
 
 
-UNIT_FROM = 4.0
+SCALE_FROM = 4.0
 """The A from which on distances along A grow with A, as do those of its floats."""
 
 
-def unit(A: float) -> float:
-    """What distances along A are multiples of: 1 up to UNIT_FROM."""
-    return max(1.0, A / UNIT_FROM)
+def scale_of(A: float) -> float:
+    """The scale of distances along A, which are given as multiples of it: 1 up to SCALE_FROM, then A / SCALE_FROM."""
+    return max(1.0, A / SCALE_FROM)
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ class Continuation:
 
     @classmethod
     def of(cls, orbit: Orbit) -> Continuation:
-        """The path through an orbit found at some A."""
+        """The branch through an orbit found at some A."""
         n, name = orbit.impacts, orbit.name
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
-        itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NOTHING)[0] for k in range(1, n + 1))
+        itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NO_SLIDES)[0] for k in range(1, n + 1))
         doubled = not rests and n % 2 == 0 and name[: n // 2] == name[n // 2 :]
         return cls(orbit.B, n, orbit.period, rests, itinerary, doubled)
 
@@ -75,7 +75,7 @@ class Continuation:
             return []
         if self.rests:
             up = system.window[0]
-            code, _, _, _, _, fate, _ = flights(up, self.impacts, A, self.B, self.period, NOTHING)
+            code, _, _, _, _, fate, _ = flights(up, self.impacts, A, self.B, self.period, NO_SLIDES)
             return [up] if fate == RESTS and code == self.itinerary[-1] else []
         return [
             psi
@@ -95,7 +95,7 @@ class Continuation:
     def multiplier(self, A: float) -> float:
         """At A, of the first such orbit; NaN if there is none."""
         found = self.starts(A)
-        return flights(found[0], self.impacts, A, self.B, self.period, NOTHING)[3] if found else math.nan
+        return flights(found[0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
 
     def doubling(self, a: float, b: float) -> float:
         """Where between a and b, at both of which it exists, its multiplier passes -1."""
@@ -105,7 +105,7 @@ class Continuation:
     def end(self, inside: float, outside: float) -> tuple[float, str, float]:
         """(A, kind, last) of the bifurcation between two values of A; only `inside` has (as many) such orbits.
 
-        `last` is the last A at which floats tell the orbit from what it ends in.
+        `last` is the last A at which the orbit can be told in floats from the one it merges with or turns into.
         """
         count = len(self.starts(inside))
         last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
@@ -143,8 +143,8 @@ class Continuation:
 
     def _across(self, A: float) -> tuple[float, float] | None:
         """Two values of A on either side of the parent's doubling, if it is close to A."""
-        step = FIRST_STEP * unit(A)
-        while step < ASTRAY * unit(A):
+        step = FIRST_STEP * scale_of(A)
+        while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step
             if (abs(self.parent.multiplier(a)) < 1.0) != (abs(self.parent.multiplier(b)) < 1.0):
                 return a, b
@@ -154,12 +154,12 @@ class Continuation:
     def _touching(self, A: float, launch: float) -> float:
         """The bifurcation near A at which the flight from near `launch` just touches the obstacle.
 
-        On the side of the impact the orbit reaches its breakpoint as the square of the distance in A: the
-        last float of A is far from it. The orbit with its impact at the touching itself is smooth in A.
+        On the side of the impact the distance of the launch from its breakpoint falls as the square of the distance
+        in A: it cannot be resolved long before A. The orbit whose impact is the touching itself is smooth in A.
         """
 
         def residual(a: float) -> float:
-            if not abs(a - A) < ASTRAY * unit(A):
+            if not abs(a - A) < ASTRAY * scale_of(A):
                 return math.nan
             system = ImpactMap(a, self.B)
             points, kinds, _ = system.pieces(self.period)
@@ -167,14 +167,14 @@ class Continuation:
             if not grazings:
                 return math.nan
             point = min(grazings, key=lambda p: abs(p - launch))
-            landed = flight(point, a, self.B, self.period, NO_WORD, NOTHING)[5]
+            landed = flight(point, a, self.B, self.period, NO_WORD, NO_SLIDES)[5]
             slides = np.full((landed, 3), math.nan)
             flight(math.nextafter(point, 0.0), a, self.B, self.period, NO_WORD, slides)
             tau, h, _ = slides[-1].tolist()
-            met = (tau + h - TWO_PI) - TWO_PI_LOW
-            return flights(met, self.impacts - 1, a, self.B, self.period, NOTHING)[2] - point
+            impact = (tau + h - TWO_PI) - TWO_PI_LOW
+            return flights(impact, self.impacts - 1, a, self.B, self.period, NO_SLIDES)[2] - point
 
-        touched = secant(residual, A, A + FIRST_STEP * unit(A))
+        touched = secant(residual, A, A + FIRST_STEP * scale_of(A))
         return A if math.isnan(residual(touched)) else touched
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, bifurcations
-from vibrodrive.periodic.continuation import DOUBLING, FOLD, unit
+from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits
 
 BESIDE = 1e-9
-"""How far from a bifurcation, times `unit`, the branches on either side of it are drawn to."""
+"""How far from a bifurcation, times `scale_of`, the branches on either side of it are drawn to."""
 
 ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """And from where on where they part like a square root, at a doubling or fold: closer, floats cannot tell."""
@@ -83,9 +83,9 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
         raise ValueError(bad("A", list(A), "at least two values"))
     low, high = float(grid[0]), float(grid[-1])
     step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
-    found = bifurcations((low, high), B, max_period, step=step if step < STEP * unit(low) else None)
+    found = bifurcations((low, high), B, max_period, step=step if step < STEP * scale_of(low) else None)
     sides = [
-        b.A + sign * d * unit(b.A)
+        b.A + sign * d * scale_of(b.A)
         for b in found
         for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
         for sign in (-1, 1)

@@ -1,11 +1,11 @@
 """Launch phases that return to themselves after n flights: all of them, each bracketed.
 
 On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone, falling
-for odd n, growing for even n. For odd n G(ψ) - ψ falls: one root or none, told by its signs at the ends. For
+for odd n, growing for even n. For odd n G(ψ) - ψ falls: one root or none, decided by its signs at the ends. For
 even n the cell is halved until each piece is decided:
 
 * no root, where the images of the ends, or the value in the middle and the slope, exclude one;
-* one root or none, told by the signs, where the slope stays on one side of 1;
+* one root or none, decided by the signs, where the slope stays on one side of 1;
 * undecided, where G(ψ) - ψ is within rounding of zero and the slope of 1: a tangency (fold, doubling) as
   close as floats can tell.
 
@@ -23,7 +23,7 @@ from vibrodrive.jit.compile import inline, jit, part
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
-from vibrodrive.periodic.itineraries import FEW, NOTHING, flights
+from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
 SLACK = 1e-12  # widens every enclosure, relatively: far above the rounding of the terms in it
 NOISE = 2e-14  # of G(ψ) - ψ, phases being of order 1
@@ -119,9 +119,10 @@ def bisect(a, ga, b, n, A, B, horizon, nothing):
 def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, nothing):
     """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
 
-    `certain` tells the undecided. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are memory to work
-    in, `nothing` float64 (0, 3). `under_way` int64 (2,) are the pieces on the stack, -1 at first, and the roots found.
-    Returns whether all are; if not, the next call goes on: with more rows, if all of them are full.
+    `certain` is False for an undecided one. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are work
+    arrays, `nothing` float64 (0, 3) is passed where no slides are wanted. `under_way` int64 (2,) holds the number of
+    pieces on the stack (-1 before the first call) and of roots found. Returns whether the search is complete; if not,
+    the next call continues it. If all rows are full, `found` and `certain` must be enlarged before.
     """
     top, number = under_way[0], under_way[1]
     if n % 2 == 1:
@@ -187,7 +188,7 @@ def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: i
         nonlocal found, certain
         if under_way[1] == len(found):
             found, certain = (np.concatenate([full, np.empty(3 * len(full), full.dtype)]) for full in (found, certain))
-        return roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, NOTHING)
+        return roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, NO_SLIDES)
 
     in_slices(advance, first=FEW)
     return found[: under_way[1]], certain[: under_way[1]]

@@ -1,5 +1,9 @@
 """One flight of the undisturbed mass (ε = 0) in closed form: from a launch at the obstacle to an impact.
 
+The terms: the mass stays on the incline all the time. A *flight* is its motion from leaving the obstacle (the
+*launch*, at phase ψ) to the next impact; it is *in the air* meanwhile, and *lands* when it hits the obstacle. *On the
+level* means on a horizontal plane, B = 0. The *word* of a flight is the sequence of its states.
+
 The obstacle is left at a phase ψ of the *window* [φ_up, π - φ_up] in which H > 1: at the impact itself if
 that falls into the window, otherwise (after a rest) at its beginning φ_up. Everything else follows from ψ.
 Four facts, all from eqs. (4), (5) at ξ' = 0 at the beginning of a slide, make a flight simple:
@@ -9,27 +13,27 @@ Four facts, all from eqs. (4), (5) at ξ' = 0 at the beginning of a slide, make 
   monotonely.
 * Slide down, begun where H < -1, for φ in [φ_down, 3π - φ_down]: the same with inflection 5π/2; for B > 1
   gravity may outweigh friction, then ξ' stays negative and only an impact can end the slide.
-* ξ has its inflection at 3π - φ_down and falls as long as ξ' < 0: Newton's method started there is monotone,
-  too.
+* ξ has its inflection at 3π - φ_down and falls as long as ξ' < 0: Newton's method started there is monotone
+  here as well.
 * Seen as functions of ψ the beginnings of slides up do not fall, those of slides down do not grow, and the
   gap at every reversal falls strictly. Hence each decision (impact or reversal; H against ±1) changes at most
-  once as ψ grows while the decisions before it stand. The phases with one word, and with one itinerary over
-  several flights, are intervals, and the impact time falls strictly on each.
+  once as ψ grows, as long as the decisions before it are the same. The phases with one word, and with one
+  itinerary over several flights, are intervals, and the impact time falls strictly on each.
 
 The last fact is why orbits and breakpoints can be found completely: equal words at both ends of an interval
 mean one word throughout (see itineraries.py).
 
-A slide down that follows the first slide up after a sticking always reaches the obstacle: the mass has risen with
-friction and gravity against it, and falls with gravity for it, through at least as much of its half wave.
+A slide down that follows the first slide up after a sticking always reaches the obstacle: friction and
+gravity opposed the rise, whereas gravity drives the fall, which lasts for at least as much of its half wave.
 
-**On the level (B = 0)** a slide down is a slide up upside down, half a period later. Let T(ψ) be the end of the slide
-up begun at ψ and D(ψ) how far it goes; both fall with ψ, and T(ψ*) = ψ* + π where A cos ψ* = π/2. Take A > A_s =
-√(1 + π²/4), for which φ_up < ψ*. A slide begun at ψ* is undone exactly by the next: the flight touches the
+**On the level (B = 0)** a slide down is the mirror image of a slide up, half a period later. Let T(ψ) be the end of
+the slide up begun at ψ and D(ψ) how far it goes; both fall with ψ, and T(ψ*) = ψ* + π where A cos ψ* = π/2. Take
+A > A_s = √(1 + π²/4), for which φ_up < ψ*. The next slide exactly cancels one begun at ψ*: the flight touches the
 obstacle at ψ* + 2π with no speed. The slides of another flight begin (up to half periods) at a_0 = ψ, a_1, a_2, …
-on alternate sides of ψ*, which they approach from both. For ψ < ψ* each pair D(a_2i) - D(a_2i+1) > 0: the mass is
-in the air for good. For ψ > ψ* already the first pair is negative: it lands in its first fall. For A <= A_s every
+on alternate sides of ψ*, which they approach from both. For ψ < ψ* each pair D(a_2i) - D(a_2i+1) > 0: the mass
+never lands. For ψ > ψ* already the first pair is negative: it lands in its first fall. For A <= A_s every
 slide up ends in a sticking, so that the next one down begins at φ_up + π: a launch at φ_up touches without speed,
-every later one lands. None of this is left to rounding: see `touching`.
+every later one lands. These cases are decided explicitly, not by rounding: see `touching`.
 
 **What is shared with the kernels.** The formulas are theirs (`motion.shape`, `release_up`, `release_down`), the steps
 are not. The kernels advance lanes, and report a decision that rounding makes uncertain (TOO_CLOSE). A flight has no
@@ -53,11 +57,11 @@ UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 LETTERS = 8  # a word is a number to this base, a state the digit State + 1
 WORDS = 2**59 - 55  # a prime: words of up to 19 states are told apart exactly, longer ones by remainder
 
-NO_WORD = 0  # nothing has come before
+NO_WORD = 0  # the empty word
 
 FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # how a slide begins
 
-NEWTON_STEPS = 200  # Newton's method: monotone, so it ends by itself; near a double zero it halves, 53 times at most
+NEWTON_STEPS = 200  # Newton's method: monotone, so it ends by itself, near a double zero after some 53 halvings
 AIRBORNE = 16  # excitation periods for which a flight that never lands is followed: enough to name its first states
 
 CONVERGED = 1e-17  # the step to come is about step³/last² once convergence is quadratic
@@ -153,26 +157,26 @@ def flight(psi, A, B, horizon, word, slides):
     psi : float
         outside the open window the launch is from rest, at φ_up.
     horizon : int
-        excitation periods after which the flight is given up (AIRBORNE, if fewer, where B = 0 and it never lands).
+        excitation periods for which the flight is followed (AIRBORNE, if fewer, where it never lands: B = 0).
     word : int
-        what came before (see LETTERS, WORDS).
+        the word so far, to be continued (see LETTERS, WORDS).
     slides : float64 (any, 3)
-        receives, a row a slide as far as there are rows: phase of its beginning, duration, and how it began
+        receives one row per slide, as many as there are rows: phase of its beginning, duration, and how it began
         (FROM_GROUND, FROM_STICK, FROM_REVERSAL).
 
     Returns
     -------
     k, phase : int, float
-        impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: given up.
+        impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: no impact found.
     velocity : float
         ξ' <= 0 into the impact.
     slope : float
         d(impact time)/dψ <= 0. A later launch by dψ lowers the velocity by w dψ, w = H(ψ) - 1; a reversal in
         the air multiplies w by the ratio of the accelerations across it (saltation: friction changes
-        sign), sticking makes it 0, and the impact comes (Σ w · duration) / |ξ'| earlier. Sticking forgets
-        the velocity but keeps the gap, so only a rest makes the slope vanish. -inf for an impact without speed.
+        sign), sticking makes it 0, and the impact comes (Σ w · duration) / |ξ'| earlier. Sticking sets
+        the velocity to zero but keeps the gap, so only a rest makes the slope vanish. -inf for an impact without speed.
     word : int
-        continued by the states of the flight; IMPACT is left to the caller.
+        continued by the states of the flight, without IMPACT, which the caller appends.
     count : int
         the number of slides.
     """
@@ -187,8 +191,8 @@ def flight(psi, A, B, horizon, word, slides):
     w = a
     level = B == 0.0
     touch = touching(A, up) if level else 0.0
-    stays, exact = level and tau < touch, level and tau == touch
-    if stays:
+    never_lands, exact = level and tau < touch, level and tau == touch
+    if never_lands:
         horizon = min(horizon, AIRBORNE)
     x = 0.0
     moment = 0.0
@@ -207,13 +211,13 @@ def flight(psi, A, B, horizon, word, slides):
             h = rise - tau
             impact = True
             touches = False
-            if stays or x + slide(h, a, p, q)[2] > 0.0:
+            if never_lands or x + slide(h, a, p, q)[2] > 0.0:
                 top = TWO_PI + down - tau
                 if slide(top, a, p, q)[1] > 0.0:
                     turn = reversal_time(5.0 * HALF_PI - tau, a, p, q)
                     gap = x + slide(turn, a, p, q)[2]
                     lands = count == 1 and (level or begun == FROM_STICK)
-                    if stays or (gap > 0.0 and not lands):
+                    if never_lands or (gap > 0.0 and not lands):
                         impact = False
                         x = gap
                         h = turn
@@ -240,7 +244,7 @@ def flight(psi, A, B, horizon, word, slides):
                 tau = max((tau - TWO_PI) - TWO_PI_LOW, 0.0)
                 k += 1
             return k, tau, velocity, slope, word, count
-        # ξ' = 0 in the air. Waits end where H = 1 or H = -1; `falling` is what comes next
+        # ξ' = 0 in the air. A sticking ends where H = 1 or H = -1; `falling` tells the direction of the next slide
         if falling:
             tau = (tau - TWO_PI) - TWO_PI_LOW
             k += 1

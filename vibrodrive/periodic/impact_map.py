@@ -1,4 +1,4 @@
-"""The impact-phase map: at ε = 0 an ideally plastic impact forgets everything except when it happened.
+"""The impact-phase map: at ε = 0 an ideally plastic impact leaves no memory of the motion before it except its time.
 
 So the motion is a map of the circle, phase of an impact ↦ phase of the next one. Over the phases at which an
 impact is followed by a rest it is constant; over the rest, the window φ_up < φ < π - φ_up in which H > 1, it
@@ -23,10 +23,10 @@ from vibrodrive.kernels.release import moves, release_up
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching, window_end
-from vibrodrive.periodic.itineraries import FEW, NOTHING, intervals
+from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
 HORIZON = 10_000
-"""A flight of more excitation periods is given up: the smaller B, the longer the mass may stay in the air."""
+"""Excitation periods for which a flight is followed: the smaller B, the longer the mass may stay in the air."""
 
 LANDINGS = 100
 """Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
@@ -47,7 +47,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     up, _ = release_up(A, B)
     end = window_end(up)
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
-    rested = False  # the flight out of a rest, which may be a long one, is followed once, and only if it is met
+    rested = False  # the flight out of a rest, which may be long, is followed once, and only if needed
     k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
@@ -87,7 +87,7 @@ def states(psi: float, A: float, B: float) -> list[State]:
 
     The first SLIDES_NAMED of a flight that never lands.
     """
-    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NOTHING)
+    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NO_SLIDES)
     slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
     flight(psi, A, B, HORIZON, NO_WORD, slides)
     word: list[State] = []
@@ -186,7 +186,7 @@ class ImpactMap:
                 nonlocal done
                 part = slice(done, done + steps)
                 out = phase[part], periods[part], speed[part], slope[part], code[part]
-                impacts(flat[part], self.A, self.B, HORIZON, *out, NOTHING)
+                impacts(flat[part], self.A, self.B, HORIZON, *out, NO_SLIDES)
                 done += steps
                 return done >= n
 

@@ -1,11 +1,18 @@
 """Itineraries of several flights, and the intervals of launch phases that share one.
 
-An itinerary is the words of consecutive flights and, after each impact, how many windows have passed and
-whether the mass rests before the next launch. Each of these decisions is monotone in ψ while the ones before
-it stand (flight.py; composed flights are monotone, too). So the phases with one itinerary form an
-interval, and equal itineraries at two phases mean the same itinerary between them: bisection wherever two
-ends differ finds every boundary, to neighbouring floats, without any sampling. What can be missed is an
-interval without a float in it.
+The terms (for flight, launch and window see flight.py):
+
+* a *letter* is one state (UP, DOWN, STICK, REST, IMPACT), or the mark WINDOW_PASSED,
+* the *word* of a flight is the sequence of its states, letter by letter, as a number (flight.LETTERS, WORDS),
+* the *itinerary* of a launch phase ψ is the words of the flights that follow from it, one after the other, and
+  after each impact how many windows have passed and whether the mass rests before the next launch,
+* a *cell* is an interval of launch phases that share one itinerary.
+
+Each decision that makes up an itinerary changes at most once as ψ grows, while those before it are unchanged
+(flight.py; this also holds for several flights in a row, since a composition of monotone maps is monotone). So the
+phases with one itinerary form an interval, and equal itineraries at two phases mean the same itinerary between them:
+bisection wherever two ends differ finds every boundary, to neighbouring floats, without any sampling. Only an
+interval that contains no float can be missed.
 """
 
 from __future__ import annotations
@@ -17,45 +24,45 @@ from vibrodrive.jit.slices import in_slices
 from vibrodrive.kernels.release import release_up
 from vibrodrive.periodic.flight import IMPACT, NO_WORD, REST, append, flight, window_end
 
-FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or given up
+FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or not followed to an impact
 
-WINDOW = 6  # a letter of an itinerary beside the states: a window has passed
+WINDOW_PASSED = 6  # a letter of an itinerary beside the states: a window has passed
 
-NOTHING = np.empty((0, 3))  # for flights whose slides are not recorded
+NO_SLIDES = np.empty((0, 3))  # passed where the slides of a flight are not to be recorded
 
 DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
 
-FEW = 64  # steps of the first slice: one may take milliseconds, where flights are long (B = 0)
+FEW = 64  # steps of the first slice: a step may take milliseconds where flights are long (B = 0)
 
 
 @jit(_nrt=False)
 def flights(psi, n, A, B, horizon, slides):
-    """Up to n flights in a row, ended early by a rest or by the horizon (excitation periods in all).
+    """Up to n flights in a row; fewer if the mass comes to rest or after `horizon` excitation periods in all.
 
     Returns
     -------
     itinerary : int
-        the words of the flights and the places of their impacts.
+        the words of the flights, and the windows and rests between them.
     periods, phase : int, float
-        the last impact; after a rest the launch out of it; from the period of the first launch.
+        of the last impact, or of the launch that ends a rest; counted from the period of the first launch.
     slope : float
         d(last impact time)/dψ; 0 after a rest.
     flown, fate : int, int
         number of flights, and FLYING, RESTS or LOST.
-    first : int
-        number of slides.
+    count : int
+        number of slides in all.
     """
     up, _ = release_up(A, B)
     end = window_end(up)
     itinerary = np.int64(NO_WORD)  # a literal would compile another specialisation
     periods = 0
     slope = 1.0
-    first = 0
+    count = 0
     for i in range(n):
-        k, phase, _, rate, itinerary, count = flight(psi, A, B, horizon - periods, itinerary, slides[first:])
+        k, phase, _, rate, itinerary, more = flight(psi, A, B, horizon - periods, itinerary, slides[count:])
         if k < 0 or periods + k > horizon:
-            return itinerary, periods, psi, slope, i + 1, LOST, first
-        first += count
+            return itinerary, periods, psi, slope, i + 1, LOST, count
+        count += more
         slope *= rate
         psi = phase
         rests = phase <= up or phase >= end
@@ -63,20 +70,20 @@ def flights(psi, n, A, B, horizon, slides):
         periods += k
         itinerary = append(itinerary, IMPACT + 1)
         for _ in range(k):
-            itinerary = append(itinerary, WINDOW)
+            itinerary = append(itinerary, WINDOW_PASSED)
         if rests:
-            return append(itinerary, REST + 1), periods, up, 0.0, i + 1, RESTS, first
-    return itinerary, periods, psi, slope, n, FLYING, first
+            return append(itinerary, REST + 1), periods, up, 0.0, i + 1, RESTS, count
+    return itinerary, periods, psi, slope, n, FLYING, count
 
 
 @jit(_nrt=False)
 def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, nothing):
-    """Cut [low, high] into the intervals of one itinerary of n flights, as far as `steps` halvings go.
+    """Divide [low, high] into the intervals with one itinerary of n flights, in at most `steps` halvings.
 
     `ends` float64 (rows, 2) receives the first and last float of each; `stack` float64 and `names` int64
-    (DEPTH, 2) are memory to work in, `nothing` float64 (0, 3). `under_way` int64 (2,) are the pieces on the stack, -1
-    at first, and the intervals found. Returns whether all are; if not, the next call goes on: with more rows, if all
-    but one are full.
+    (DEPTH, 2) are work arrays, `nothing` float64 (0, 3) is passed on as the slides. `under_way` int64 (2,) holds the
+    number of pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is
+    complete; if not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
     """
     top, found = under_way[0], under_way[1]
     if top < 0:
@@ -127,7 +134,7 @@ def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int)
         nonlocal ends
         if under_way[1] >= len(ends) - 1:
             ends = np.concatenate([ends, np.empty((3 * len(ends), 2))])
-        return split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, NOTHING)
+        return split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, NO_SLIDES)
 
     in_slices(advance, first=FEW)
     return ends[: under_way[1]].tolist()

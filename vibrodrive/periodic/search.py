@@ -1,23 +1,23 @@
 """Every periodic orbit of the undisturbed motion, stable or not, from the impact-phase map.
 
-An orbit that ever rests is launched at φ_up, and all that do are one: it is followed, not searched. The
+An orbit that ever rests is launched at φ_up, so there is one such orbit at most: it is followed, not searched for. The
 others launch at every impact; each gives a fixed point of the n-fold map on a cell of one itinerary, and
 every cell is searched with a bracket (itineraries.py, fixed_points.py). Since the map falls on every branch,
 an orbit of an odd number of impacts has a negative multiplier and can only lose its stability by period
 doubling, one of an even number a positive multiplier and can only do so in a fold.
 
-Not an orbit of the map, and not listed: the mass at rest for good (A <= 1 + B), or in the air for good (B =
-0).
+Not orbits of the map, and not listed: the mass that never leaves the obstacle (A <= 1 + B), or never returns to it
+(B = 0).
 
-**On the level (B = 0)** slides up and down undo each other, and at every A > 1 exactly one motion returns to the
+**On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
 obstacle: it touches it once a period, without speed (flight.py). It is listed as "touching", not found by a
-search. With a gap of any size added it is a periodic motion in the air; launched later it lands with some speed;
+search. Shifted up by any gap it is a periodic motion without impacts; launched later it lands with some speed;
 so it is neither stable nor unstable, and has no multiplier. `simulate` ends on it with TOO_CLOSE.
 
 **Close to the level** an orbit that launches at every impact has a speed of about 10 B there, and each of its flights
 multiplies a difference of launches by some A/B. Its launch lies in an interval as wide as B/A over its multiplier:
-where hardly a float is in that (STEEPEST), and for B <= LEVEL A, rounding would decide which orbits there are, and they
-are left out.
+where that contains hardly a float (STEEPEST), and for B <= LEVEL A, rounding would decide which orbits there are, and
+they are left out.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
 from vibrodrive.periodic.impact_map import ImpactMap, spell, states
-from vibrodrive.periodic.itineraries import FLYING, NOTHING, RESTS, flights, intervals
+from vibrodrive.periodic.itineraries import FLYING, NO_SLIDES, RESTS, flights, intervals
 
 STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
 
 TOUCHING = "touching"
 
 LEVEL = 1e-7
-"""B/A up to which an orbit that launches at every impact is not told from one that touches without speed."""
+"""B/A up to which an orbit that launches at every impact cannot be told from one that touches without speed."""
 
 STEEPEST = 1e13
 """Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
@@ -53,7 +53,7 @@ LONGEST_PERIOD = 100
 """The longest period sought, in excitation periods: what a search costs grows at least with its square."""
 
 MOST_ITINERARIES = 400_000
-"""Itineraries times periods that a search may have to look at: some ten seconds' worth. Where the motion is irregular
+"""Itineraries times periods that a search may have to look at: some ten seconds. Where the motion is irregular
 (A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
 allows 14 periods."""
 
@@ -70,13 +70,13 @@ class Orbit:
         first.
     gaps : whole excitation periods from each impact to the next, int64 (impacts,).
     multiplier : derivative of the impacts-fold map, exact; its modulus decides on stability.
-    kind : "stable", "unstable", "superstable" (it rests: whatever is close joins it), "undecided" (a fold
+    kind : "stable", "unstable", "superstable" (it rests, so neighbouring motions join it), "undecided" (a fold
         or doubling closer than rounding can tell; then the phases are good to some 1e-7 only), or "touching"
         (B = 0: its one impact has no speed, and it no multiplier: NaN).
     word : the states of one period, after the first impact, as text.
     A, B : where.
     name : the word of each flight with the number of windows it spans, in a rotation that does not depend on
-        where the orbit is said to begin: what stays the same until a bifurcation is met as A moves.
+        which impact is taken as the first: it is the same for all A up to the next bifurcation.
     """
 
     period: int
@@ -97,8 +97,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
 
     The effort grows with the number of itineraries: milliseconds up to some eight periods in the paper's
     range, ten seconds at most, from where on the search is refused. For B = 0 there is one orbit, "touching", at
-    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is told from a touch, and listed (see the head of
-    this module).
+    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is listed (see the head of this module).
 
     Parameters
     ----------
@@ -151,7 +150,7 @@ def touching_orbit(system: ImpactMap) -> Orbit:
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
     """The orbit that rests, if its period is at most `limit`: none or one."""
     up = system.window[0]
-    _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NOTHING)
+    _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NO_SLIDES)
     if fate == RESTS and periods <= limit:
         yield trace_orbit(system, up, n, True)
 
@@ -197,7 +196,7 @@ def itinerary_cells(
         alive = []
         for low, high in above:
             for a, b in intervals(low, high, n, A, B, limit):
-                itinerary, periods, _, _, _, fate, _ = flights(a, n, A, B, limit, NOTHING)
+                itinerary, periods, _, _, _, fate, _ = flights(a, n, A, B, limit, NO_SLIDES)
                 if fate == FLYING and (only is None or itinerary == only[n - 1]):
                     alive.append((a, b))
                     yield a, b, n, periods
@@ -216,20 +215,20 @@ def returning_launches(
     """(ψ, certain) of every launch phase in the cell that returns after n flights, and not before."""
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):
-        later = launches(system, psi, n, periods)[1:]
+        others = launches(system, psi, n, periods)[1:]
         # flights of an orbit of fewer impacts lead back to the very root before the n-th
         if not any(
-            abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in later
+            abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
         ):
             yield psi, bool(certain[own])
 
 
 def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]:
     """The n launch phases of the orbit through ψ."""
-    path = [psi]
+    phases = [psi]
     for _ in range(n - 1):
-        path.append(flights(path[-1], 1, system.A, system.B, periods, NOTHING)[2])
-    return path
+        phases.append(flights(phases[-1], 1, system.A, system.B, periods, NO_SLIDES)[2])
+    return phases
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
