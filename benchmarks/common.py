@@ -236,7 +236,7 @@ def figure(width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int 
 
 
 def look(k: int, of_ours: bool) -> dict[str, Any]:
-    """Lines and markers told apart without colour: ours black and filled, others grey and open."""
+    """Lines and markers distinguished without colour: ours black and filled, others grey and open."""
     return {
         "marker": MARKERS[k % len(MARKERS)],
         "linestyle": DASHES[k % len(DASHES)],

@@ -2,8 +2,8 @@
 
     python -m benchmarks.paired ../before . --repeats 15 disturbed muller
 
-One process per checkout stays for all of it, with its kernels compiled. They take turns case by case, so that what
-else the machine does meets both alike, and each time is CPU time of the process. Printed for each case, second checkout
+One process per checkout runs throughout, with its kernels compiled. They take turns case by case, so that other
+load on the machine affects both alike, and each time is CPU time of the process. Printed for each case, second checkout
 over first: the ratio of the shortest times, and the median and quartiles of the ratios of neighbouring runs. Where
 the quartiles enclose 1 nothing was found; then more repeats, or a quieter machine, tell more. 2 % is what a change
 that is not meant to change speed may cost.
@@ -47,7 +47,7 @@ for line in sys.stdin:
 
 
 class Checkout:
-    """A process that imports vibrodrive from a folder and times what it is told to."""
+    """A process that imports vibrodrive from a folder and times the cases it is given."""
 
     def __init__(self, folder: Path) -> None:
         if not (folder / "vibrodrive" / "__init__.py").is_file():
@@ -97,7 +97,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("first", type=Path, help="folder of the checkout that is 1")
     parser.add_argument("second", type=Path, help="folder of the other")
-    parser.add_argument("cases", nargs="*", metavar="case", help=f"of {', '.join(CASES)}; all unless told")
+    parser.add_argument("cases", nargs="*", metavar="case", help=f"of {', '.join(CASES)}; all unless given")
     parser.add_argument("--repeats", type=int, default=15, help="pairs of runs a case (15)")
     options = parser.parse_args()
     unknown = set(options.cases) - set(CASES)

@@ -105,7 +105,7 @@ def peak_memory(points: int, periods: int) -> float:
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder, "memory.toml")
         config.write_text(CONFIG.format(points=points, periods=periods), encoding="utf-8")
-        # the process tells its own peak: what its parent sees would count the parent's memory too
+        # the process reports its own peak: what its parent sees would count the parent's memory too
         command = [
             sys.executable, "-c", CHILD, "sweep", str(config), "-o", str(Path(folder, "memory.h5")),
             "--threads", "1",

@@ -1,6 +1,6 @@
 """Throughput: excitation periods a second of a sweep over A = 3…3.25, beside what people would write.
 
-Certified switching, trajectories abreast, against one trajectory at a time with libm's sine and cosine,
+Certified switching, trajectories in batches, against one trajectory at a time with libm's sine and cosine,
 hand-written Numba, heyoka and scipy on the same sweep; the literal scan against the obvious loop; the paper's
 own setting (Δτ = 1e-5, Muller to 1e-7) against certified. One thread; all threads last. Every contestant's
 sections are held against certified ones, so that none wins by being wrong. At ε = 0 a certified motion that comes back

@@ -1,4 +1,4 @@
-"""Many points at once: blocks of a plan, computed on all cores, handed out as they finish.
+"""Many points at once: blocks of a plan, computed on all cores, yielded as they finish.
 
 Local blocks are computed by plain threads, for the kernels hold no lock; each thread draws its next point from one
 atomic counter, so cost that varies from point to point leaves no core idle. With an executor (anything with the
@@ -30,7 +30,7 @@ from vibrodrive.model.plan import IN_FLIGHT, Plan, make_plan
 from vibrodrive.model.results import Results
 
 RETRIES = 3
-"""How often a block whose worker died is handed out again."""
+"""How often a block whose worker died is submitted again."""
 
 
 Span = tuple[int, int, int]
@@ -70,7 +70,7 @@ def _fill(
     """Compute points of a plan into arrays with a row for each."""
     s, n = plan.settings, len(points)
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
-    # the dear ones first: what is left for the end, when lanes run empty, is cheap
+    # disturbed (expensive) points first, so that the last points, when lanes run empty, are cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
     arguments = (
         points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
@@ -122,7 +122,7 @@ def check_threads(threads: int | None) -> int:
 
 
 def check_executor(executor: Any) -> None:
-    """Raise TypeError for what can't be handed tasks."""
+    """Raise TypeError for what cannot be given tasks."""
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
 
@@ -285,7 +285,7 @@ def sweep(
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
-        with closing(run_blocks(plan, executor=executor)) as blocks:  # what it has handed out ends with it
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels what it has submitted
             return Results.collect(plan, blocks)
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):

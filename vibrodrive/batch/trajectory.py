@@ -179,7 +179,7 @@ def simulate(
     B : float, 0 to 1e9
         incline over friction, B = tan α / μ.
     eps, eta : float, 0 to 1e3 and 1e-9 to 1e8
-        relative amplitude ε and frequency ratio η of the disturbance, eq. (9). η is 10·√102 unless told.
+        relative amplitude ε and frequency ratio η of the disturbance, eq. (9). η is 10·√102 unless given.
     method : "certified", "muller" or "fixed"
         how the end of a state is found: the first zero, guaranteed; a scan of the grid and Muller's method (§4); or
         the first grid point behind the sign change (§5). The latter two need `dtau`.

@@ -52,9 +52,9 @@ def bifurcation(
     quantity : str
         "dxi" or "xi": which coordinate of the section.
     x : str, optional
-        the axis drawn along the abscissa; the longest one unless told.
+        the axis drawn along the abscissa; the longest one unless given.
     limits : (float, float), optional
-        range of the ordinate; all values unless told.
+        range of the ordinate; all values unless given.
 
     Raises
     ------
@@ -83,9 +83,9 @@ def bifurcation(
         if len(rows) > 1:
             letter(ax, k, ", ".join(equation(n, results.axes[n][i]) for n, i in zip(rest, index, strict=True)))
         missing = int((~done[index]).sum())
-        told = [conditions(results, rest)] if k == 0 else []
-        told += [f"{missing} of {len(values)} points not computed"] if missing else []
-        note(ax, "; ".join(told))
+        notes = [conditions(results, rest)] if k == 0 else []
+        notes += [f"{missing} of {len(values)} points not computed"] if missing else []
+        note(ax, "; ".join(notes))
     name_axes(axes[-1, 0], x, None)
     return fig
 
@@ -208,9 +208,9 @@ def some(items: list[Any]) -> list[Any]:
 
 
 def conditions(results: Any, apart: Iterable[str]) -> str:
-    """What all points share and the axes `apart` don't tell, for the corner of a figure."""
+    """What all points share, without the axes `apart`, for the corner of a figure."""
     method = Method(results.settings.method)
     shown = ["B", "eps"] + (["dtau"] if method != Method.CERTIFIED else [])
-    told = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
+    shared = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
     s = results.settings
-    return ", ".join([*told, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])
+    return ", ".join([*shared, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])

@@ -89,7 +89,7 @@ def from_results(
     x: str | None = None,
     limits: tuple[float, float] | None = None,
 ) -> Figure:
-    """The figure a Results asks for: a bifurcation diagram over a long axis, else Poincaré sections.
+    """The figure that suits a Results: a bifurcation diagram over a long axis, else Poincaré sections.
 
     `kind` ("bifurcation" or "poincare") decides otherwise; `quantity`, `x` and `limits` as in
     `bifurcation`. One motion, without any axis, has no diagram: its section is drawn. Raises ValueError for an

@@ -33,7 +33,7 @@ def limits_figure(found: Limits) -> Figure:
     for c, curve in enumerate(CURVES):
         _band(top, found, c, *LOOKS[curve])
     k2 = found.numbers["k2"]
-    if not (found.done & np.isfinite(k2) & (k2 > 0)).any():  # nothing to draw, so nothing that tells the decades
+    if not (found.done & np.isfinite(k2) & (k2 > 0)).any():  # nothing to draw, and so no range for the axis
         top.set_ylim(1e-6, 1.0)
     top.set_yscale("log")
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4)

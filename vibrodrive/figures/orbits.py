@@ -55,7 +55,7 @@ def bifurcation_diagram(
     section_phase : float
         phase φ_s of the section.
     views : sequence of (float, float)
-        ranges of A, a panel each; everything in one unless told.
+        ranges of A, a panel each; one panel for all unless given.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def _box(centre: Point) -> Rectangle:
 
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:
-    """Where an arrow leaves one box and meets the other; one of a pair runs to the left of its direction."""
+    """Where an arrow leaves one box and enters the other; one of a pair runs to the left of its direction."""
     (x0, y0), (x1, y1) = BOXES[before][0], BOXES[after][0]
     dx, dy = x1 - x0, y1 - y0
     length = math.hypot(dx, dy)

@@ -1,6 +1,6 @@
 """One look for every figure: the paper's symbols, black ink, nothing that needs colour to be read.
 
-No pyplot: a Figure is an object that is returned, drawn headless (Agg) and saved by whoever asked for it.
+No pyplot: a Figure is an object that is returned, drawn headless (Agg) and saved by the caller.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ GREYS = LinearSegmentedColormap.from_list("ink", ["white", "black"])
 """Amount of ink, 0 to 1."""
 
 LINES = ("-", "--", ":", "-.")
-"""Line styles tell curves apart; grey tones only support them."""
+"""Line styles distinguish curves; grey tones only support them."""
 
 WIDTH = 6.3
 """Width of a figure in inches: the text block of an A4 page."""
@@ -93,7 +93,7 @@ def styled(function: _F) -> _F:
 
 
 def symbol(name: str) -> str:
-    """Axis label of a parameter or quantity; a name the paper doesn't know stays as it is."""
+    """Axis label of a parameter or quantity; a name that is not in the paper is shown unchanged."""
     return f"${SYMBOLS[name]}$" if name in SYMBOLS else name
 
 
@@ -161,7 +161,7 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure; the format follows the ending. The same figure gives the same bytes.
 
     It is there whole or not at all: whoever looks at it meanwhile sees the old one or the new one.
-    `dpi` is the resolution of what is made of pixels, 250 unless told.
+    `dpi` is the resolution of what is made of pixels, 250 unless given.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def run_failures(
     done = 0
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "scan")}
     path = Path(out)
-    if not overwrite and made_already(path, "failures", plan, told=config.arguments):
+    if not overwrite and made_already(path, "failures", plan, given=config.arguments):
         return path
     with new_file(path, seal=True) as file:
         lay_out(file, plan.axes, shape, config)

@@ -28,8 +28,8 @@ def run_limits(
     Parameters
     ----------
     config : Config
-        its one axis must be A. B, eta, transient, periods (1000 and 1500 unless told), the start, the
-        section and tol are those of every motion; eps, if told, disturbs those whose limit in Δτ is sought.
+        its one axis must be A. B, eta, transient, periods (1000 and 1500 unless given), the start, the
+        section and tol are those of every motion; eps, if given, disturbs those whose limit in Δτ is sought.
     out : path
     progress : callable, optional
         called with (limits known, of how many).

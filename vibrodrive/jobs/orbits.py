@@ -91,7 +91,7 @@ def run_orbits(
 
 
 def check_plan(plan: Plan) -> None:
-    """Refuse what the map cannot do: another axis than A, a disturbance, another way to find switches."""
+    """Refuse what the map does not describe: another axis than A, a disturbance, another way to find switches."""
     if list(plan.axes) != ["A"]:
         raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone"))
     if len(np.unique(plan.axes["A"])) < 2:
@@ -142,7 +142,7 @@ def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figu
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
-    """The sweep that a file of orbits was made from, or None if its configuration does not tell."""
+    """The sweep that a file of orbits was made from, or None if its configuration does not contain it."""
     try:
         plan = config.parse(origin.config, origin.overrides).plan()
         check_plan(plan)

@@ -16,7 +16,7 @@ PLAIN_SECONDS = 10.0
 """Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
 
 COMPILING = "compiling the kernels, once for this version, Python and processor"
-"""Said when it begins; how long it takes nobody knows."""
+"""Shown when it begins; its duration is not known in advance."""
 
 
 @dataclass
@@ -103,7 +103,7 @@ class Show:
             self._write(f"{self._name}  {line()}\n")
 
     def say(self, message: str) -> None:
-        """A line that stays."""
+        """A line that is not overwritten."""
         self.clear()
         self._write(f"{message}\n")
 

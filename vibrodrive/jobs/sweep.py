@@ -244,12 +244,12 @@ REACH_SECONDS = 10
 """How long a scheduler may take to answer."""
 
 WORKERS_SECONDS = 1.0
-"""How often a cluster is asked for its workers."""
+"""Interval at which the number of a cluster's workers is read, in seconds."""
 
 
 @contextlib.contextmanager
 def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Executor | None]:
-    """A connection to the cluster at an address, if there is one; `watch` is told how many workers it has."""
+    """A connection to the cluster at an address, if there is one; `watch` is called with its number of workers."""
     if address is None:
         yield None
         return
@@ -264,20 +264,20 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     except ImportError:
         raise Refused(_NO_DASK) from None
     except TimeoutError as error:
-        told = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
-        raise Refused(f"--dask {address}: {told}") from None
+        why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
+        raise Refused(f"--dask {address}: {why}") from None
     except Exception as error:  # whatever the transport says: TLS without certificates, …
         raise Refused(f"--dask {address}: {_one_line(error)}") from None
     ended = threading.Event()
 
-    def ask() -> None:
+    def poll() -> None:
         with contextlib.suppress(Exception):  # a lost connection shows where the blocks are awaited
             while not ended.wait(WORKERS_SECONDS):
                 watch(len(client.nthreads()))
 
     with client:
         watch(len(client.nthreads()))
-        threading.Thread(target=ask, name="workers", daemon=True).start()
+        threading.Thread(target=poll, name="workers", daemon=True).start()
         try:
             yield client.get_executor()
         finally:
@@ -285,7 +285,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
 
 
 async def _reach(address: str) -> None:
-    """Connect once, and raise what speaks against it: a Client that fails to leaves threads and tracebacks behind."""
+    """Connect once, and raise the error, if any: a Client that fails to leaves threads and tracebacks behind."""
     from distributed.core import connect
     from distributed.security import Security
 
@@ -295,7 +295,7 @@ async def _reach(address: str) -> None:
 
 @contextlib.contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Collect signals instead of dying of them; a SIGHUP that nohup has switched off stays off."""
+    """Collect signals instead of being ended by them; a SIGHUP that nohup has switched off stays off."""
     caught: list[int] = []
 
     def note(signum: int, frame: object) -> None:
@@ -313,7 +313,7 @@ def _signals() -> Iterator[list[int]]:
 
 
 def _compiling() -> bool:
-    """Whether Numba compiles at all (it can be told not to)."""
+    """Whether Numba compiles at all (it can be switched off)."""
     from numba import config
 
     return not getattr(config, "DISABLE_JIT", 0)

@@ -11,7 +11,7 @@ class Block(NamedTuple):
     """A finished block: `section` float64 (points, periods, 2), `status` int8, `margin` float64,
     `switches` int64 (points, 5): switches into each State within the recorded window."""
 
-    index: int  # type: ignore[assignment]  # hides tuple.index, which nobody asks of a block
+    index: int  # type: ignore[assignment]  # hides tuple.index, which is not used on a block
     start: int
     stop: int
     section: np.ndarray

@@ -67,7 +67,7 @@ class Config:
     orbits: dict[str, Any]
 
     def plan(self) -> Plan:
-        """The sweep it asks for. Raises ConfigError."""
+        """The sweep it describes. Raises ConfigError."""
         try:
             return make_plan(self.arguments)
         except (TypeError, ValueError) as error:

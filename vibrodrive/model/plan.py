@@ -37,7 +37,7 @@ WAVE_POINTS = 8192
 """Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
 
 IN_FLIGHT = 16
-"""Tasks an executor holds at a time unless it tells its number of workers; bounds the memory of finished ones."""
+"""Tasks an executor holds at a time unless its number of workers is known; bounds the memory of finished ones."""
 
 DEFAULT_BUDGET = 100_000
 """Switches one excitation period may hold before a trajectory is given up as chattering."""

@@ -109,10 +109,10 @@ def refuse_large_results(plan: Plan) -> None:
 
 
 LARGE = 1 << 26
-"""Bytes that are there without asking: asking takes as long as a short motion."""
+"""Bytes assumed to be available without a check: the check takes as long as a short motion."""
 
 ROW_BYTES = 48 + 34
-"""A switch of a single motion, as the kernel writes it and as it is handed out."""
+"""A switch of a single motion, as the kernel writes it and as it is returned."""
 
 
 def rows_that_fit(periods: int, rows: int) -> int:

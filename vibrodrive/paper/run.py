@@ -77,12 +77,12 @@ def run_paper(
         directory; made if it is not there. Files of an earlier run are replaced, if they are what they are called:
         a .h5 that is no result file, or a name that leads to a configuration, is refused.
     figures : sequence of str, optional
-        names (see figures.FIGURES) of what is to be drawn; all unless told. Claims about other figures
+        names (see figures.FIGURES) of what is to be drawn; all unless given. Claims about other figures
         are left out.
     progress : callable, optional
         called with a line for each step.
     configs : path, optional
-        directory of the configurations; those of this package unless told.
+        directory of the configurations; those of this package unless given.
     threads : int, optional
 
     Raises

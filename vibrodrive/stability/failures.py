@@ -1,7 +1,7 @@
-"""Where the usual methods fail: every switch of a motion held against the certified path.
+"""Where the usual methods fail: every switch of a motion compared with the certified path.
 
-At each switch of a fixed or Muller motion the certified path starts anew from the very same state, and the two are
-asked for the next switch. So one failure does not condemn what comes after it. The method's switch is
+At each switch of a fixed or Muller motion the certified path starts anew from the very same state, and the next
+switches of the two are compared. So a failure affects no later comparison. The method's switch is
 
     missed   more than Δτ after the certified one, and another transition: the true switch was passed over
     late     more than Δτ after it, but the same transition: a zero was passed over and a later one taken
@@ -29,7 +29,7 @@ KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
 AHEAD = 2
-"""Periods the certified path is followed from a restart: no wait that ends at all is longer."""
+"""Periods the certified path is followed from a restart: no sticking or rest that ends at all is longer."""
 
 ROWS = 8
 """Certified switches looked at after a restart; an impact, or a start within rounding of a boundary, takes extra."""
@@ -77,7 +77,7 @@ class Certified:
 def compared(plan: Plan) -> Iterator[tuple[float, bool]]:
     """How far behind the certified switch the method's is, and whether it is the same transition, switch by switch.
 
-    inf and False where the certified path knows no further switch. Never negative but for rounding and `tol`:
+    inf and False where the certified path has no further switch. Never negative but for rounding and `tol`:
     no method finds a zero before the first.
     """
     rows = simulate(**(plan.arguments(0) | {"scan": "skip"})).switches

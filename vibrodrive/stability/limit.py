@@ -2,8 +2,8 @@
 
 A loss in ε has a narrow edge: kept below, lost above, and in between, looked at finely, sometimes in turn (A = 3.9,
 B = 0.6: kept and lost alternate from 2.45e-3 to 2.54e-3). A loss in Δτ has none: structure is lost at isolated values
-first and comes back, because a grid either happens to meet the switches of this orbit or not. So a limit is a band
-with two ends, the first loss and the last value kept.
+first and comes back, because a grid may happen to resolve all switches of this orbit, or to miss some. So a limit is
+a band with two ends, the first loss and the last value kept.
 
 Many searches run at the same time: each yields the disturbances it needs an answer for next, and the motions of all of
 them are simulated on all cores (the kernels release Python's lock).
@@ -25,7 +25,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, Method, bad, check, check_count
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.stability.limit_search import GRIDS, Asking, Band, search_band
+from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure, gaps, keeps, reference_orbit
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
@@ -36,10 +36,10 @@ SETTLING = 20_000
 """Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
 
 WATCHED = 256
-"""Periods of the undisturbed motion: enough to see the longest period told (structure.LONGEST_PERIOD) four times."""
+"""Periods of the undisturbed motion: enough to see the longest period (structure.LONGEST_PERIOD) four times."""
 
 AT_A_TIME = 32
-"""Searches under way at a time."""
+"""Searches carried on at the same time."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Limit:
     Attributes
     ----------
     A, disturbance, method, criterion
-        what was asked for.
+        the arguments.
     k2 : float
         the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was found up to
         `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half the record).
@@ -185,7 +185,7 @@ def limits(
 ) -> Iterator[tuple[int, Limit]]:
     """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`.
 
-    Where `periods` are too few to judge by, a Limit says so in place of a number.
+    Where `periods` are too few to decide, the Limit says so in `how`, without a number.
 
     Raises
     ------
@@ -251,13 +251,13 @@ class _Problem:
     index: int
     point: dict[str, Any]  # arguments of `simulate`
     base: ReferenceOrbit
-    asking: Asking
-    asked: np.ndarray
+    search: BandSearch
+    requested: np.ndarray  # the disturbances it needs an answer for
 
 
 @dataclass(frozen=True)
 class _Search:
-    """What is sought, checked."""
+    """The arguments of `limits`, checked."""
 
     plan: Plan
     disturbance: str
@@ -267,9 +267,9 @@ class _Search:
     threads: int
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """(index, Limit) as they are found. strict: ValueError where the periods are too few to judge by."""
+        """(index, Limit) as they are found. strict: ValueError where the periods are too few to decide."""
         plan = self.plan
-        judge = _Judge(plan, self.disturbance, self.wanted, self.threads)
+        evaluator = _Evaluator(plan, self.disturbance, self.wanted, self.threads)
         blank = Limit(math.nan, self.disturbance, self.method, self.criterion)
         waiting = list(range(plan.n_points))[::-1]
         active: list[_Problem] = []
@@ -278,7 +278,7 @@ class _Search:
                 index = waiting.pop()
                 point = plan.arguments(index)
                 here = replace(blank, A=point["A"])
-                base = judge.undisturbed(point)
+                base = evaluator.undisturbed(point)
                 if base is None:
                     yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
                     continue
@@ -288,21 +288,21 @@ class _Search:
                         raise ValueError(bad("periods", periods, twice))
                     yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
                     continue
-                asking = search_band(GRIDS[self.disturbance])
-                active.append(_Problem(index, point, base, asking, next(asking)))
+                search = search_band(GRIDS[self.disturbance])
+                active.append(_Problem(index, point, base, search, next(search)))
             if not active:
                 return
-            verdicts = judge([(p.point, p.base, p.asked) for p in active])
-            for problem, verdict in zip(list(active), verdicts, strict=True):
+            kept_flags = evaluator([(p.point, p.base, p.requested) for p in active])
+            for problem, kept in zip(list(active), kept_flags, strict=True):
                 try:
-                    problem.asked = problem.asking.send(verdict)
+                    problem.requested = problem.search.send(kept)
                 except StopIteration as end:
                     active.remove(problem)
-                    yield problem.index, judge.explain(problem, end.value, blank)
+                    yield problem.index, evaluator.explain(problem, end.value, blank)
 
 
-class _Judge:
-    """Verdicts on disturbed motions."""
+class _Evaluator:
+    """Decides for disturbed motions whether the structure is kept."""
 
     def __init__(self, plan: Plan, disturbance: str, wanted: tuple[str, ...], threads: int) -> None:
         self.settings = plan.settings
@@ -318,7 +318,7 @@ class _Judge:
         return reference_orbit(simulate(**(point | exact | periods)))
 
     def __call__(self, requests: list[tuple[dict[str, Any], ReferenceOrbit, np.ndarray]]) -> list[np.ndarray]:
-        """bool array for each (point, orbit, disturbances)."""
+        """For each (point, orbit, disturbances), a bool array: whether each disturbance keeps the structure."""
 
         def kept(task: tuple[dict[str, Any], ReferenceOrbit, float]) -> bool:
             point, base, value = task
@@ -327,11 +327,11 @@ class _Judge:
         tasks = [(point, base, value) for point, base, values in requests for value in values.tolist()]
         with ThreadPoolExecutor(self.threads) as pool:
             try:
-                verdicts = np.array(list(pool.map(kept, tasks)), dtype=bool)
+                flags = np.array(list(pool.map(kept, tasks)), dtype=bool)
             except BaseException:
                 self.halt.call()
                 raise
-        return np.split(verdicts, np.cumsum([len(values) for _, _, values in requests])[:-1])
+        return np.split(flags, np.cumsum([len(values) for _, _, values in requests])[:-1])
 
     def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
         """The Limit of a finished search, with the structure on both sides of the first loss."""
@@ -356,18 +356,18 @@ class _Judge:
 
 
 def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: ReferenceOrbit) -> str:
-    told = []
+    reasons = []
     if "order" in wanted and not lost.order:
         nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
         broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
         where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
-        told.append(f"order broken {where}")
+        reasons.append(f"order broken {where}")
     if "gaps" in wanted and not lost.gaps:
         seen = sorted(set(gaps(motion.switches, base.speed).tolist()))
-        told.append(f"gaps {_listed(base.gaps)} became {_listed(seen)}")
+        reasons.append(f"gaps {_listed(base.gaps)} became {_listed(seen)}")
     if "word" in wanted and not lost.word:
-        told.append("other states between impacts")
-    return "; ".join(told)
+        reasons.append("other states between impacts")
+    return "; ".join(reasons)
 
 
 def _listed(numbers: Sequence[int]) -> str:

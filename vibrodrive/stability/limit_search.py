@@ -1,7 +1,7 @@
 """The search for a limit: which disturbances to try next, given which were kept.
 
 A search is a generator: it yields the disturbances to be tried and is sent back, for each, whether the structure was
-kept. So the questions of many searches can be answered in one computation.
+kept. So the disturbances requested by many searches can be computed together.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ROUNDS = 2
 """Rounds of bisection: they narrow a step of the grid 64-fold."""
 
 BEYOND = 2.0
-"""The search goes on to this multiple of the last value kept before it believes that nothing more is kept."""
+"""The search goes on to this multiple of the last value kept before it concludes that nothing more is kept."""
 
 
 class Grid(NamedTuple):
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
     decade: int  # indices per factor of ten
     floor: float
     top: float
-    asked: int  # values asked for at a time: enough to keep all cores busy, few beyond what is needed
+    batch: int  # values requested at a time: enough to keep all cores busy, few beyond what is needed
 
 
 def _geometric(k: int) -> float:
@@ -47,7 +47,7 @@ GRIDS = {
 }
 
 
-Asking = Generator[np.ndarray, np.ndarray, "Band"]
+BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
@@ -58,7 +58,7 @@ class Band(NamedTuple):
     searched_to: float
 
 
-def search_band(grid: Grid) -> Asking:
+def search_band(grid: Grid) -> BandSearch:
     """Yield disturbances, be sent whether each was kept, until both ends of the band are known."""
     first = 0
     while not (yield np.array([grid.value(first)]))[0]:
@@ -72,10 +72,10 @@ def search_band(grid: Grid) -> Asking:
     while grid.value(top + 1) <= grid.top:
         if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):
             break
-        asked = range(top + 1, top + 1 + grid.asked)
-        inside = [k for k in asked if grid.value(k) <= grid.top]
-        for k, verdict in zip(inside, (yield np.array([grid.value(k) for k in inside])), strict=True):
-            kept[k] = bool(verdict)
+        requested = range(top + 1, top + 1 + grid.batch)
+        inside = [k for k in requested if grid.value(k) <= grid.top]
+        for k, answer in zip(inside, (yield np.array([grid.value(k) for k in inside])), strict=True):
+            kept[k] = bool(answer)
             if not kept[k] and loss is None:
                 loss = k
             if kept[k] and kept[k - 1]:
@@ -94,8 +94,8 @@ def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[
     """Narrow (kept, lost) around the first loss between them."""
     for _ in range(ROUNDS):
         inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]
-        verdict = yield inner
+        kept = yield inner
         ends = [low, *inner.tolist(), high]
-        lost = [k for k in range(1, len(ends)) if k == len(ends) - 1 or not verdict[k - 1]]
+        lost = [k for k in range(1, len(ends)) if k == len(ends) - 1 or not kept[k - 1]]
         low, high = ends[lost[0] - 1], ends[lost[0]]
     return low, high

@@ -1,6 +1,6 @@
 """Orbital structure: three yes/no answers and a distance, where the paper judges by eye (§1, §4).
 
-A disturbed motion is held against the undisturbed n-periodic orbit at the same parameters:
+A disturbed motion is compared with the undisturbed n-periodic orbit at the same parameters:
 
 order   the section point nearest to it advances by one, cyclically, every period
 gaps    its major impacts are the same whole numbers of periods apart
@@ -8,7 +8,7 @@ word    it passes the same states between major impacts
 ρ       the largest distance of its section points from the orbit's, best phase shift
 
 Order, ρ and the period follow from section points, so from stored results. Gaps and word need the switches
-of a trajectory: a section point doesn't tell whether the mass has landed since the last one.
+of a trajectory: a section point doesn't show whether the mass has landed since the last one.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import numpy as np
 from vibrodrive.model.states import State
 
 LONGEST_PERIOD = 64
-"""Longest period looked for: subharmonics of higher order are not told from irregular motion."""
+"""Longest period looked for: subharmonics of higher order are not distinguished from irregular motion."""
 
 SAME_POINT = 1e-7
 """Section points this close are the same point: far above rounding, far below the width of any orbit;
 near a bifurcation a motion needs many transient periods to come so close."""
 
 BLURRED = 1e-4
-"""Points of an orbit closer than this are not told apart yet: beside a period doubling a motion that still
+"""Points of an orbit closer than this count as one: beside a period doubling a motion that still
 jumps to and fro about an orbit of period n looks like one of period 2n."""
 
 MAJOR = 0.1
@@ -60,7 +60,7 @@ class ReferenceOrbit:
 
 @dataclass(frozen=True)
 class Structure:
-    """How a motion compares with an orbit of period n. None: not to be told from what was given."""
+    """How a motion compares with an orbit of period n. None: cannot be decided from the data given."""
 
     n: int
     order: bool
@@ -165,7 +165,7 @@ def compare_structure(undisturbed: Any, disturbed: Any) -> Structure:
     ----------
     undisturbed : Orbit, Trajectory, or section points float64 (periods, 2)
     disturbed : Trajectory, or section points float64 (periods, 2)
-        of a bare section only order and ρ are told; gaps and word are None.
+        from section points alone only order and ρ are known; gaps and word are None.
 
     Raises
     ------

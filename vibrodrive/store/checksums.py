@@ -2,7 +2,7 @@
 
 HDF5's fletcher32 guards the bytes of a chunk. The sum kept with every point binds the values of all its
 variables to each other and to the point. After a loss of power, when the system may have kept the status
-of a block and lost its data, or with a damaged chunk index, only the latter tells.
+of a block and lost its data, or with a damaged chunk index, only the latter shows it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Marks(NamedTuple):
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Which blocks are computed, as far as their marks tell."""
+    """Which blocks are computed, as far as their marks show."""
     data, wrong = file["status"], {}
     try:
         status = data[...]

@@ -26,20 +26,20 @@ def refuse_different(path: Path, differences: list[str]) -> None:
         )
 
 
-def differences(file: h5py.File, plan: Plan, told: Mapping[str, object] | None = None, **own: object) -> list[str]:
+def differences(file: h5py.File, plan: Plan, given: Mapping[str, object] | None = None, **own: object) -> list[str]:
     """In what an open file, of a kind that keeps its configuration but no plan, differs from what is to be computed.
 
-    `told`: the arguments that were given, where the periods that are not are other ones than those of a sweep.
-    `own`: what the command itself was told, by the names of root attributes.
+    `given`: the arguments as given, for commands whose default periods are not those of a sweep.
+    `own`: the command's own settings, by the names of root attributes.
     """
     try:
         there = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]")))
         found = compare(there.plan(), plan)
     except ConfigError as error:
         return [f"its configuration is none of this version ({error})"]
-    if told is not None:
+    if given is not None:
         for name in ("transient", "periods"):
-            a, b = there.arguments.get(name, "not given"), told.get(name, "not given")
+            a, b = there.arguments.get(name, "not given"), given.get(name, "not given")
             if a != b and "not given" in (a, b):
                 found.append(f"{name} is {a} there and {b} here")
     for name, value in own.items():

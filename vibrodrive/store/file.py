@@ -64,7 +64,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         if the system refuses; nothing is left behind then, and an older file of that name stays.
     """
     refuse_foreign(path)
-    # in memory: HDF5 that meets a full disk does not get over it, not even at the end of the process
+    # in memory: HDF5 does not recover from a full disk, not even at the end of the process
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         yield file
         if seal:
@@ -105,7 +105,7 @@ def reading(path: Path, kind: str, mode: str = "r") -> Iterator[h5py.File]:
             raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(path)}") from None
 
 
-def made_already(path: Path, kind: str, plan: Plan, told: Mapping[str, object] | None = None, **own: object) -> bool:
+def made_already(path: Path, kind: str, plan: Plan, given: Mapping[str, object] | None = None, **own: object) -> bool:
     """Whether a file is there, whole, and made from what is to be computed (see compare.differences).
 
     Raises
@@ -121,7 +121,7 @@ def made_already(path: Path, kind: str, plan: Plan, told: Mapping[str, object] |
         return False
     with reading(path, kind) as file:
         faults = find_faults(file)
-        found = differences(file, plan, told, **own) if not faults else []
+        found = differences(file, plan, given, **own) if not faults else []
     if faults:
         raise Damaged(f"{path}: damaged ({faults[0]}): {remedy(path)}")
     refuse_different(path, found)

@@ -16,7 +16,7 @@ from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
 from vibrodrive.store.layout import SCHEMA_VERSION, VARIABLES, Origin, chunk_of, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
-"""What h5py raises where the bytes it meets mean nothing."""
+"""What h5py raises for bytes that it cannot interpret."""
 
 
 class NoResult(ValueError):
@@ -89,7 +89,7 @@ def read_kind(path: Path) -> str:
 def expect_kind(file: h5py.File, wanted: str) -> None:
     """Raise OtherKind if an open file is of another kind, NoResult if it is no result file.
 
-    A file that makes no sense at all passes: what is wrong with it shows when it is read.
+    A file that cannot be interpreted at all passes: reading it will report what is wrong.
     """
     path = file.filename
     try:
@@ -110,7 +110,7 @@ def expect_kind(file: h5py.File, wanted: str) -> None:
 def refuse_foreign(path: Path) -> None:
     """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
 
-    One that is damaged counts as long as it can be told that it was one.
+    A damaged one counts as long as it can be recognised.
     """
     if not path.exists():
         return

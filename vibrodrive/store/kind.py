@@ -56,7 +56,7 @@ def special(path: str | Path) -> str | None:
 
 
 def kind_of(file: h5py.File) -> str | None:
-    """The kind an open file says it is (maybe one of a later version), or that its contents tell; None: not ours.
+    """The kind an open file says it is (maybe one of a later version), or its contents show; None: not of this program.
 
     Raises what h5py raises where the bytes make no sense.
     """

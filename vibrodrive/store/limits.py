@@ -192,4 +192,4 @@ def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> 
 
 def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:
     """Raise Different unless an open file was made from this configuration."""
-    refuse_different(path, differences(file, config.plan(), told=config.arguments, criterion=criterion))
+    refuse_different(path, differences(file, config.plan(), given=config.arguments, criterion=criterion))

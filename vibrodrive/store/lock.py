@@ -21,7 +21,7 @@ class Lock:
     """Exclusive right to write one file, kept until `release` or the end of the process.
 
     It belongs to the file, not to its name, and so survives the renaming that publishes the file.
-    Readers do not meet it, nor does the lock that HDF5 itself takes for them.
+    Readers are not affected by it, nor is the lock that HDF5 itself takes for them.
     """
 
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
@@ -69,7 +69,7 @@ def _lock(fd: int) -> None:
 
 
 def is_being_written(path: Path) -> bool | None:
-    """Whether some process holds the lock on a file; None where the system cannot tell."""
+    """Whether some process holds the lock on a file; None where the system does not report it."""
     try:
         fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     except OSError:

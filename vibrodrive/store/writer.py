@@ -132,7 +132,7 @@ class Writer:
         self.done, self.repaired = done, wrong
 
     def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
-        """Commit what is pending and let go of the file; False if a write did not end within `patience` s.
+        """Commit what is pending and close the file; False if a write did not end within `patience` s.
 
         May be called from another thread than `write`, and twice.
         """
@@ -150,7 +150,7 @@ class Writer:
         return True
 
     def abandon(self) -> None:
-        """Let go of the file after it could not be written: what is committed stays, nothing is added."""
+        """Close the file after it could not be written: what is committed stays, nothing is added."""
         with self._mutex, contextlib.suppress(OSError, RuntimeError):
             self._file.close()
         self._lock.release()
