@@ -191,7 +191,7 @@ class SwitchError:
 
 
 def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Switches against the reference: aligned by kind, so that one missed pair does not condemn the rest."""
+    """Switches against the reference: aligned by kind, so that one missed pair leaves the others comparable."""
     kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
     if kinds == true.kinds:
         pairs = [(i, i) for i in range(len(kinds))]

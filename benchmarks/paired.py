@@ -5,7 +5,7 @@
 One process per checkout runs throughout, with its kernels compiled. They take turns case by case, so that other
 load on the machine affects both alike, and each time is CPU time of the process. Printed for each case, second checkout
 over first: the ratio of the shortest times, and the median and quartiles of the ratios of neighbouring runs. Where
-the quartiles enclose 1 nothing was found; then more repeats, or a quieter machine, tell more. 2 % is what a change
+the quartiles enclose 1 nothing was found; then more repeats, or a less busy machine, are needed. 2 % is what a change
 that is not meant to change speed may cost.
 """
 

@@ -1,9 +1,9 @@
 """Fixed against refined switching: what each costs, how far off it is, and from which Δτ structure is lost.
 
-For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and held against the certified
+For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and compared with the certified
 orbit: ρ of the section points, whether order and gaps are kept, and whether the word is. For the range
 3.0 ≤ A ≤ 3.25 the same is done for those A whose certified motion is periodic, and the share that keeps its
-order is told.
+order is given.
 """
 
 from __future__ import annotations

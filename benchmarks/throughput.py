@@ -3,8 +3,9 @@
 Certified switching, trajectories in batches, against one trajectory at a time with libm's sine and cosine,
 hand-written Numba, heyoka and scipy on the same sweep; the literal scan against the obvious loop; the paper's
 own setting (Δτ = 1e-5, Muller to 1e-7) against certified. One thread; all threads last. Every contestant's
-sections are held against certified ones, so that none wins by being wrong. At ε = 0 a certified motion that comes back
-to the last bit is copied from then on; what computing costs is seen where none comes back within the record.
+sections are compared with certified ones, so that none is fast only because it is wrong. At ε = 0 a
+certified motion that comes back to the last bit is copied from then on; the cost of computing is measured on motions
+of which none comes back within the record.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
 COMPUTED = "certified, where nothing repeats"
-"""Stable motions that never rest, drawn in so slowly that in PERIODS periods none settles to the last bit."""
+"""Stable motions that never rest, so weakly attracting that in PERIODS periods none settles to the last bit."""
 
 
 def values(n: int) -> np.ndarray:

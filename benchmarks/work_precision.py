@@ -109,14 +109,14 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     )  # fmt: skip
 
 
-def abreast_point(scene: Scene, repeats: int) -> Point:
-    """Certified in a sweep of 1024 neighbours: the same bits, the price of company."""
+def batched_point(scene: Scene, repeats: int) -> Point:
+    """Certified in a sweep of 1024 neighbouring points: the same bits, at the cost per point of a batch."""
     A = scene.A + 1e-9 * np.arange(1024)
     run = {"A": A, "eps": scene.eps, "method": "certified", "transient": 100, "periods": 100, "threads": 1}
     timing = paired({"": lambda: vd.sweep(**run)}, repeats)[""]
     alone = our_point(scene, "", "", 1, method="certified")
     return Point(
-        scene.A, scene.eps, "certified, abreast", "1024 trajectories", True, timing.seconds / (len(A) * 200),
+        scene.A, scene.eps, "certified, batched", "1024 trajectories", True, timing.seconds / (len(A) * 200),
         alone.evaluations, alone.error, alone.wrong, alone.switches, alone.rho,
     )  # fmt: skip
 
@@ -137,7 +137,7 @@ def our_points(scene: Scene, quick: bool) -> Iterable[Point]:
         setting = {"method": "muller", "dtau": dtau, "tol": tol, "scan": "skip"}
         yield our_point(scene, "Muller, skip, over tol", f"Δτ = {dtau:g}, tol = {tol:g}", repeats, **setting)
     yield our_point(scene, "certified", "", repeats, method="certified")
-    yield abreast_point(scene, repeats)
+    yield batched_point(scene, repeats)
 
 
 def peer_point(

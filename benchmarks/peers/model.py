@@ -7,7 +7,7 @@ import math
 from numba import njit
 
 UP, DOWN, STICK, REST, IMPACT = 0, 1, 2, 3, 4
-BUDGET = 20_000  # switches in one period, after which a peer has lost its way
+BUDGET = 20_000  # switches in one period, after which a peer is stopped
 
 jit = njit(error_model="numpy", nogil=True)
 

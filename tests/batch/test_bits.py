@@ -1,4 +1,4 @@
-"""Results are equal to the bit: compiled or not, one thread or two, alone or abreast, cut into blocks or not."""
+"""Results are equal to the bit: compiled or not, one thread or two, alone or batched, cut into blocks or not."""
 
 from __future__ import annotations
 
@@ -151,8 +151,8 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
     ],
 )
 @pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
-def test_abreast_equals_alone(method, section_phase):
-    """Level to steep, all kinds of start: ordinary switches taken abreast, others one by one; alone all are."""
+def test_batched_equals_alone(method, section_phase):
+    """Level to steep, all kinds of start: ordinary switches computed in batches, others one by one; alone all are."""
     rng = np.random.default_rng(7)
     axes = {
         "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],

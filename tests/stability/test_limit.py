@@ -1,4 +1,4 @@
-"""The limit k₂: the search against verdicts whose answer is known, then the paper's own orbits."""
+"""The limit k₂: the search against answers that are known, then the paper's own orbits."""
 
 import math
 from dataclasses import replace
@@ -140,7 +140,7 @@ def test_sensitivity_grows_with_the_order_of_the_subharmonic():
 
 
 @pytest.mark.jit
-def test_many_abreast_find_what_one_finds_alone():
+def test_many_at_once_find_what_one_finds_alone():
     A = [2.5, 2.8, 3.04]
     together = dict(limits(A, "dtau", "fixed", transient=200, periods=100, threads=2))
     for i, a in enumerate(A):

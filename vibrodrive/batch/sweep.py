@@ -94,7 +94,7 @@ def _fill(
 
 
 def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
-    """work(0) in this thread, work(1), …, work(count - 1) in others. However it ends, none of them goes on."""
+    """work(0) in this thread, work(1), …, work(count - 1) in others. All have ended when it returns or raises."""
     if count == 1:
         work(0)
         return

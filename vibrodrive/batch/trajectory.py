@@ -49,7 +49,7 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """What `simulate` returns. Two are equal if the same was asked for and the same came out, to the bit.
+    """What `simulate` returns. Two are equal if their arguments and all results are, to the bit.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Trajectory:
     _start: np.ndarray
 
     def __eq__(self, other: object) -> bool:
-        """Whether the same motion was asked for and came out: equal arguments, and all numbers the same (NaN is NaN).
+        """Whether arguments and results are equal, to the bit (NaN equals NaN).
 
         Motions found in two ways (method, scan, …) are never equal: compare their switches or sections.
         """
@@ -254,7 +254,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        capacity = n  # there were more switches than guessed: now their number is known
+        capacity = n  # more switches than estimated: now their number is known
     rows = np.empty(n, SWITCH)
     rows["period"], rows["before"], rows["after"] = rows_int[:n].T
     rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T

@@ -30,7 +30,7 @@ AT_ONCE = 4096
 """Values whose ink is in memory at a time."""
 
 FAINTEST = 0.3
-"""Ink of a spot visited once: it must survive a bad printer."""
+"""Ink of a spot visited once: dark enough for a poor printer."""
 
 LINES = 16
 """A motion of this period or less is drawn in full ink."""
@@ -111,7 +111,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
         some = slice(first, first + AT_ONCE)
         ink, own = _ink(values[some], low, high), column[some]
         begins = np.flatnonzero(np.diff(own, prepend=-1))
-        there = own[begins]  # of values that share a column the fullest counts, spot by spot
+        there = own[begins]  # of values that share a column the darkest counts, spot by spot
         image[there] = np.maximum(image[there], np.maximum.reduceat(ink, begins))
     nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
     shown = column[nearest]
@@ -151,12 +151,12 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     full = math.log(max(values.shape[1] / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
     ink = np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
-    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be a hair
+    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be too thin
     return ink
 
 
 class FullestImage(AxesImage):
-    """An image whose pixels, where they are fewer than its columns or rows, each show the fullest of what falls
+    """An image whose pixels, where they are fewer than its columns or rows, each show the darkest of what falls
     on them: the nearest one would drop a mark that stands alone, and an average would make it invisible."""
 
     def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:

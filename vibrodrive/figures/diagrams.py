@@ -38,7 +38,7 @@ DIAGRAM = 12
 """From this many values an axis is drawn as a bifurcation diagram, below as Poincaré sections."""
 
 FEW = 64
-"""Up to this many distinct points a section is drawn with dots the eye can count."""
+"""Up to this many distinct points a section is drawn with dots large enough to be counted."""
 
 
 @styled

@@ -11,7 +11,7 @@ from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
 LEAST = 1e-3
-"""Smaller shares are white: with a thousand switches judged there are hardly any."""
+"""Smaller shares are white: with a thousand switches compared they hardly occur."""
 
 
 @styled

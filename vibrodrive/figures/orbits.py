@@ -138,11 +138,11 @@ def cobweb(A: float, B: float = 0.1, orbit: Orbit | None = None) -> Figure:
     ax.plot([0, turn], [0, turn], color=BRUTE, lw=0.6)
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
-        # close to a grazing the map falls like a square root: points crowd at the ends
+        # close to a grazing the map falls like a square root: points are denser at the ends
         inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase
-        image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # over the turn
+        image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # where the phase wraps around
         ax.plot(phi, image, color=INK, lw=1.0)
     for point in system.breakpoints.tolist():
         ax.axvline(point, color=BRUTE, lw=0.5, ls=":")

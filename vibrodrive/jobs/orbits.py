@@ -24,7 +24,7 @@ from vibrodrive.store.orbits import load_family, save_family
 MAX_PERIOD = 3
 
 CROWDED = 8
-"""From this many bifurcations on the diagram has a second panel for the part where they crowd."""
+"""From this many bifurcations on the diagram has a second panel for the part where they are dense."""
 
 
 UNTOLD = Origin("")

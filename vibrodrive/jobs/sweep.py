@@ -63,7 +63,7 @@ class Refused(ValueError):
 
 
 class Failed(RuntimeError):
-    """The sweep ended at work; the message is one line, and the file can be resumed."""
+    """The sweep failed while computing; the message is one line, and the file can be resumed."""
 
 
 def run(job: Job, show: Show) -> str:
@@ -136,7 +136,9 @@ class _Work:
 
     def _run(self) -> None:
         job, path = self.job, self.job.path
-        with _executor(job.dask, self._watch_workers) as executor:  # a cluster that is not there leaves no file behind
+        with _executor(
+            job.dask, self._watch_workers
+        ) as executor:  # before the file is made: an unreachable cluster leaves none
             fresh = job.overwrite or not path.exists()
             writer = open_writer(
                 path,
@@ -257,7 +259,10 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     try:
         from distributed import Client
 
-        for chatty in ("concurrent.futures", "distributed"):  # tracebacks for what is said in one line here
+        for chatty in (
+            "concurrent.futures",
+            "distributed",
+        ):  # they log tracebacks for what is reported in one line here
             logging.getLogger(chatty).setLevel(logging.CRITICAL)
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
@@ -266,7 +271,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     except TimeoutError as error:
         why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
         raise Refused(f"--dask {address}: {why}") from None
-    except Exception as error:  # whatever the transport says: TLS without certificates, …
+    except Exception as error:  # any error of the transport: TLS without certificates, …
         raise Refused(f"--dask {address}: {_one_line(error)}") from None
     ended = threading.Event()
 
@@ -299,7 +304,7 @@ def _signals() -> Iterator[list[int]]:
     caught: list[int] = []
 
     def note(signum: int, frame: object) -> None:
-        caught.append(signum)  # one is enough, and impatience changes nothing
+        caught.append(signum)  # one is enough: further signals change nothing
 
     before = {s: signal.getsignal(s) for s in SIGNALS}
     for s, handler in before.items():

@@ -1,4 +1,4 @@
-"""The keywords of `simulate`, `sweep` and `limit`: their types, and how what was written reaches the function.
+"""The keywords of `simulate`, `sweep` and `limit`: their types, and how they are passed on as the caller wrote them.
 
 Each of these functions spells its keywords out, with types and defaults: for `help()`, editors and type checkers. But
 Python hands keywords over in the order of the signature, and the axes of a sweep are to be in the order in which the

@@ -27,7 +27,7 @@ from vibrodrive.model.parameters import (
 
 BLOCK_BYTES = 4 << 20
 """Section data of one block, at most (unless one point alone is larger): large enough that writing is
-sequential, small enough that a kill loses little and memory stays flat."""
+sequential, small enough that little is lost if the process is killed, and that memory use stays constant."""
 
 BLOCK_POINTS = 1024
 """Points of one block, at most."""
@@ -40,7 +40,7 @@ IN_FLIGHT = 16
 """Tasks an executor holds at a time unless its number of workers is known; bounds the memory of finished ones."""
 
 DEFAULT_BUDGET = 100_000
-"""Switches one excitation period may hold before a trajectory is given up as chattering."""
+"""Switches allowed in one excitation period; a trajectory with more is ended as chattering."""
 
 
 def _setting(default: int, check: Callable[..., int], **allowed: Any) -> Any:

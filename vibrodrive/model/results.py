@@ -1,4 +1,4 @@
-"""What a sweep found, with named axes: from memory, or read from a file when asked for."""
+"""What a sweep found, with named axes: from memory, or read from a file on access."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def _no_more(name: str, index: Index) -> np.ndarray:
 
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
-    """What `source` has at `inner`, an index over the axes that `chosen` left."""
+    """The values of `source` at `inner`, an index over the axes that `chosen` left."""
     return source(name, _within(chosen, inner))
 
 

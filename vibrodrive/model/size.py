@@ -1,4 +1,4 @@
-"""What a sweep weighs, in memory and on disk, and the refusal beforehand of what cannot fit."""
+"""The size of a sweep in memory and on disk, and the refusal, before it starts, of one that cannot fit."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def refuse_many_rows(periods: int, rows: int) -> None:
 
 def refuse_large_sample(per_period: int, instants: int) -> None:
     """Raise TooLarge if so many instants of one motion do not fit the memory."""
-    need = 64 * instants  # τ, ξ, ξ', H and the state, and what is made on the way
+    need = 64 * instants  # τ, ξ, ξ', H and the state, and temporary arrays
     if need > LARGE and need > (have := available_memory()):
         raise TooLarge(
             f"points_per_period = {per_period}: must be small enough for the memory: "

@@ -30,7 +30,7 @@ SAME_POINT = 1e-7
 near a bifurcation a motion needs many transient periods to come so close."""
 
 BLURRED = 1e-4
-"""Points of an orbit closer than this count as one: beside a period doubling a motion that still
+"""An orbit with points closer than this is not given a period: beside a period doubling a motion that still
 jumps to and fro about an orbit of period n looks like one of period 2n."""
 
 MAJOR = 0.1

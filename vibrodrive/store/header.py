@@ -1,4 +1,4 @@
-"""Opening a result file: what it says about itself, and whether that can be believed."""
+"""Opening a result file: what it says about itself, and whether that is consistent."""
 
 from __future__ import annotations
 

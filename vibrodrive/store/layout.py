@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 
 
 def quiet(done: int, total: int) -> None:
-    """Progress nobody watches."""
+    """Progress that is not shown."""
 
 
 class Variable(NamedTuple):

@@ -138,7 +138,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
         yield file
         file.close()
     except (OSError, RuntimeError) as error:
-        if "errno" in str(error):  # HDF5's own words
+        if "errno" in str(error):  # as HDF5 words it
             raise unwritable(error, path) from None
         raise
     finally:

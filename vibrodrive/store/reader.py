@@ -22,7 +22,7 @@ __all__ = ["Report", "load", "look", "verify"]
 
 
 def load(path: str | Path) -> Results:
-    """The results of a sweep in a file; arrays are read when asked for. Works while the sweep is still running.
+    """The results of a sweep in a file; arrays are read on access. Works while the sweep is still running.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Writing a result file block by block, so that a kill at any moment loses only what was in flight.
+"""Writing a result file block by block, so that a process killed at any moment loses only the blocks not yet committed.
 
 The order is data, flush, status, flush: the status of a block says that the block is there. Nothing that is
 committed is written again, and the structure of the file does not change after it was laid out. Blocks
@@ -211,7 +211,7 @@ class Writer:
             self._flush()
 
     def _refused(self, error: BaseException) -> OSError | Damaged:
-        """A write that went wrong: by the system's doing, or because the file's structure makes no sense."""
+        """A write that failed: refused by the system, or because the file's structure is damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
         return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
