@@ -36,7 +36,7 @@ def compile_kernels() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what is marked `jit` when Numba is told not to compile: it would run for hours."""
+    """Leave out what is marked `jit` when Numba does not compile: it would run for hours."""
     if COMPILES:
         return
     skip = pytest.mark.skip(reason="needs compiled kernels")

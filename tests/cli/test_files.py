@@ -368,7 +368,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(run, monk
 
 @pytest.mark.jit
 def test_periods_that_were_not_told_are_not_those_of_a_sweep(run, idle, made):
-    """Limits have 1500 periods unless told, a sweep has 250."""
+    """Limits have 1500 periods unless given, a sweep has 250."""
     with h5py.File(made / "atlas.h5") as file, h5py.File("atlas.h5", "w") as copy:
         for name in file:
             file.copy(name, copy)

@@ -1,5 +1,5 @@
 """Compiled kernels on the disk: an edit of what they are made from, another Python or another processor makes new
-ones, and whoever waits for them is told."""
+ones, and a message is shown while one waits for them."""
 
 from __future__ import annotations
 

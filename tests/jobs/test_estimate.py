@@ -50,7 +50,7 @@ CASES = {
         lambda p, n: 1e-7 * n * np.where(p["A"] < 1.6, 80.0, 4.0) * np.where(p["xi0"] > 0.8, 20.0, 1.0),
         {"A": np.linspace(1.2, 3.2, 1000), "eps": 5e-4, "xi0": AXIS},
     ),
-    "a rare value of epsilon is the dear one": (
+    "a rare value of epsilon is the expensive one": (
         lambda p, n: 1e-7 * n * np.where(p["eps"] > 0.9e-2, 1000.0, 1.0),
         {"eps": np.geomspace(1e-6, 1e-2, 300), "xi0": AXIS},
     ),

@@ -120,7 +120,7 @@ def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
-    """B = 0: which, is told by A cos ψ = π/2 alone, and the last bits of ψ have their say only there."""
+    """B = 0: which, is decided by A cos ψ = π/2 alone, and the last bits of ψ have their say only there."""
     system = impact_map(A, 0.0)
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))

@@ -22,11 +22,11 @@ from vibrodrive.store.limits import NUMBERS, Limits, load_limits
 
 def find(kind, kept):
     """Run a search against a function that says what is kept."""
-    asking = search_band(GRIDS[kind])
-    asked = next(asking)
+    search = search_band(GRIDS[kind])
+    requested = next(search)
     while True:
         try:
-            asked = asking.send(np.array([kept(x) for x in asked]))
+            requested = search.send(np.array([kept(x) for x in requested]))
         except StopIteration as end:
             return end.value
 
@@ -113,10 +113,10 @@ def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)
         exact = structure.reference_orbit(simulate(A=A, periods=128))
-        for value, told in ((k.kept_below, k.kept), (k.k2, k.lost)):
+        for value, found in ((k.kept_below, k.kept), (k.k2, k.lost)):
             again = structure.compare_structure(exact, simulate(A=A, method=method, **{kind: value}, periods=600))
-            assert again.rho == pytest.approx(told.rho, rel=1e-9, abs=1e-9)
-            assert replace(again, rho=told.rho) == told
+            assert again.rho == pytest.approx(found.rho, rel=1e-9, abs=1e-9)
+            assert replace(again, rho=found.rho) == found
         assert k.kept.kept(("order", "gaps"))
         assert not k.lost.kept(("order", "gaps"))
 

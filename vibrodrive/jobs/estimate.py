@@ -21,26 +21,27 @@ SAMPLE_WAVES = 8
 """Where only a few points are computed together, whole waves of them: at least so many."""
 
 SAMPLE_SECONDS = 0.4
-"""A sample that took less says little about hours."""
+"""A sample that took less is too short to extrapolate to hours."""
 
 GROWTH = 4
-"""From one sample to the next, in periods: what the later three quarters of a sample take says how it goes on."""
+"""Ratio of the periods of one sample to those of the one before; the added three quarters give the rate that is
+extrapolated."""
 
 LONG_PERIOD = 1e-3
-"""Seconds for one period of one point beyond which fewer points have to do; most take a thousandth of it."""
+"""Seconds for one period of one point beyond which fewer points are sampled; most take a thousandth of it."""
 
 REPEATS, REPEAT_SECONDS = 5, 0.05
-"""A group is computed so often, or so long, and the shortest time counts."""
+"""A group is computed this many times, or for this long, and the shortest time counts."""
 
 FIRST_SECONDS = 3e-3
 BYTES_PER_SECOND = 1e9
 BLOCK_SECONDS = 0.7e-3
-"""What the writer was measured to take to begin, for the data, and besides for every block."""
+"""Measured times of the writer: to start, for the data, and in addition for every block."""
 
 LAYOUT_SECONDS = 0.04
 LAYOUT_BLOCK_SECONDS = 0.4e-3
 LAYOUT_BYTES_PER_SECOND = 1e9
-"""The same for laying out the file before and for closing it behind."""
+"""The same for laying out the file at the start and closing it at the end."""
 
 
 class Estimate(NamedTuple):

@@ -1,4 +1,4 @@
-"""How far a sweep is, in one line: rewritten on a terminal, now and then elsewhere.
+"""Progress of a sweep in one line: rewritten on a terminal, printed now and then elsewhere.
 
 Not click's progress bar: that is silent where there is no terminal, and ends the work when its stream goes away.
 """
@@ -21,7 +21,7 @@ COMPILING = "compiling the kernels, once for this version, Python and processor"
 
 @dataclass
 class Tally:
-    """What a sweep has done so far. One thread counts, another one shows."""
+    """What a sweep has done so far. One thread counts, another displays it."""
 
     points: int = 0  # of the sweep
     done: int = 0  # computed, now or in an earlier run
@@ -83,12 +83,12 @@ class Show:
         self._terminal = stream.isatty()
         self._last = time.monotonic()
         self._drawn = False
-        self._told = False
+        self._announced = False
 
     def compiling(self, seconds: float) -> None:
         """Say that kernels are being compiled, once, and count the seconds it takes."""
-        if not self._told:
-            self._told = True
+        if not self._announced:
+            self._announced = True
             self.say(COMPILING)
         self.update(lambda: f"compiling: {seconds:.0f} s")
 

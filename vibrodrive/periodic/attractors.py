@@ -33,12 +33,12 @@ MOST_FLIGHTS = 512
 
 
 @part
-def return_of(psi, A, B, horizon, none, nothing):
+def return_of(psi, A, B, horizon, none, no_slides):
     """(flights, periods) after which a motion is back at ψ; 0 flights if it is not within MOST_FLIGHTS."""
     phase = psi
     periods = 0
     for j in range(MOST_FLIGHTS):
-        k, phase, _, _, _, _ = flight(phase, A, B, horizon, none, nothing)
+        k, phase, _, _, _, _ = flight(phase, A, B, horizon, none, no_slides)
         if k < 0:
             break
         periods += k
@@ -48,8 +48,8 @@ def return_of(psi, A, B, horizon, none, nothing):
 
 
 @jit(_nrt=False)
-def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, nothing):
-    """The attractor for every A (n,), into the arrays behind it (n,); `nothing` float64 (0, 3)."""
+def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, no_slides):
+    """The attractor for every A (n,), into the arrays behind it (n,); `no_slides` float64 (0, 3)."""
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
     for i in range(len(A)):
         a = A[i]
@@ -67,7 +67,7 @@ def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, n
             if flown[i] == limit // 2:
                 half_periods = periods
                 total = 0.0
-            k, phase, _, slope, _, _ = flight(psi, a, B, horizon, none, nothing)
+            k, phase, _, slope, _, _ = flight(psi, a, B, horizon, none, no_slides)
             flown[i] += 1
             if k < 0:
                 break
@@ -80,7 +80,7 @@ def follow_rests(A, B, limit, horizon, kind, period, impacts, exponent, flown, n
             psi = phase
         if kind[i] == IRREGULAR and flown[i] == limit:
             exponent[i] = total / (periods - half_periods)
-            back, span = return_of(psi, a, B, horizon, none, nothing)
+            back, span = return_of(psi, a, B, horizon, none, no_slides)
             if back > 0:
                 kind[i], impacts[i], period[i] = STABLE, back, span
 

@@ -100,36 +100,36 @@ def slope_between(one, other, count, A, B):
 
 
 @part
-def bisect(a, ga, b, n, A, B, horizon, nothing):
+def bisect(a, ga, b, n, A, B, horizon, no_slides):
     """The root of G(ψ) - ψ in [a, b], to neighbouring floats; ga is its value at a."""
     while True:
         middle = 0.5 * (a + b)
         if middle <= a or middle >= b:
             break
-        g = flights(middle, n, A, B, horizon, nothing)[2] - middle
+        g = flights(middle, n, A, B, horizon, no_slides)[2] - middle
         if (g > 0.0) == (ga > 0.0):
             a, ga = middle, g
         else:
             b = middle
-    gb = flights(b, n, A, B, horizon, nothing)[2] - b
+    gb = flights(b, n, A, B, horizon, no_slides)[2] - b
     return a if abs(ga) < abs(gb) else b
 
 
 @jit(_nrt=False)
-def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, nothing):
+def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, no_slides):
     """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
 
     `certain` is False for an undecided one. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are work
-    arrays, `nothing` float64 (0, 3) is passed where no slides are wanted. `under_way` int64 (2,) holds the number of
+    arrays, `no_slides` float64 (0, 3) is passed where no slides are wanted. `under_way` int64 (2,) holds the number of
     pieces on the stack (-1 before the first call) and of roots found. Returns whether the search is complete; if not,
     the next call continues it. If all rows are full, `found` and `certain` must be enlarged before.
     """
     top, number = under_way[0], under_way[1]
     if n % 2 == 1:
-        g_low = flights(low, n, A, B, horizon, nothing)[2] - low
-        g_high = flights(high, n, A, B, horizon, nothing)[2] - high
+        g_low = flights(low, n, A, B, horizon, no_slides)[2] - low
+        g_high = flights(high, n, A, B, horizon, no_slides)[2] - high
         if not (g_low < 0.0 or g_high > 0.0):
-            found[0] = bisect(low, g_low, high, n, A, B, horizon, nothing)
+            found[0] = bisect(low, g_low, high, n, A, B, horizon, no_slides)
             certain[0] = True
             under_way[1] = 1
         return True
@@ -150,14 +150,14 @@ def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, 
         least, most = slope_between(one, other, count, A, B)
         if most < 1.0 or least > 1.0:
             if (ga > 0.0) != (gb > 0.0) or ga == 0.0 or gb == 0.0:
-                root = bisect(a, ga, b, n, A, B, horizon, nothing)
+                root = bisect(a, ga, b, n, A, B, horizon, no_slides)
                 if number == 0 or root > found[number - 1]:
                     found[number] = root
                     certain[number] = True
                     number += 1
             continue
         middle = 0.5 * (a + b)
-        g = flights(middle, n, A, B, horizon, nothing)[2] - middle
+        g = flights(middle, n, A, B, horizon, no_slides)[2] - middle
         reach = max(most - 1.0, 1.0 - least) * 0.5 * (b - a)
         if abs(g) > reach + NOISE:
             continue

@@ -42,8 +42,8 @@ SLIDES_NAMED = 16
 
 
 @jit(_nrt=False)
-def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
-    """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `nothing` (0, 3)."""
+def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
+    """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `no_slides` (0, 3)."""
     up, _ = release_up(A, B)
     end = window_end(up)
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
@@ -52,11 +52,11 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, nothing):
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
         if up < psi < end:
-            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, nothing)
+            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, no_slides)
         else:
             if not rested:
                 rested = True
-                k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(none, REST + 1), nothing)
+                k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(none, REST + 1), no_slides)
             k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
             if psi >= end and k0 >= 0:
                 k = k0 + 1

@@ -77,11 +77,11 @@ def flights(psi, n, A, B, horizon, slides):
 
 
 @jit(_nrt=False)
-def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, nothing):
+def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, no_slides):
     """Divide [low, high] into the intervals with one itinerary of n flights, in at most `steps` halvings.
 
     `ends` float64 (rows, 2) receives the first and last float of each; `stack` float64 and `names` int64
-    (DEPTH, 2) are work arrays, `nothing` float64 (0, 3) is passed on as the slides. `under_way` int64 (2,) holds the
+    (DEPTH, 2) are work arrays, `no_slides` float64 (0, 3) is passed on as the slides. `under_way` int64 (2,) holds the
     number of pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is
     complete; if not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
     """
@@ -89,8 +89,8 @@ def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, not
     if top < 0:
         stack[0, 0] = low
         stack[0, 1] = high
-        names[0, 0] = flights(low, n, A, B, horizon, nothing)[0]
-        names[0, 1] = flights(high, n, A, B, horizon, nothing)[0]
+        names[0, 0] = flights(low, n, A, B, horizon, no_slides)[0]
+        names[0, 1] = flights(high, n, A, B, horizon, no_slides)[0]
         top = 1
         ends[0, 0] = low
     for _ in range(steps):
@@ -107,7 +107,7 @@ def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, not
             found += 1
             ends[found, 0] = b
             continue
-        name = flights(middle, n, A, B, horizon, nothing)[0]
+        name = flights(middle, n, A, B, horizon, no_slides)[0]
         stack[top, 0] = middle
         stack[top, 1] = b
         names[top, 0] = name

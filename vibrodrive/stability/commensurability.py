@@ -1,9 +1,8 @@
 """Why 6×2π (Fig. 12): a grid Δτ closes, nearly, after q excitation periods if p·Δτ ≈ q·2π.
 
-A plastic impact forgets everything but the instant, and on a fixed grid that instant is a grid point. So a
-disturbed motion is a sequence of phases kΔτ mod 2π, and it can nearly repeat only after a number of periods
-after which the grid itself does. The best such numbers are the convergents of the continued fraction of
-Δτ/2π.
+After a plastic impact the motion depends on its instant alone, and on a fixed grid that instant is a grid point. So
+a disturbed motion is a sequence of phases kΔτ mod 2π, and it can nearly repeat only after a number of periods
+after which the grid itself does. The best such numbers are the convergents of the continued fraction of Δτ/2π.
 """
 
 from __future__ import annotations
