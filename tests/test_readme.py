@@ -89,7 +89,7 @@ class Silent:
     def update(self, line):
         pass
 
-    say = update
+    say = compiling = update
 
     def clear(self):
         pass
