@@ -32,7 +32,6 @@ import numpy as np
 from numba.core import event, types
 from numba.core.registry import cpu_target
 
-_PACKAGE = __name__.partition(".")[0]
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 """Folder of the whole package, wherever in it this file lies."""
 

@@ -252,10 +252,10 @@ def on_boundary(w, i, where, there, level):
     ξ'' = 0 would begin with the H' of another time. One step of Newton's method, to first order in what it moves. LATE
     is what the rounding of H leaves of it, over ROUNDING (margins.py). Elsewhere nothing is moved, and LATE is 0.
     """
-    eta, af, b = w[ETA + i], w[AF + i], w[B + i]
+    eta = w[ETA + i]
     rate = there.p + eta * there.pf
     inverse = 1.0 / choose(rate == 0.0, 1e-300, rate)
-    shift = (level - (there.q + there.qf - b)) * inverse
+    shift = (level - adhesive_force(w, i, there.q, there.qf)) * inverse
     fast = eta * shift
     near = where & (abs(fast) < NEAR_BOUNDARY) & (abs(shift) < NEAR_BOUNDARY)
     shift, fast = choose(near, shift, 0.0), choose(near, fast, 0.0)
@@ -264,7 +264,7 @@ def on_boundary(w, i, where, there, level):
         fma(-there.q, shift, there.p), fma(there.p, shift, there.q), there.theta + fast,
         fma(-there.qf, fast, there.pf), fma(there.pf, fast, there.qf),
     )  # fmt: skip
-    return moved, choose(where, (1.0 + w[A + i] + af + b) * abs(inverse), 0.0)
+    return moved, choose(where, (1.0 + w[A + i] + w[AF + i] + w[B + i]) * abs(inverse), 0.0)
 
 
 @part

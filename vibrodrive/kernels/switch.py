@@ -224,17 +224,17 @@ def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
 
 
 @inline
-def set_point_ahead(w, k, i, slot, x, v):
-    """Section point `slot`, (x, v), lies on the way to the switch, if any does."""
-    k[r.SLOT + i] = slot
-    w[r.POINT_X + i] = x
-    w[r.POINT_V + i] = v
-
-
-@inline
 def mark_point_ahead(k, i, slot):
     """Section point `slot` lies on the way to the switch."""
     k[r.SLOT + i] = slot
+
+
+@inline
+def set_point_ahead(w, k, i, slot, x, v):
+    """The same for a point (x, v) that is written once the switch is applied."""
+    mark_point_ahead(k, i, slot)
+    w[r.POINT_X + i] = x
+    w[r.POINT_V + i] = v
 
 
 @inline

@@ -179,10 +179,16 @@ def clear_dip(w, i):
 
 
 @inline
+def unknown_values(w, i):
+    """No value of the switching function is known at the grid points around the cursor."""
+    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+
+
+@inline
 def restart_search(w, k, i, which, limit, cursor):
     """Begin the search for the first zero of `which` at `cursor` after the present switch, in one lane."""
     set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
-    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+    unknown_values(w, i)
 
 
 @inline
@@ -190,7 +196,7 @@ def start_on_grid(w, i, which):
     """The search that has just begun visits grid points: first that behind the start. There both sides of S4 are looked
     at, and any ξ below 0 is an impact."""
     w[CURSOR + i] = 1.0
-    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+    unknown_values(w, i)
     if which == S2:
         w[FALL_TOLERANCE + i] = 0.0
     if which == S4:
@@ -201,4 +207,4 @@ def start_on_grid(w, i, which):
 def turn_side(w, i):
     """Go over to the other side of S4, on a grid."""
     w[SIG + i] = -w[SIG + i]
-    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+    unknown_values(w, i)
