@@ -26,7 +26,7 @@ from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.model.block import Block
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, bad, check_count
-from vibrodrive.model.plan import IN_FLIGHT, Plan, make_plan
+from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings, make_plan
 from vibrodrive.model.results import Results
 
 RETRIES = 3
@@ -48,7 +48,7 @@ def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -
     n = len(points)
     section, status = np.empty((n, plan.settings.periods, 2)), np.empty(n, np.int8)
     margin, counts = np.empty(n), np.empty((n, 5), np.int64)
-    _fill(plan, points, threads, halt, section, status, margin, counts)
+    fill(plan.settings, points, threads, halt, section, status, margin, counts)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)
@@ -57,8 +57,8 @@ def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -
     return out
 
 
-def _fill(
-    plan: Plan,
+def fill(
+    settings: Settings,
     points: np.ndarray,
     threads: int,
     halt: Halt,
@@ -66,15 +66,19 @@ def _fill(
     status: np.ndarray,
     margin: np.ndarray,
     counts: np.ndarray,
+    impacts: np.ndarray | None = None,
 ) -> None:
-    """Compute points of a plan into arrays with a row for each."""
-    s, n = plan.settings, len(points)
+    """Compute points (rows of COLUMNS) into arrays with a row for each.
+
+    impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/impacts.py).
+    """
+    s, n = settings, len(points)
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # disturbed (expensive) points first, so that the last points, when lanes run empty, are cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
     arguments = (
         points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
-        section, status, margin, counts, np.empty(n),
+        section, np.empty((n, 0, 4)) if impacts is None else impacts, status, margin, counts, np.empty(n),
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
     w, k = new_lanes(threads)
@@ -290,5 +294,5 @@ def sweep(
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
-        _fill(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
+        fill(plan.settings, plan.points(start, stop), count, halt, *results.rows(start, stop))
     return results

@@ -21,6 +21,18 @@ from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_th
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
 
+MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
+"""A row of `Trajectory.impacts`; `row` is that of the same impact in `Trajectory.switches`."""
+
+
+def main_impacts(written: np.ndarray) -> np.ndarray:
+    """The main impacts of one motion, float64 (2 periods, 4), as its kernel has written them, as MAIN_IMPACT."""
+    known = written[: np.count_nonzero(written[:, 0] == written[:, 0])]  # NaN behind the last
+    rows = np.empty(len(known), MAIN_IMPACT)
+    for column, name in enumerate(MAIN_IMPACT.names or ()):
+        rows[name] = known[:, column]
+    return rows
+
 
 def same_array(one: Any, other: Any) -> bool:
     """Whether two arrays (of records, too) hold the same numbers, NaN where NaN is."""
@@ -58,6 +70,9 @@ class Trajectory:
         phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
     section : float64 (periods, 2)
         ξ, ξ' at τ = section_phase + 2πk.
+    impacts : structured array
+        the main impacts among the switches, in order: period, phase, speed -ξ', and their row in `switches`. Main is
+        an impact without a faster one within half an excitation period of it; others are touches beside it.
     status : Status
         OK, or why not; `status.advice` is a sentence. OK holds for each switch from the state that it starts from, as
         computed: what that state inherits from the switches before is not part of it. Where errors grow from switch
@@ -87,6 +102,7 @@ class Trajectory:
 
     switches: np.ndarray
     section: np.ndarray
+    impacts: np.ndarray
     status: Status
     margin: float
     evaluations: int
@@ -101,7 +117,7 @@ class Trajectory:
         """
         if not isinstance(other, Trajectory):
             return NotImplemented
-        arrays = ((self.switches, other.switches), (self.section, other.section), (self._start, other._start))
+        arrays = [(getattr(self, a), getattr(other, a)) for a in ("switches", "section", "impacts", "_start")]
         numbers = [(t.status, t.margin, t.evaluations, *t.arguments.values()) for t in (self, other)]
         return same_array(*numbers) and all(same_array(a, b) for a, b in arrays)
 
@@ -233,7 +249,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     s = plan.settings
     capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
     while True:
-        section = np.empty((1, s.periods, 2))
+        section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)
         counts, work = np.zeros((1, 5), np.int64), np.empty(1)
         rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
@@ -241,7 +257,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         w, k = new_lanes(1)
         arguments = (
             w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
-            s.transient, s.periods, s.budget, section, status, margin, counts, work,
+            s.transient, s.periods, s.budget, section, impacts, status, margin, counts, work,
             rows_int, rows_float, stored,
         )  # fmt: skip
 
@@ -260,5 +276,6 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T
     known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
     return Trajectory(
-        rows[1:], section[0], Status(int(status[0])), float(margin[0]), int(work[0]), known, plan, rows[:1]
-    )
+        rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]), int(work[0]), known,
+        plan, rows[:1],
+    )  # fmt: skip

@@ -27,6 +27,7 @@ from vibrodrive.kernels.codes import (
 )
 from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
+from vibrodrive.kernels.impacts import note_impacts, write_impacts
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
@@ -69,12 +70,12 @@ def list_ended(w, todo, n):
 
 
 @part
-def follow_up(w, k, n, guessed, transient, periods, budget, section):
+def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts):
     """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences."""
     for i in range(n):
         write_points(w, k, i, section)
         if k[r.LEFT_OVER + i] & CHECK_RECURRENCE:
-            detect_recurrence(w, k, i, guessed, transient, periods, budget, section)
+            detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts)
 
 
 @inline
@@ -89,13 +90,14 @@ def list_unusual(k, todo, n):
 @jit(_nrt=False)
 def run(
     lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
-    section, status, margin, counts, work, rows_int, rows_float, stored,
+    section, impacts, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
     lanes_w, lanes_k : memory of the lanes, and for tables and lists (lane.py)
     points float64 (n, columns), order int64 (n,), counter int64 (1,)
     section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
+    impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
     work float64 (n,): evaluations of switching functions
     rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
     the last one before the record, as many as fit, and how many there were.
@@ -134,7 +136,7 @@ def run(
                     fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
                 n += 1
             else:
-                finish(w, k, n, section, status, margin, counts, work)
+                finish(w, k, n, section, impacts, status, margin, counts, work)
             c = next_index(counter)
         if n == 0:
             if c >= order.shape[0]:
@@ -154,6 +156,8 @@ def run(
         if alone or scans:
             m = list_ended(w, todo, n)
         else:
+            if impacts.shape[1] > 0:
+                note_impacts(w, k, n, not bracketed)
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)
@@ -162,8 +166,10 @@ def run(
                 m = apply_switches_muller(w, k, n, transient, periods, budget)
             else:
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
+            if impacts.shape[1] > 0:
+                write_impacts(w, k, n, impacts)
             if not fast:
-                follow_up(w, k, n, not bracketed, transient, periods, budget, section)
+                follow_up(w, k, n, not bracketed, transient, periods, budget, section, impacts)
             if m > 0:
                 list_unusual(k, todo, n)
         ended = 0
@@ -175,9 +181,9 @@ def run(
                 set_search_mode(w, i, True, STEPPED)
                 continue
             if not process_event(
-                w, k, i, method, scan, transient, periods, budget, section, rows_int, rows_float, stored
+                w, k, i, method, scan, transient, periods, budget, section, impacts, rows_int, rows_float, stored
             ):  # fmt: skip
-                finish(w, k, i, section, status, margin, counts, work)
+                finish(w, k, i, section, impacts, status, margin, counts, work)
                 todo[ended] = i  # never ahead of j
                 ended += 1
         # close the gaps from the back, so that the lane moved in is never one of the gaps itself

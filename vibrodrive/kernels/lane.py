@@ -14,15 +14,15 @@ from vibrodrive.jit.branchless import COMPILED
 from vibrodrive.jit.compile import inline
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 87 × 8 B = 50 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 91 × 8 B = 52 kB,
 of which a search touches a third)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 87
-ROWS_K = 26
+ROWS_W = 91
+ROWS_K = 32
 
 LINE = 64
 """Bytes of a line of the cache."""
@@ -58,6 +58,8 @@ LINE = 64
     POINT_X, POINT_V,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
+    # the impact that a batch of switches may go over, and the last main one at the reference (see impacts.py)
+    IMPACT_PHI, IMPACT_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (
@@ -68,6 +70,8 @@ LINE = 64
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
     # switches so far into each of the five states, in the order of `State`, and how many there were at the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
+    # main impacts written, and at the reference; impacts and switches counted before a batch of switches (impacts.py)
+    IMPACTS, IMPACT_PERIOD, IMPACTS_BEFORE, SWITCHES_BEFORE, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 PASSES, PAUSED, IN_USE, DRAWN, DISTURBED = (LANES + row for row in range(5))

@@ -12,9 +12,11 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
     DOWN,
+    IMPACT,
     INFINITY,
     UP,
 )
+from vibrodrive.kernels.impacts import count_switches, end_impacts, write_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import section_at, state_at
 from vibrodrive.kernels.switch import (
@@ -69,13 +71,15 @@ def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
 
 
 @inline
-def record(w, k, i, before, after, x, v, transient, rows_int, rows_float, stored):
-    """Count the switch and, where there is room, write its row, if it lies after the transient.
+def record(w, k, i, before, after, x, v, transient, impacts, rows_int, rows_float, stored):
+    """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
 
     Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
     """
     recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
+        if after == IMPACT and impacts.shape[1] > 0:
+            write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -v, count_switches(k, i, r.SWITCHES), impacts)
         count_into(k, i, after)
     if rows_int.shape[0] > 0:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
@@ -83,12 +87,13 @@ def record(w, k, i, before, after, x, v, transient, rows_int, rows_float, stored
 
 
 @part
-def finish(w, k, i, section, status, margin, counts, work):
-    """Write what a point ends with; section points never reached are NaN."""
+def finish(w, k, i, section, impacts, status, margin, counts, work):
+    """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
     row = k[r.POINT + i]
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[row, m, 0] = math.nan
         section[row, m, 1] = math.nan
+    end_impacts(k, i, impacts)
     for state in range(5):
         counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
     status[row] = k[r.STATUS + i]

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
 from vibrodrive.kernels.switch import in_record
@@ -55,7 +56,7 @@ def at_reference(w, i, guessed):
 
 
 @inline
-def set_reference(w, k, i):
+def set_reference(w, k, i, impacts):
     """The present state is the reference from now on."""
     for n in range(len(DECISIVE)):
         w[r.REFERENCE_PHI + n * STRIDE + i] = w[DECISIVE[n] + i]
@@ -65,10 +66,11 @@ def set_reference(w, k, i):
     k[r.REFERENCE_PERIOD + i] = k[r.PERIOD + i]
     k[r.REFERENCE_SECTIONS + i] = k[r.SECTIONS + i]
     k[r.SINCE + i] = 0
+    set_reference_impact(w, k, i, impacts)
 
 
 @part
-def detect_recurrence(w, k, i, guessed, transient, periods, budget, section):
+def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts):
     """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
 
     guessed: whether the bits of a switch depend on where its search began.
@@ -77,7 +79,7 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section):
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
-            set_reference(w, k, i)
+            set_reference(w, k, i, impacts)
         return
     start = k[r.PERIOD0 + i] + transient
     end = start + periods
@@ -89,17 +91,24 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section):
     known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
     if known and period < start:
         cycles = (start - 1 - period) // cycle
-    elif known and points == cycle and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient):
+    elif (
+        known
+        and points == cycle
+        and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
+        and impacts_repeat(w, k, i, cycle, impacts)
+    ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
         row = k[r.POINT + i]
         for m in range(count, count + cycles * cycle):
             section[row, m, 0] = section[row, m - cycle, 0]
             section[row, m, 1] = section[row, m - cycle, 1]
         k[r.SECTIONS + i] += cycles * cycle
+        switches = count_switches(k, i, r.SWITCHES) - count_switches(k, i, r.REFERENCE_SWITCHES)
+        copy_impacts(k, i, cycles, cycle, switches, impacts)
         for state in range(5):
             switches = r.SWITCHES + state * STRIDE + i
             k[switches] += cycles * (k[switches] - k[r.REFERENCE_SWITCHES + state * STRIDE + i])
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle
     w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
-    set_reference(w, k, i)
+    set_reference(w, k, i, impacts)

@@ -79,7 +79,7 @@ def load(
 ):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
-    for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH):
+    for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH, r.IMPACTS):
         k[row_k + i] = 0
     for to in range(5):
         k[r.SWITCHES + to * STRIDE + i] = 0

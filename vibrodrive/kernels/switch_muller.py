@@ -33,6 +33,7 @@ from vibrodrive.kernels.codes import (
     S5,
     UNUSUAL,
 )
+from vibrodrive.kernels.impacts import note_impact
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     SUSPECT,
@@ -137,7 +138,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
 
     # arrive
-    x, _ = state_at(w, i, h, False)
+    x, v = state_at(w, i, h, False)
     turned, phi1, _ = advance_phase(phi, w[r.LOW + i], h)
     p, q = excitation(a, phi1, 0.0)
     force = q - b
@@ -192,6 +193,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
     leave_over(k, i, choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL)))
 
+    note_impact(w, k, i, there, phi1, v)
     w[r.WORK + i] += choose(met, VALUES, 0.0)
     left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)

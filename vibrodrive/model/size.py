@@ -114,26 +114,29 @@ LARGE = 1 << 26
 ROW_BYTES = 48 + 34
 """A switch of a single motion, as the kernel writes it and as it is returned."""
 
+MOTION_BYTES = 16 + 2 * 32
+"""A period of a single motion: its section point, and room for two main impacts."""
+
 
 def rows_that_fit(periods: int, rows: int) -> int:
     """How many rows of switches to set aside for one motion, at most `rows`.
 
     Raises TooLarge where its section does not fit the memory.
     """
-    if 16 * periods + ROW_BYTES * rows <= LARGE:
+    if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
-    need, have = 16 * periods, available_memory()
+    need, have = MOTION_BYTES * periods, available_memory()
     if need > have:
         raise TooLarge(
             f"periods = {periods}: must be small enough for the memory: "
-            f"their section points take {human(need)}, {human(have)} are available"
+            f"their section points and impacts take {human(need)}, {human(have)} are available"
         )
     return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
 
 
 def refuse_many_rows(periods: int, rows: int) -> None:
     """Raise TooLarge if so many switches of one motion do not fit the memory."""
-    need = 16 * periods + ROW_BYTES * rows
+    need = MOTION_BYTES * periods + ROW_BYTES * rows
     if need > LARGE and need > (have := available_memory()):
         raise TooLarge(
             f"periods = {periods}: must be small enough for the memory: "

@@ -53,7 +53,8 @@ class Certified:
         self._order = np.zeros(1, np.int64)
         self._counters = np.zeros((2, 1), np.int64)
         self._results = (
-            np.empty((1, AHEAD, 2)), np.empty(1, np.int8), np.empty(1), np.zeros((1, 5), np.int64), np.empty(1),
+            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), np.empty(1, np.int8), np.empty(1),
+            np.zeros((1, 5), np.int64), np.empty(1),
         )  # fmt: skip
         self._rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3))
 

@@ -1,0 +1,87 @@
+"""The main impacts that kernels record, against those a plain loop picks from switches written one by one."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vibrodrive.batch.sweep import fill
+from vibrodrive.batch.trajectory import MAIN_IMPACT, main_impacts, simulate
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.states import State
+
+PATHS = {
+    "undisturbed": {},
+    "disturbed": {"eps": 2e-4},
+    "muller": {"method": "muller", "dtau": 1e-3},
+    "muller, disturbed": {"method": "muller", "dtau": 1e-3, "eps": 1e-4},
+    "muller, literal": {"method": "muller", "dtau": 1e-2, "scan": "literal"},
+    "fixed": {"method": "fixed", "dtau": 0.05},
+    "fixed, disturbed": {"method": "fixed", "dtau": 0.05, "eps": 1e-4},
+    "from another phase": {"tau0": 2.5},
+    "from the air": {"xi0": 0.3, "dxi0": -0.2, "tau0": 12.0},
+    "steep": {"B": 3.0},
+}
+
+
+def picked(switches):
+    """Of the impacts those without a faster one within half an excitation period, taken one after the other."""
+    found = []
+    for row, switch in enumerate(switches):
+        if switch["after"] != State.IMPACT:
+            continue
+        speed = -switch["dxi"]
+        if found:
+            last = switches[found[-1]]
+            since = int(switch["period"] - last["period"]) * (2 * math.pi) + (switch["phase"] - last["phase"])
+            if since <= math.pi:
+                if speed > -last["dxi"]:
+                    found[-1] = row
+                continue
+        found.append(row)
+    out = np.empty(len(found), MAIN_IMPACT)
+    out["row"], out["period"], out["phase"] = found, switches["period"][found], switches["phase"][found]
+    out["speed"] = -switches["dxi"][found]
+    return out
+
+
+def computed(plan):
+    """The main impacts of all points of a plan, computed as one batch."""
+    n, periods = plan.n_points, plan.settings.periods
+    impacts = np.empty((n, 2 * periods, 4))
+    results = np.empty((n, periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts
+    fill(plan.settings, plan.points(0, n), 2, Halt(), *results)
+    return [main_impacts(one) for one in impacts]
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize(("transient", "periods"), [(0, 12), (40, 60)])
+def test_batches_record_what_is_picked_from_single_motions(name, transient, periods):
+    A = np.random.default_rng(11).uniform(1.0, 4.0, 24) * (1.2 * PATHS[name].get("B", 1 / 1.2))
+    plan = make_plan({"A": A, "transient": transient, "periods": periods, **PATHS[name]})
+    for at, found in enumerate(computed(plan)):
+        motion = simulate(**plan.arguments(at))
+        expected = picked(motion.switches)
+        assert found.tobytes() == expected.tobytes() == motion.impacts.tobytes(), A[at]
+
+
+@pytest.mark.jit
+def test_a_motion_that_repeats_has_its_impacts_copied():
+    """Long records at ε = 0 are copied cycle by cycle; here they are also written down switch by switch."""
+    A = [1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9]
+    plan = make_plan({"A": A, "transient": 300, "periods": 3000})
+    for at, found in enumerate(computed(plan)):
+        assert found.tobytes() == picked(simulate(**plan.arguments(at)).switches).tobytes(), A[at]
+
+
+@pytest.mark.jit
+def test_touches_are_left_out():
+    motion = simulate(1.5, eps=5e-4, transient=100, periods=50)
+    touches = np.count_nonzero(motion.switches["after"] == State.IMPACT)
+    assert touches > 3 * len(motion.impacts)
+    apart = 2 * math.pi * np.diff(motion.impacts["period"]) + np.diff(motion.impacts["phase"])
+    assert apart.min() > math.pi
+    at = motion.switches[motion.impacts["row"]]
+    assert (at["after"] == State.IMPACT).all()
+    assert (-at["dxi"] == motion.impacts["speed"]).all()
