@@ -1,7 +1,7 @@
 """Fixed against refined switching: what each costs, how far off it is, and from which Δτ structure is lost.
 
 For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and compared with the certified
-orbit: ρ of the section points, whether order and gaps are kept, and whether the word is. For the range
+orbit: ρ of the section points, whether its impacts keep gaps and order, and whether the word is. For the range
 3.0 ≤ A ≤ 3.25 the same is done for those A whose certified motion is periodic, and the share that keeps its
 order is given.
 """
@@ -25,7 +25,7 @@ METHODS: dict[str, dict[str, Any]] = {
     "muller": {"method": "muller", "tol": 1e-7},
 }
 LABELS = {"fixed": "fixed", "muller": "Muller"}
-CRITERION = ("order", "gaps")
+CRITERION = ("impacts",)
 
 
 def steps(quick: bool) -> np.ndarray:

@@ -103,7 +103,7 @@ def work_precision(data: dict[str, Any]) -> str:
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:
-    head = ["", "order and gaps first lost at Δτ", "last kept at", "word first lost at Δτ", "last kept at"]
+    head = ["", "gaps and order of impacts first lost at Δτ", "last kept at", "word first lost at Δτ", "last kept at"]
     rows = []
     for at in data["single"]:
         for name, label in (("fixed", "fixed"), ("muller", "Muller")):

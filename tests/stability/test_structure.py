@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vibrodrive.batch.trajectory import MAIN_IMPACT
 from vibrodrive.model.states import State
 from vibrodrive.stability import structure
 
@@ -25,7 +26,12 @@ def motion(times, word, speed=2.0, section=None, sizes=None):
             phase = 2 * np.pi * (time - whole) + 1e-3 * j
             rows.append((whole, phase, 0, after, 0.0, landing if after == IMPACT else 0.0))
     section = np.tile(POINTS, (20, 1)) if section is None else section
-    return SimpleNamespace(switches=np.array(rows, SWITCH), section=section, sample=None)
+    switches = np.array(rows, SWITCH)
+    at = np.flatnonzero(switches["after"] == IMPACT)
+    impacts = np.empty(len(at), MAIN_IMPACT)
+    impacts["row"], impacts["period"], impacts["phase"] = at, switches["period"][at], switches["phase"][at]
+    impacts["speed"] = -switches["dxi"][at]
+    return SimpleNamespace(switches=switches, section=section, impacts=impacts)
 
 
 def test_period_is_the_smallest_and_must_be_seen_twice():
@@ -90,48 +96,51 @@ def test_rho_is_the_largest_distance_at_the_best_shift(noise, shift, seed):
     assert rho == pytest.approx(noise, abs=1e-12)
 
 
-def test_gaps_are_whole_periods_with_weak_touches_left_out():
-    t = motion(times=[0.1, 2.12, 2.2, 4.05, 5.0], word=(UP, DOWN), sizes=[2.0, 2.0, 0.1, 1.9, 0.19])
-    assert structure.gaps(t.switches, speed=2.0).tolist() == [2, 2]
-    assert structure.gaps(t.switches, speed=1.0).tolist() == [2, 2, 1]
-
-
-def test_two_major_impacts_within_half_a_period_are_no_gap():
-    t = motion(times=[0.1, 0.3, 2.1], word=(UP, DOWN))
-    assert structure.gaps(t.switches, speed=2.0).tolist() == [2]
-
-
 def test_orbit_reads_cycle_and_word():
-    orbit = structure.reference_orbit(motion(times=[0, 1, 3, 4, 6, 7], word=(REST, UP, STICK, DOWN)))
+    orbit = structure.reference_orbit(motion(times=[0, 1, 3, 4, 6, 7, 9], word=(REST, UP, STICK, DOWN)))
     assert orbit.n == 3
-    assert orbit.gaps == (1, 2)
+    assert orbit.cycle.gaps.tolist() == [2, 1]
     assert orbit.word == ((IMPACT, REST, UP, STICK, DOWN),)
-    assert orbit.speed == 2.0
+    assert orbit.cycle.speed.tolist() == [2.0, 2.0]
     assert np.array_equal(np.sort(orbit.points, axis=0), np.sort(POINTS, axis=0))
 
 
+def test_an_orbit_that_never_lands_takes_its_period_from_the_section():
+    flying = motion(times=[], word=())
+    orbit = structure.reference_orbit(flying)
+    assert (orbit.n, orbit.cycle) == (3, None)
+    assert structure.compare_structure(flying, flying).kept(("impacts", "gaps", "order"))
+    assert not structure.compare_structure(flying, motion(times=[3], word=(UP, DOWN))).impacts
+
+
+def every(times, until=60):
+    """These times, in a cycle of three periods, until the record ends."""
+    return [start + t for start in range(0, until, 3) for t in times]
+
+
 def test_gaps_may_begin_anywhere_in_the_cycle_but_not_leave_it():
-    base = motion(times=[0, 1, 3, 4, 6, 7], word=(UP, DOWN))
-    assert structure.compare_structure(base, motion(times=[1, 3, 4, 6, 7, 9], word=(UP, DOWN))).gaps
-    assert not structure.compare_structure(base, motion(times=[0, 1, 3, 5, 6, 8], word=(UP, DOWN))).gaps
+    base = motion(times=every([0, 1]), word=(UP, DOWN))
+    assert structure.compare_structure(base, motion(times=every([1, 3]), word=(UP, DOWN))).gaps
+    assert not structure.compare_structure(base, motion(times=every([0, 1, 2]), word=(UP, DOWN))).gaps
     assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
 
 
 def test_a_missed_interruption_changes_the_word_alone():
-    base = motion(times=range(10), word=(REST, UP, STICK, DOWN))
-    once = motion(times=range(10), word=(REST, UP, STICK, DOWN))
+    base = motion(times=range(60), word=(REST, UP, STICK, DOWN), section=np.ones((60, 2)))
+    once = motion(times=range(60), word=(REST, UP, STICK, DOWN), section=np.ones((60, 2)))
     at = np.flatnonzero(once.switches["after"] == STICK)[4]
     once.switches = np.delete(once.switches, at)
+    once.impacts["row"] -= once.impacts["row"] > at
     found = structure.compare_structure(base, once)
-    assert (found.order, found.gaps, found.word) == (True, True, False)
-    assert found.kept(("order", "gaps"))
+    assert (found.order, found.gaps, found.impacts, found.word) == (True, True, True, False)
+    assert found.kept(("order", "gaps", "impacts"))
     assert not found.kept(("order", "word"))
 
 
 def test_without_a_period_there_is_nothing_to_compare_with():
     irregular = np.random.default_rng(0).uniform(size=(60, 2))
-    assert structure.reference_orbit(motion(times=[0, 1], word=(UP, DOWN), section=irregular)) is None
-    for undisturbed in (irregular, motion(times=[0, 1], word=(UP, DOWN), section=irregular)):
+    assert structure.reference_orbit(motion(times=[], word=(UP, DOWN), section=irregular)) is None
+    for undisturbed in (irregular, motion(times=[], word=(UP, DOWN), section=irregular)):
         with pytest.raises(ValueError, match="no period"):
             structure.compare_structure(undisturbed, np.tile(POINTS, (20, 1)))
 

@@ -19,7 +19,7 @@ def run_limits(
     out: str | Path,
     progress: Callable[[int, int], None] | None = None,
     *,
-    criterion: str = "order and gaps",
+    criterion: str = "impacts",
     threads: int | None = None,
     overwrite: bool = False,
 ) -> Path:

@@ -10,7 +10,8 @@ import numpy as np
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.paper.session import NotApplicable
 from vibrodrive.stability.commensurability import convergents, returning
-from vibrodrive.stability.structure import gaps, major
+from vibrodrive.stability.main_impacts import SHARE, impact_gaps
+from vibrodrive.stability.structure import ReferenceOrbit
 
 LAGS = 64
 """Periods after which a motion on a grid is looked at again."""
@@ -32,11 +33,11 @@ class PhaseSlip(NamedTuple):
     after: tuple[float, float]
 
 
-def find_phase_slip(motion: Trajectory, speed: float) -> PhaseSlip:
+def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
     """The first transient motion with a whole basic motion on either side. Raises NotApplicable if there is none."""
-    apart = gaps(motion.switches, speed)
-    landed = major(motion.switches, speed)
-    if len(apart) < 3 or len(apart) != len(landed) - 1:
+    landed = landings(motion, base)
+    apart = impact_gaps(landed)
+    if len(apart) < 3:
         raise NotApplicable("the motion does not land at regular intervals")
     usual = int(np.bincount(apart).argmax())
     distance = returning(motion.section, 12)
@@ -48,6 +49,14 @@ def find_phase_slip(motion: Trajectory, speed: float) -> PhaseSlip:
             ends = [(tau[k - count], tau[k]), (tau[k], tau[k + 1]), (tau[k + 1], tau[k + 1 + count])]
             return PhaseSlip(usual, int(apart[k]), basic, *[(float(a), float(b)) for a, b in ends])
     raise NotApplicable("the motion has no transient between basic motions")
+
+
+def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
+    """The main impacts of a motion, touches left out (rows of `Trajectory.impacts`). Raises NotApplicable if the
+    undisturbed orbit has none."""
+    if base.cycle is None:
+        raise NotApplicable("the undisturbed motion does not land")
+    return motion.impacts[motion.impacts["speed"] > SHARE * base.cycle.speed.min()]
 
 
 def closing_periods(step: float) -> int:

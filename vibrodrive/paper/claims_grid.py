@@ -10,12 +10,13 @@ import numpy as np
 
 from vibrodrive.batch.sweep import sweep
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, without_grid
+from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, landings, without_grid
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import NotApplicable, Session, points
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.limit import limit
-from vibrodrive.stability.structure import Structure, compare_structure, deviation, gaps, order, period
+from vibrodrive.stability.main_impacts import impact_gaps
+from vibrodrive.stability.structure import Structure, compare_structure, deviation, order, period
 
 LONG = 600
 """Periods over which a structure seen in a few periods of a figure is checked."""
@@ -29,7 +30,7 @@ LONG = 600
 def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
     text = f"Δτ = {step:g} over {LONG} periods: {_answers(found)}"
-    return Outcome(text, {"dtau": step, "word": found.word, "gaps": found.gaps}, when(_whole(found)))
+    return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
 
 
 @claim(
@@ -75,7 +76,7 @@ def similar(session: Session) -> Outcome:
     base = session.undisturbed("fig09")
     found = compare_structure(base, motions[0])
     text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found, 2)}, ρ = {found.rho:.2g}"
-    return Outcome(text, {"rho": found.rho}, when(bool(found.order and found.gaps) and found.rho > 0))
+    return Outcome(text, {"rho": found.rho}, when(bool(found.impacts) and found.rho > 0))
 
 
 @claim(
@@ -98,7 +99,7 @@ def near_limit(session: Session) -> Outcome:
         f"{k.last_kept:.3g} ({100 * k.share_kept:.0f} % kept between)"
     )
     numbers = {"k2": k.k2, "last_kept": k.last_kept, "share_kept": k.share_kept, "rho": drawn.rho}
-    kept = [bool(f.order and f.gaps) for f in (printed, drawn)]
+    kept = [bool(f.impacts) for f in (printed, drawn)]
     return Outcome(text, numbers | {"kept_printed": kept[0], "kept_drawn": kept[1]}, when(*kept))
 
 
@@ -122,7 +123,7 @@ def cloud(session: Session) -> Outcome:
         f"Δτ = {motion.arguments['dtau']:g}: {_answers(found, 2)}; {distinct} distinct points in "
         f"{len(motion.section)} periods, but the motion nearly returns after {m} (to {back:.2g})"
     )
-    lost = n == 0 and not (found.order and found.gaps)
+    lost = n == 0 and not found.impacts
     return Outcome(
         text, {"distinct": distinct, "returns_after": m, "returns_to": back}, when(lost and back > 0.1, lost)
     )
@@ -194,7 +195,7 @@ def unique(session: Session) -> Outcome:
 )
 def basic_motion(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
-    slip = find_phase_slip(motion, base.speed)
+    slip = find_phase_slip(motion, base)
     back = returning(motion.section, LAGS)
     text = (
         f"it nearly returns after {slip.basic} periods (to {back[slip.basic - 1]:.2g}; after {base.n}: "
@@ -210,8 +211,8 @@ def basic_motion(session: Session) -> Outcome:
 )
 def transient(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
-    slip = find_phase_slip(motion, base.speed)
-    apart = gaps(motion.switches, base.speed)
+    slip = find_phase_slip(motion, base)
+    apart = impact_gaps(landings(motion, base))
     odd = np.flatnonzero(apart != slip.usual)
     added = sorted({int(apart[k]) - slip.usual for k in odd})
     between = Counter(int(np.sum(apart[a:b])) for a, b in itertools.pairwise(odd))
@@ -261,11 +262,11 @@ def _structure(session: Session, name: str, index: int) -> tuple[Structure, floa
 
 
 def _whole(found: Structure) -> bool:
-    return bool(found.order and found.gaps and found.word)
+    return bool(found.impacts and found.word)
 
 
 def _answers(found: Structure, count: int = 3) -> str:
-    answers = {"order": found.order, "gaps": found.gaps, "word": found.word}
+    answers = {"impacts": found.impacts, "gaps": found.gaps, "word": found.word}
     return ", ".join(f"{name} {'kept' if answer else 'lost'}" for name, answer in list(answers.items())[:count])
 
 

@@ -12,7 +12,7 @@ from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session
 from vibrodrive.stability.limit import limit, limits
-from vibrodrive.stability.structure import compare_structure, impacts, order, period
+from vibrodrive.stability.structure import compare_structure, order, period
 
 
 @claim(
@@ -29,11 +29,11 @@ def structure_kept(session: Session) -> Outcome:
         for m in (undisturbed, disturbed)
     ]
     text = (
-        f"main impacts once a period: {_kept(found.gaps)}; but {rates[1]:.0f} switches a period against "
+        f"main impacts once a period: {_kept(found.impacts)}; but {rates[1]:.0f} switches a period against "
         f"{rates[0]:.0f}: the sequence of states is {'the same' if found.word else 'another one'}"
     )
-    numbers = {"order": found.order, "gaps": found.gaps, "word": found.word, "switches_per_period": rates}
-    coarse = bool(found.order and found.gaps)
+    numbers = {"impacts": found.impacts, "word": found.word, "switches_per_period": rates}
+    coarse = bool(found.impacts)
     return Outcome(text, numbers, when(coarse and bool(found.word), coarse))
 
 
@@ -48,7 +48,7 @@ def broad_band(session: Session) -> Outcome:
         sample = motion.sample(PHASES)
         by_phase = [v[:-1].reshape(-1, PHASES) for v in (sample.xi, sample.dxi)]
         spread.append([float(np.ptp(v, axis=0).max()) for v in by_phase])
-        speed.append(float(-impacts(motion.switches)["dxi"].min(initial=0.0)))
+        speed.append(float(motion.impacts["speed"].max(initial=0.0)))
     text = (
         f"at one and the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
         f"(undisturbed: {spread[0][0]:.1g} and {spread[0][1]:.1g}); the fastest impact grows from "
@@ -71,10 +71,10 @@ def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
     text = (
-        f"order {_kept(found.order)}, gaps {_kept(found.gaps)}; ρ = {found.rho:.3g}, "
+        f"the impacts' order and gaps are {_kept(found.impacts)}; ρ = {found.rho:.3g}, "
         f"the two points being {apart:.3g} apart"
     )
-    slight = bool(found.order and found.gaps) and found.rho < 0.25 * apart
+    slight = bool(found.impacts) and found.rho < 0.25 * apart
     return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
 
 
@@ -99,7 +99,7 @@ def limit_epsilon(session: Session) -> Outcome:
     found = [compare_structure(base, m) for m in motions]
     eps = [m.arguments["eps"] for m in motions]
     rho = [f.rho for f in found]
-    kept = [bool(f.order and f.gaps) for f in found]
+    kept = [bool(f.impacts) for f in found]
     sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
     text = (
         f"k₂ = {k.k2:.4g} ({k.how}); kept at ε = {sides[0]}, lost at {sides[1]}; "

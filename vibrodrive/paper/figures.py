@@ -78,7 +78,7 @@ def fig11(session: Session) -> Figure:
 @styled
 def fig12(session: Session) -> Figure:
     motion = session.motions("fig12")[0]
-    slip = find_phase_slip(motion, session.undisturbed("fig12").speed)
+    slip = find_phase_slip(motion, session.undisturbed("fig12"))
     drawn = curve(motion)
     fig, axes = new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
     phase, time = axes[:, 0]

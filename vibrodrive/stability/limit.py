@@ -6,40 +6,41 @@ first and comes back, because a grid may happen to resolve all switches of this 
 a band with two ends, the first loss and the last value kept.
 
 Many searches run at the same time: each yields the disturbances it needs an answer for next, and the motions of all of
-them are simulated on all cores (the kernels release Python's lock).
+them are computed as one sweep (evaluate.py).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
-from vibrodrive.batch.trajectory import Trajectory, follow, simulate
-from vibrodrive.jit.slices import Halt
-from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, Method, bad, check, check_count
+from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
-from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure, gaps, keeps, reference_orbit
+from vibrodrive.stability.structure import ReferenceOrbit, Structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
-CRITERIA = ("order", "gaps", "word")
+AXES = ("A", "B", "eta")
+"""What limits may be sought over."""
 
-SETTLING = 20_000
-"""Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
+CRITERIA = ("impacts", "gaps", "order", "word")
 
-WATCHED = 256
-"""Periods of the undisturbed motion: enough to see the longest period (structure.LONGEST_PERIOD) four times."""
+SEEN = 4
+"""How often a record must hold the period of the orbit: its first and last impacts are not judged."""
 
-AT_A_TIME = 32
-"""Searches carried on at the same time."""
+AT_A_TIME = 256
+"""Searches carried on at the same time: the batches stay long as more and more of them end."""
+
+TOLD_AT_A_TIME = 32
+"""Limits found that are told together, in one batch of motions on both sides of each."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class Limit:
     ----------
     A, disturbance, method, criterion
         the arguments.
+    B, eta
+        those of the motion.
     k2 : float
         the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was found up to
         `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half the record).
@@ -71,6 +74,8 @@ class Limit:
     """
 
     A: float
+    B: float
+    eta: float
     disturbance: str
     method: str
     criterion: str
@@ -84,6 +89,19 @@ class Limit:
     lost: Structure | None = None
     how: str = ""
 
+    @property
+    def velocity(self) -> float:
+        """k2 as a velocity amplitude, dimensionless as ξ': ε η A of the disturbance ε sin ητ, eq. (9).
+
+        A step Δτ is one as it stands: a switch late by Δτ changes ξ' by ξ'' Δτ, and ξ'' is of the order 1.
+        """
+        return velocity(self.k2, self.disturbance, self.A, self.eta)
+
+
+def velocity(disturbance: Any, kind: str, A: Any, eta: Any) -> Any:
+    """A disturbance ("eps" or "dtau", number or array) as a velocity amplitude: see `Limit.velocity`."""
+    return disturbance * eta * A if kind == "eps" else disturbance
+
 
 @as_written
 def limit(
@@ -92,7 +110,7 @@ def limit(
     A: float,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
-    criterion: str = "order and gaps",
+    criterion: str = "impacts",
     *,
     B: float = 0.1,
     eps: float = 0.0,
@@ -121,7 +139,8 @@ def limit(
         how switches are found in the disturbed motion: "certified" by default for ε, "fixed" for Δτ, for which
         "certified" is refused. The undisturbed motion is always certified and has ε = 0.
     criterion : str
-        what must be kept, of "order", "gaps" and "word" (see structure.py), joined by "and".
+        what must be kept, of "impacts", "gaps", "order" and "word" (see structure.py), joined by "and". The first two
+        are properties of the motion; "order" is that at one section, of phase `section_phase`.
     eps, dtau : float
         the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
         whose limit in Δτ is sought.
@@ -138,8 +157,8 @@ def limit(
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than twice the
-        period of the undisturbed motion: too few to see whether its structure is kept.
+        with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than four times
+        the period of the undisturbed motion: too few to see whether its structure is kept.
 
     Examples
     --------
@@ -154,7 +173,8 @@ def limit(
     """
     if isinstance(disturbance, str) and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
-    search = _planned([check("A", A)], disturbance, method, criterion, threads, _of_simulate(written))
+    check("A", A)
+    search = _planned(disturbance, method, criterion, threads, _of_simulate(written), axes=())
     ((_, found),) = search.run(strict=True)
     return found
 
@@ -163,14 +183,14 @@ def limit(
 def limits(
     written: Mapping[str, Any],
     /,
-    A: Sequence[float] | np.ndarray,
+    A: Axis,
     disturbance: str = "eps",
     method: str | Method | None = None,
-    criterion: str = "order and gaps",
+    criterion: str = "impacts",
     *,
-    B: float = 0.1,
+    B: Axis = 0.1,
     eps: float = 0.0,
-    eta: float = ETA,
+    eta: Axis = ETA,
     dtau: float | None = None,
     tol: float | None = 1e-7,
     xi0: float = 0.0,
@@ -183,9 +203,10 @@ def limits(
     budget: int = 100_000,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
-    """Limits at many A, as they are found: (index into A, Limit). Arguments as in `limit`.
+    """Limits over axes of A, B and η, as they are found: (number of the point, Limit). Arguments as in `limit`.
 
-    Where `periods` are too few to decide, the Limit says so in `how`, without a number.
+    The points are those of the product of the axes, in the order in which the keywords are written, the last one
+    running fastest. Where `periods` are too few to decide, the Limit says so in `how`, without a number.
 
     Raises
     ------
@@ -199,22 +220,22 @@ def limits(
     >>> [(found[i].A, found[i].n) for i in sorted(found)]
     [(1.5, 1), (2.0, 1)]
     """
-    return _planned(list(A), disturbance, method, criterion, threads, _of_simulate(written)).run()
+    return _planned(disturbance, method, criterion, threads, _of_simulate(written), AXES).run()
 
 
 def _of_simulate(written: Mapping[str, Any]) -> dict[str, Any]:
     """Those of the arguments of `limit` that are meant for `simulate`."""
-    own = ("A", "disturbance", "method", "criterion", "threads")
+    own = ("disturbance", "method", "criterion", "threads")
     return {name: value for name, value in written.items() if name not in own}
 
 
 def _planned(
-    A: list[float],
     disturbance: str,
     method: str | Method | None,
     criterion: str,
     threads: int | None,
     arguments: Mapping[str, Any],
+    axes: Sequence[str],
 ) -> _Search:
     wanted = _criterion(criterion)
     if not isinstance(disturbance, str):
@@ -223,11 +244,11 @@ def _planned(
         raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
     if method is None:
         method = "certified" if disturbance == "eps" else "fixed"
-    plan = make_plan({"periods": 1500, **arguments, "A": A, "method": method, disturbance: 1e-3})
+    plan = make_plan({"periods": 1500, **arguments, "method": method, disturbance: 1e-3})
     for name, values in plan.axes.items():
-        if name != "A":
-            raise TypeError(bad(name, f"array of {len(values)} values", "a single number: only A may be an axis"))
-    check_count("periods", plan.settings.periods, 2)
+        if name not in axes:
+            only = f" (axes may be {', '.join(axes)})" if axes else ""
+            raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{only}"))
     chosen = Method(plan.settings.method)
     if disturbance == "dtau" and chosen == Method.CERTIFIED:
         raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
@@ -248,8 +269,7 @@ def _criterion(text: str) -> tuple[str, ...]:
 class _Problem:
     """One search under way."""
 
-    index: int
-    point: dict[str, Any]  # arguments of `simulate`
+    index: int  # of the point in the plan
     base: ReferenceOrbit
     search: BandSearch
     requested: np.ndarray  # the disturbances it needs an answer for
@@ -267,108 +287,63 @@ class _Search:
     threads: int
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """(index, Limit) as they are found. strict: ValueError where the periods are too few to decide."""
+        """(number of the point, Limit) as they are found. strict: ValueError where the periods are too few."""
         plan = self.plan
-        evaluator = _Evaluator(plan, self.disturbance, self.wanted, self.threads)
-        blank = Limit(math.nan, self.disturbance, self.method, self.criterion)
-        waiting = list(range(plan.n_points))[::-1]
-        active: list[_Problem] = []
-        while waiting or active:
-            while waiting and len(active) < AT_A_TIME:
-                index = waiting.pop()
-                point = plan.arguments(index)
-                here = replace(blank, A=point["A"])
-                base = evaluator.undisturbed(point)
-                if base is None:
-                    yield index, replace(here, how="the undisturbed motion has no period: nothing to lose")
-                    continue
-                if (periods := plan.settings.periods) < 2 * base.n:
-                    twice = f">= {2 * base.n}, twice the period of the undisturbed motion at A = {here.A:g}"
-                    if strict:
-                        raise ValueError(bad("periods", periods, twice))
-                    yield index, replace(here, n=base.n, how=bad("periods", periods, twice))
-                    continue
-                search = search_band(GRIDS[self.disturbance])
-                active.append(_Problem(index, point, base, search, next(search)))
-            if not active:
-                return
-            kept_flags = evaluator([(p.point, p.base, p.requested) for p in active])
-            for problem, kept in zip(list(active), kept_flags, strict=True):
+        evaluator = Evaluator(plan, self.disturbance, self.threads)
+        with evaluator:
+            for start in range(0, plan.n_points, AT_A_TIME):
+                active: list[_Problem] = []
+                numbers = np.arange(start, min(start + AT_A_TIME, plan.n_points))
+                for index, base in zip(numbers.tolist(), evaluator.undisturbed(numbers, self.wanted), strict=True):
+                    if base is None:
+                        how = "the undisturbed motion has no period: nothing to lose"
+                    elif (periods := plan.settings.periods) < SEEN * base.n:
+                        enough = f">= {SEEN * base.n}, {SEEN} times the period of the undisturbed motion"
+                        how = bad("periods", periods, f"{enough} at A = {self._blank(index).A:g}")
+                        if strict:
+                            raise ValueError(how)
+                    else:
+                        search = search_band(GRIDS[self.disturbance])
+                        active.append(_Problem(index, base, search, next(search)))
+                        continue
+                    yield index, replace(self._blank(index), n=base.n if base is not None else 0, how=how)
+                yield from self._searched(active, evaluator)
+
+    def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
+        """All these searches to their ends, at the same time."""
+        ended: list[tuple[_Problem, Band]] = []
+        while active:
+            requests = [(p.index, p.base, p.requested) for p in active]
+            answers = evaluator.answers(requests, lambda base, motion: motion.keeps(base, self.wanted))
+            for problem, kept in zip(list(active), answers, strict=True):
                 try:
-                    problem.requested = problem.search.send(kept)
+                    problem.requested = problem.search.send(np.array(kept))
                 except StopIteration as end:
                     active.remove(problem)
-                    yield problem.index, evaluator.explain(problem, end.value, blank)
+                    ended.append((problem, end.value))
+            if len(ended) >= TOLD_AT_A_TIME or not active:
+                yield from self._explained(ended, evaluator)
+                ended = []
 
+    def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
+        """The Limits of finished searches, with the structures on both sides of the first loss."""
 
-class _Evaluator:
-    """Decides for disturbed motions whether the structure is kept."""
+        def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
+            found = motion.judge(base)
+            return found, explain_loss(self.wanted, base, motion, found)
 
-    def __init__(self, plan: Plan, disturbance: str, wanted: tuple[str, ...], threads: int) -> None:
-        self.settings = plan.settings
-        self.column = COLUMNS.index(disturbance)
-        self.disturbance = disturbance
-        self.wanted = wanted
-        self.threads = threads
-        self.halt = Halt()
+        # nothing is kept below some limits, and some are never reached: the motion at 0 stands for these
+        sides = [np.array([b.kept_below, b.k2 if math.isfinite(b.k2) else 0.0]) for _, b in ended]
+        requests = [(p.index, p.base, side) for (p, _), side in zip(ended, sides, strict=True)]
+        for (problem, band), ((kept, _), (lost, how)) in zip(ended, evaluator.answers(requests, explain), strict=True):
+            found = replace(self._blank(problem.index), **band._asdict(), n=problem.base.n)
+            if not math.isfinite(band.k2):
+                found = replace(found, how=f"not lost up to {band.searched_to:g}")
+            else:
+                found = replace(found, kept=kept if band.kept_below > 0 else None, lost=lost, how=how)
+            yield problem.index, found
 
-    def undisturbed(self, point: dict[str, Any]) -> ReferenceOrbit | None:
-        exact = {"method": "certified", "eps": 0.0, "dtau": None}
-        periods = {"transient": max(SETTLING, self.settings.transient), "periods": WATCHED}
-        return reference_orbit(simulate(**(point | exact | periods)))
-
-    def __call__(self, requests: list[tuple[dict[str, Any], ReferenceOrbit, np.ndarray]]) -> list[np.ndarray]:
-        """For each (point, orbit, disturbances), a bool array: whether each disturbance keeps the structure."""
-
-        def kept(task: tuple[dict[str, Any], ReferenceOrbit, float]) -> bool:
-            point, base, value = task
-            return keeps(base, self._trajectory(point, value), self.wanted)
-
-        tasks = [(point, base, value) for point, base, values in requests for value in values.tolist()]
-        with ThreadPoolExecutor(self.threads) as pool:
-            try:
-                flags = np.array(list(pool.map(kept, tasks)), dtype=bool)
-            except BaseException:
-                self.halt.call()
-                raise
-        return np.split(flags, np.cumsum([len(values) for _, _, values in requests])[:-1])
-
-    def explain(self, problem: _Problem, band: Band, blank: Limit) -> Limit:
-        """The Limit of a finished search, with the structure on both sides of the first loss."""
-        found = replace(blank, A=problem.point["A"], **band._asdict(), n=problem.base.n)
-        if not math.isfinite(band.k2):
-            return replace(found, how=f"not lost up to {band.searched_to:g}")
-        lost = self._trajectory(problem.point, band.k2)
-        kept = self._trajectory(problem.point, band.kept_below) if band.kept_below > 0 else None
-        structure = compare_structure(problem.base, lost)
-        return replace(
-            found,
-            kept=compare_structure(problem.base, kept) if kept is not None else None,
-            lost=structure,
-            how=_how(self.wanted, structure, lost, problem.base),
-        )
-
-    def _trajectory(self, point: dict[str, Any], value: float) -> Trajectory:
-        disturbed = point | {self.disturbance: float(value)}
-        if self.settings.method == Method.CERTIFIED:
-            disturbed["dtau"] = None
-        return follow(make_plan(disturbed), self.halt)
-
-
-def _how(wanted: tuple[str, ...], lost: Structure, motion: Trajectory, base: ReferenceOrbit) -> str:
-    reasons = []
-    if "order" in wanted and not lost.order:
-        nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
-        broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
-        where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
-        reasons.append(f"order broken {where}")
-    if "gaps" in wanted and not lost.gaps:
-        seen = sorted(set(gaps(motion.switches, base.speed).tolist()))
-        reasons.append(f"gaps {_listed(base.gaps)} became {_listed(seen)}")
-    if "word" in wanted and not lost.word:
-        reasons.append("other states between impacts")
-    return "; ".join(reasons)
-
-
-def _listed(numbers: Sequence[int]) -> str:
-    return ", ".join(map(str, numbers)) or "none"
+    def _blank(self, index: int) -> Limit:
+        """A Limit that says which point it is of, and nothing else yet."""
+        point = self.plan.arguments(index)
+        return Limit(point["A"], point["B"], point["eta"], self.disturbance, self.method, self.criterion)

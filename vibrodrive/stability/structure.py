@@ -1,14 +1,17 @@
-"""Orbital structure: three yes/no answers and a distance, where the paper judges by eye (§1, §4).
+"""Orbital structure: yes/no answers and a distance, where the paper judges by eye (§1, §4).
 
 A disturbed motion is compared with the undisturbed n-periodic orbit at the same parameters:
 
-order   the section point nearest to it advances by one, cyclically, every period
-gaps    its major impacts are the same whole numbers of periods apart
-word    it passes the same states between major impacts
-ρ       the largest distance of its section points from the orbit's, best phase shift
+impacts  its main impacts follow each other as the orbit's: gaps and order (main_impacts.py)
+gaps     its main impacts are the same whole numbers of periods apart
+order    the section point nearest to it advances by one, cyclically, every period
+word     it passes the same states between main impacts
+ρ        the largest distance of its section points from the orbit's, best phase shift
 
-Order, ρ and the period follow from section points, so from stored results. Gaps and word need the switches
-of a trajectory: a section point doesn't show whether the mass has landed since the last one.
+The first two belong to the motion. Order depends on where the section lies: beside an impact the section jumps, and
+bands that overlap in one section need not in another. Order and ρ follow from section points, so from stored results;
+the rest needs the impacts of a trajectory, for a section point doesn't show whether the mass has landed since the last
+one.
 """
 
 from __future__ import annotations
@@ -21,21 +24,14 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.model.states import State
-
-LONGEST_PERIOD = 64
-"""Longest period looked for: subharmonics of higher order are not distinguished from irregular motion."""
-
-SAME_POINT = 1e-7
-"""Section points this close are the same point: far above rounding, far below the width of any orbit;
-near a bifurcation a motion needs many transient periods to come so close."""
-
-BLURRED = 1e-4
-"""An orbit with points closer than this is not given a period: beside a period doubling a motion that still
-jumps to and fro about an orbit of period n looks like one of period 2n."""
-
-MAJOR = 0.1
-"""An impact counts if it is faster than this share of the undisturbed orbit's fastest: a disturbance adds
-touches of the obstacle that change nothing."""
+from vibrodrive.stability.main_impacts import (
+    BLURRED,
+    LONGEST_PERIOD,
+    SAME_POINT,
+    ImpactCycle,
+    follow_cycle,
+    impact_cycle,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +39,13 @@ class ReferenceOrbit:
     """The undisturbed orbit.
 
     points : float64 (n, 2), section points ξ, ξ' in visiting order
-    speed : largest impact speed, 0 if the mass never lands
-    gaps : periods between successive major impacts, one cycle
-    word : states between successive major impacts, one cycle of tuples
+    cycle : its main impacts, None if the mass never lands
+    word : states between successive main impacts, one cycle of tuples
     """
 
     points: np.ndarray
-    speed: float
-    gaps: tuple[int, ...]
-    word: tuple[tuple[State, ...], ...]
+    cycle: ImpactCycle | None
+    word: tuple[tuple[State, ...], ...] = ()
 
     @property
     def n(self) -> int:
@@ -63,8 +57,9 @@ class Structure:
     """How a motion compares with an orbit of period n. None: cannot be decided from the data given."""
 
     n: int
-    order: bool
+    impacts: bool | None
     gaps: bool | None
+    order: bool
     word: bool | None
     rho: float
     shift: int
@@ -91,18 +86,19 @@ def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SA
     return found
 
 
-def reference_orbit(trajectory: Any, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> ReferenceOrbit | None:
-    """The periodic orbit a Trajectory has settled on, or None if it has not repeated."""
-    n = int(period(trajectory.section, longest, close))
-    if n == 0:
+def reference_orbit(motion: Any) -> ReferenceOrbit | None:
+    """The periodic orbit that a motion has settled on, or None if it has not repeated.
+
+    A Trajectory, or what has its `section` and `impacts`: without `switches` no word is known. The period is that of
+    the impacts; where the mass never lands, that of the section.
+    """
+    cycle = impact_cycle(motion.impacts)
+    n = cycle.n if cycle is not None else 0 if len(motion.impacts) else int(period(motion.section))
+    if n == 0 or 2 * n > len(motion.section):
         return None
-    speed = float(-impacts(trajectory.switches)["dxi"].min(initial=0.0))
-    return ReferenceOrbit(
-        points=np.array(trajectory.section[-n:]),
-        speed=speed,
-        gaps=_cycle(gaps(trajectory.switches, speed)),
-        word=_cycle(words(trajectory.switches, speed)),
-    )
+    switches = getattr(motion, "switches", None)
+    word = _cycle(words(switches, motion.impacts["row"])) if switches is not None else ()
+    return ReferenceOrbit(np.array(motion.section[-n:]), cycle, word)
 
 
 def order(points: np.ndarray, section: np.ndarray) -> np.ndarray:
@@ -125,29 +121,10 @@ def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.n
     return np.where(_finite(section), rho, np.inf), shift
 
 
-def impacts(switches: np.ndarray) -> np.ndarray:
-    """The switches into IMPACT; their `dxi` is the impact velocity."""
-    return switches[switches["after"] == State.IMPACT]
-
-
-def major(switches: np.ndarray, speed: float) -> np.ndarray:
-    """The impacts faster than MAJOR times `speed`."""
-    landed = impacts(switches)
-    return landed[-landed["dxi"] > MAJOR * speed]
-
-
-def gaps(switches: np.ndarray, speed: float) -> np.ndarray:
-    """Excitation periods between successive major impacts, rounded, zeros dropped: int64 array."""
-    landed = major(switches, speed)
-    whole = np.rint(np.diff(landed["period"]) + np.diff(landed["phase"]) / (2 * np.pi)).astype(np.int64)
-    return whole[whole > 0]
-
-
-def words(switches: np.ndarray, speed: float) -> list[tuple[State, ...]]:
-    """States entered from one major impact up to the next, a tuple for each pair of successive ones."""
+def words(switches: np.ndarray, rows: np.ndarray) -> list[tuple[State, ...]]:
+    """States entered from each of the impacts in `rows` of the switches up to the next one."""
     after = switches["after"]
-    starts = np.flatnonzero((after == State.IMPACT) & (-switches["dxi"] > MAJOR * speed))
-    return [tuple(State(s) for s in after[a:b]) for a, b in pairwise(starts)]
+    return [tuple(State(s) for s in after[a:b]) for a, b in pairwise(rows)]
 
 
 def repeats(sequence: Sequence[Any], cycle: Sequence[Any]) -> bool:
@@ -163,9 +140,9 @@ def compare_structure(undisturbed: Any, disturbed: Any) -> Structure:
 
     Parameters
     ----------
-    undisturbed : Orbit, Trajectory, or section points float64 (periods, 2)
+    undisturbed : ReferenceOrbit, Trajectory, or section points float64 (periods, 2)
     disturbed : Trajectory, or section points float64 (periods, 2)
-        from section points alone only order and ρ are known; gaps and word are None.
+        from section points alone only order and ρ are known; impacts, gaps and word are None.
 
     Raises
     ------
@@ -176,47 +153,68 @@ def compare_structure(undisturbed: Any, disturbed: Any) -> Structure:
     section = np.asarray(getattr(disturbed, "section", disturbed), dtype=np.float64)
     if section.ndim != 2 or section.shape[1] != 2:
         raise ValueError(f"section of shape {section.shape}: must be (periods, 2), one motion at a time")
+    whole = isinstance(undisturbed, ReferenceOrbit) or hasattr(undisturbed, "impacts")
+    if not (whole and hasattr(disturbed, "impacts")):
+        return judge(base, section)
+    return judge(base, section, disturbed.impacts, getattr(disturbed, "switches", None))
+
+
+def judge(
+    base: ReferenceOrbit, section: np.ndarray, impacts: np.ndarray | None = None, switches: np.ndarray | None = None
+) -> Structure:
+    """Hold section points, impacts and switches of one motion, as far as they are known, against an orbit."""
     rho, shift = deviation(base.points, section)
-    whole = base if isinstance(base, ReferenceOrbit) and hasattr(disturbed, "sample") else None
+    answers: dict[str, bool | None] = {
+        "impacts": None if impacts is None else keeps(base, section, impacts, ("impacts",)),
+        "gaps": None if impacts is None else keeps(base, section, impacts, ("gaps",)),
+        "word": None if impacts is None or switches is None else keeps(base, section, impacts, ("word",), switches),
+    }
     return Structure(
-        n=len(base.points),
-        order=bool(order(base.points, section)),
-        gaps=keeps(whole, disturbed, ("gaps",)) if whole else None,
-        word=keeps(whole, disturbed, ("word",)) if whole else None,
-        rho=float(rho),
-        shift=int(shift),
+        len(base.points), order=bool(order(base.points, section)), rho=float(rho), shift=int(shift), **answers
     )
 
 
-def keeps(base: ReferenceOrbit, motion: Any, criterion: Sequence[str]) -> bool:
-    """Whether a Trajectory keeps all that `criterion` names; no more is looked at than that."""
+def keeps(
+    base: ReferenceOrbit,
+    section: np.ndarray,
+    impacts: np.ndarray,
+    criterion: Sequence[str],
+    switches: np.ndarray | None = None,
+) -> bool:
+    """Whether a motion keeps all that `criterion` names; no more is looked at than that. `word` needs the switches."""
+
+    def landing(ordered: bool) -> np.ndarray | None:
+        if base.cycle is None:  # it never lands
+            return np.empty(0, np.int64) if len(impacts) == 0 else None
+        return follow_cycle(base.cycle, impacts, len(section), ordered)
+
+    def same_word() -> bool:
+        rows = landing(False)
+        assert switches is not None, "the word is asked for where switches are known"
+        return rows is not None and repeats(words(switches, impacts["row"][rows]), base.word)
+
     answers: dict[str, Callable[[], bool]] = {
-        "order": lambda: bool(order(base.points, motion.section)),
-        "gaps": lambda: repeats(gaps(motion.switches, base.speed).tolist(), base.gaps),
-        "word": lambda: repeats(words(motion.switches, base.speed), base.word),
+        "impacts": lambda: landing(True) is not None,
+        "gaps": lambda: landing(False) is not None,
+        "order": lambda: bool(order(base.points, section)),
+        "word": same_word,
     }
-    return all(answers[name]() for name in criterion)
+    return bool(_finite(section)) and all(answers[name]() for name in criterion)
 
 
-@dataclass(frozen=True)
-class _Points:
-    points: np.ndarray
-
-
-def _as_reference(undisturbed: Any) -> ReferenceOrbit | _Points:
+def _as_reference(undisturbed: Any) -> ReferenceOrbit:
     if isinstance(undisturbed, ReferenceOrbit):
         return undisturbed
-    if hasattr(undisturbed, "sample"):
+    if hasattr(undisturbed, "impacts"):
         found = reference_orbit(undisturbed)
         if found is not None:
             return found
-        n = 0
     else:
         section = np.asarray(getattr(undisturbed, "section", undisturbed), dtype=np.float64)
         n = int(period(section))
-    if n == 0:
-        raise ValueError("the undisturbed motion has no period: there is no structure to keep")
-    return _Points(np.array(section[-n:]))
+        if n > 0:
+            return ReferenceOrbit(np.array(section[-n:]), None)
+    raise ValueError("the undisturbed motion has no period: there is no structure to keep")
 
 
 def _cycle(sequence: Any) -> tuple[Any, ...]:

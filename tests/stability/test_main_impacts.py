@@ -1,0 +1,108 @@
+"""Cycles of impacts written down by hand: what follows them, what breaks them, and what touches change."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrodrive.batch.trajectory import MAIN_IMPACT
+from vibrodrive.stability.main_impacts import (
+    LONGEST_PERIOD,
+    SHARE,
+    ImpactCycle,
+    fastest,
+    follow_cycle,
+    impact_cycle,
+    impact_gaps,
+    nearest,
+)
+
+CYCLE = ImpactCycle(np.array([1, 2]), np.array([5.0, 4.0]), np.array([2.0, 1.0]))
+PERIODS = 60
+
+
+def landings(gaps, phase, speed):
+    """Impacts these gaps apart, from period 0 on."""
+    rows = np.zeros(len(gaps), MAIN_IMPACT)
+    rows["period"] = np.concatenate([[0], np.cumsum(gaps)[:-1]])
+    rows["phase"], rows["speed"], rows["row"] = phase, speed, 5 * np.arange(len(gaps))
+    return rows
+
+
+def orbit(cycles=PERIODS // 3, noise=0.0, start=0):
+    random = np.random.default_rng(0)
+    away = noise * random.uniform(-1, 1, (2, 2 * cycles))
+    turn = [np.roll(column, -start) for column in CYCLE]
+    return landings(np.tile(turn[0], cycles), np.tile(turn[1], cycles) + away[0], np.tile(turn[2], cycles) + away[1])
+
+
+def with_touch(rows, at, phase, speed):
+    """A touch in period `at`, which has no main impact."""
+    touch = np.zeros(1, MAIN_IMPACT)
+    touch["period"], touch["phase"], touch["speed"] = at, phase, speed
+    both = np.concatenate([rows, touch])
+    return both[np.lexsort((both["phase"], both["period"]))]
+
+
+def test_the_cycle_of_an_orbit_is_its_shortest():
+    found = impact_cycle(orbit())
+    assert found.n == 3
+    assert (found.gaps.tolist(), found.phase.tolist(), found.speed.tolist()) == ([2, 1], [4.0, 5.0], [1.0, 2.0])
+
+
+def test_a_motion_that_has_not_settled_has_no_cycle():
+    assert impact_cycle(orbit(noise=1e-5)) is None
+    assert impact_cycle(orbit(noise=0.1)) is None
+    assert impact_cycle(orbit()[:4]) is None, "seen once"
+    assert impact_cycle(orbit()[:0]) is None
+    slow = landings(np.full(9, LONGEST_PERIOD + 1), 4.0, 1.0)
+    assert impact_cycle(slow) is None
+
+
+@given(noise=st.floats(0, 0.4), start=st.integers(0, 1))
+def test_a_motion_near_the_orbit_follows_it_from_any_impact_on(noise, start):
+    rows = orbit(noise=noise, start=start)
+    for ordered in (False, True):
+        chosen = follow_cycle(CYCLE, rows, PERIODS, ordered)
+        assert chosen.tolist() == list(range(1, len(rows) - 1)), "all but the first and the last"
+
+
+def test_two_impacts_in_the_wrong_order_break_order_but_not_gaps():
+    cycle = ImpactCycle(np.array([2, 2]), CYCLE.phase, CYCLE.speed)
+    rows = landings(np.full(30, 2), np.tile(CYCLE.phase, 15), np.tile(CYCLE.speed, 15))
+    rows["phase"][12:14], rows["speed"][12:14] = rows["phase"][12:14][::-1].copy(), rows["speed"][12:14][::-1].copy()
+    assert follow_cycle(cycle, rows, PERIODS, ordered=False) is not None
+    assert follow_cycle(cycle, rows, PERIODS) is None
+
+
+def test_a_missing_and_an_additional_impact_break_gaps():
+    assert follow_cycle(CYCLE, np.delete(orbit(), 17), PERIODS, ordered=False) is None
+    assert follow_cycle(CYCLE, with_touch(orbit(), 32, 1.0, 1.1 * SHARE), PERIODS, ordered=False) is None
+
+
+def test_touches_may_be_left_out_whatever_speed_divides_them_from_main_impacts():
+    rows = with_touch(with_touch(orbit(), 32, 1.0, 0.9 * SHARE), 35, 1.0, 0.5 * SHARE)
+    main = np.flatnonzero(rows["speed"] > 0.5)
+    assert follow_cycle(CYCLE, rows, PERIODS).tolist() == main[1:-1].tolist()
+    slow = rows.copy()
+    slow["speed"][main[7]] = 0.95 * SHARE  # slower than the bound, but faster than any touch
+    assert follow_cycle(CYCLE, slow, PERIODS, ordered=False).tolist() == main[1:-1].tolist()
+    slow["speed"][main[7]] = 0.7 * SHARE  # now a touch is faster
+    assert follow_cycle(CYCLE, slow, PERIODS, ordered=False) is None
+
+
+def test_phases_are_near_across_the_end_of_a_period():
+    cycle = ImpactCycle(np.array([1, 1]), np.array([0.1, 3.0]), np.array([1.0, 1.0]))
+    rows = landings([1, 1], [6.2, 3.5], [1.0, 1.0])
+    assert nearest(cycle, rows).tolist() == [0, 1]
+
+
+def test_gaps_are_rounded_to_whole_periods():
+    rows = landings([2, 1, 3], [6.2, 0.1, 3.0], 1.0)
+    assert impact_gaps(rows).tolist() == [1, 1]
+    assert fastest(CYCLE, orbit(), PERIODS).tobytes() == orbit().tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_too_few_landings_follow_nothing(count):
+    assert follow_cycle(CYCLE, orbit()[:count], PERIODS) is None

@@ -1,0 +1,150 @@
+"""Disturbed motions by the hundred, each judged as it is computed: what the search for limits asks for.
+
+All motions of a request are points of one sweep whose kernels write down sections and main impacts. Where switches are
+needed one by one, the motion is followed alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, partial
+from types import TracebackType
+from typing import TypeVar
+
+import numpy as np
+
+from vibrodrive.batch.sweep import fill
+from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.parameters import COLUMNS, Status
+from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.stability.main_impacts import fastest, impact_gaps
+from vibrodrive.stability.structure import ReferenceOrbit, Structure, judge, keeps, reference_orbit
+
+SETTLING = 20_000
+"""Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
+
+WATCHED = 256
+"""Periods of the undisturbed motion: enough to see the longest period (main_impacts.LONGEST_PERIOD) four times."""
+
+BATCH_BYTES = 48 << 20
+"""Sections and impacts of the motions computed together, at most; as much again is being judged."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One motion: its section points (periods, 2), its main impacts, and how to have it with all its switches."""
+
+    section: np.ndarray
+    impacts: np.ndarray
+    _followed: Callable[[], Trajectory]
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The same motion, followed alone."""
+        return self._followed()
+
+    def keeps(self, base: ReferenceOrbit, criterion: Sequence[str]) -> bool:
+        """Whether it keeps all that `criterion` names."""
+        cheap = [name for name in criterion if name != "word"]
+        if not keeps(base, self.section, self.impacts, cheap):
+            return False
+        return "word" not in criterion or keeps(base, self.section, self.impacts, ("word",), self.trajectory.switches)
+
+    def judge(self, base: ReferenceOrbit) -> Structure:
+        """All that its section and impacts say."""
+        return judge(base, self.section, self.impacts, self.trajectory.switches if base.word else None)
+
+
+class Evaluator:
+    """Computes the motions at points of a plan under disturbances of one kind. A context: it ends its threads."""
+
+    def __init__(self, plan: Plan, disturbance: str, threads: int) -> None:
+        self._plan = plan
+        self._column = COLUMNS.index(disturbance)
+        self._threads = threads
+        self._halt = Halt()
+        self._ahead = ThreadPoolExecutor(1, thread_name_prefix="limits")
+
+    def __enter__(self) -> Evaluator:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
+        self._halt.call()
+        self._ahead.shutdown()
+
+    def undisturbed(self, numbers: np.ndarray, criterion: Sequence[str]) -> list[ReferenceOrbit | None]:
+        """The orbits on which the undisturbed motions at these points settle; None where one does not."""
+        points = self._plan.rows(numbers)
+        points[:, COLUMNS.index("eps")] = 0.0
+        points[:, COLUMNS.index("dtau")] = math.nan
+        s = self._plan.settings
+        settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
+        motions = self._motions(points, settings)
+        return [reference_orbit(m.trajectory if "word" in criterion else m) for m in motions]
+
+    def answers(
+        self, requests: Sequence[tuple[int, ReferenceOrbit, np.ndarray]], ask: Callable[[ReferenceOrbit, Motion], T]
+    ) -> list[list[T]]:
+        """ask(orbit, motion) for each (number of a point, its orbit, disturbances): a list for each of them."""
+        points = [np.repeat(self._plan.points(at, at + 1), len(values), axis=0) for at, _, values in requests]
+        for rows, (_, _, values) in zip(points, requests, strict=True):
+            rows[:, self._column] = values
+        motions = self._motions(np.concatenate(points), self._plan.settings)
+        return [[ask(base, next(motions)) for _ in values] for _, base, values in requests]
+
+    def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
+        """The motions at these points, in order; while some are looked at the next are computed."""
+        most = max(1, BATCH_BYTES // (settings.periods * (16 + 2 * 32)))
+        parts = [points[at : at + most] for at in range(0, len(points), most)]
+        tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]
+        for n, part in enumerate(parts):
+            section, impacts, status = tasks.pop().result()
+            if n + 1 < len(parts):
+                tasks.append(self._ahead.submit(self._computed, parts[n + 1], settings))
+            for k, point in enumerate(part):
+                section[k][status[k] == Status.BUDGET] = np.nan
+                yield Motion(section[k], main_impacts(impacts[k]), partial(self._follow, point, settings))
+
+    def _computed(self, points: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        n, periods = len(points), settings.periods
+        section, impacts = np.empty((n, periods, 2)), np.empty((n, 2 * periods, 4))
+        status = np.empty(n, np.int8)
+        others = np.empty(n), np.empty((n, 5), np.int64)
+        fill(settings, points, self._threads, self._halt, section, status, *others, impacts)
+        return section, impacts, status
+
+    def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
+        scalars = dict(zip(COLUMNS, point.tolist(), strict=True))
+        return follow(Plan({}, scalars, settings), self._halt)
+
+
+def explain_loss(criterion: Sequence[str], base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
+    """What of the structure is lost, in words."""
+    reasons = []
+    if "impacts" in criterion and not found.impacts and found.gaps:
+        reasons.append("impacts in another order")
+    if ("gaps" in criterion or "impacts" in criterion) and not found.gaps:
+        usual: Sequence[int] = ()
+        seen: Sequence[int] = impact_gaps(motion.impacts).tolist()
+        if base.cycle is not None:
+            usual = base.cycle.gaps.tolist()
+            seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section))).tolist()
+        reasons.append(f"gaps {_listed(usual)} became {_listed(sorted(set(seen)))}")
+    if "order" in criterion and not found.order:
+        nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
+        broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
+        where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
+        reasons.append(f"order broken {where}")
+    if "word" in criterion and not found.word:
+        reasons.append("other states between impacts")
+    return "; ".join(reasons)
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers)) or "none"
