@@ -8,6 +8,7 @@ order is given.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def steps(quick: bool) -> np.ndarray:
 
 def single(A: float, quick: bool) -> dict[str, Any]:
     """ρ and structure over Δτ at one A, and where structure is first lost and last kept."""
-    window = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
+    window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
         raise ValueError(f"A = {A}: the certified motion has not settled on an orbit")
@@ -59,7 +60,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 def over_range(quick: bool) -> dict[str, Any]:
     """Share of the periodic motions of the range that keep their order, and the median ρ, over Δτ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
-    window = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
+    window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section
     n = structure.period(certified)
     found: dict[str, Any] = {"A": RANGE, "points": len(A), "periodic": int((n > 0).sum())}
@@ -82,7 +83,7 @@ def over_range(quick: bool) -> dict[str, Any]:
 def costs(quick: bool) -> dict[str, float]:
     """CPU time a period of a sweep over the range, one thread, for each kind of switching."""
     n, p = (50, 50) if quick else (500, 200)
-    sweep = {"A": np.linspace(*RANGE, n), "transient": 0, "periods": p, "threads": 1}
+    sweep: dict[str, Any] = {"A": np.linspace(*RANGE, n), "transient": 0, "periods": p, "threads": 1}
     kinds: dict[str, dict[str, Any]] = {
         "certified": {"method": "certified"},
         "fixed, Δτ = 0.1": {"method": "fixed", "dtau": 0.1},
@@ -91,7 +92,7 @@ def costs(quick: bool) -> dict[str, float]:
         "muller, Δτ = 0.01": {"method": "muller", "dtau": 0.01, "tol": 1e-7},
         "muller, Δτ = 1e-5 (the paper's)": {"method": "muller", "dtau": 1e-5, "tol": 1e-7},
     }
-    times = paired({k: (lambda kind=kind: vd.sweep(**sweep, **kind)) for k, kind in kinds.items()}, 1 if quick else 5)
+    times = paired({k: partial(vd.sweep, **sweep, **kind) for k, kind in kinds.items()}, 1 if quick else 5)
     return {k: t.seconds / (n * p) for k, t in times.items()}
 
 

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ print(peak)
 
 def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -> dict[str, float]:
     """Median seconds of each sweep, all of them timed in turn."""
-    times = paired({str(k): (lambda run=run: vd.sweep(**run)) for k, run in runs.items()}, repeats)
+    times = paired({str(k): partial(vd.sweep, **run) for k, run in runs.items()}, repeats)
     return {k: t.wall_seconds if wall else t.seconds for k, t in times.items()}
 
 
@@ -74,7 +75,7 @@ def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
     steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     for method in ("fixed", "muller"):
         for scan in ("skip", "literal"):
-            runs = {}
+            runs: dict[Any, dict[str, Any]] = {}
             for dtau in steps:
                 # a literal scan of Δτ = 1e-6 has six million points a period
                 periods = 200 if scan == "skip" else max(1, min(200, round(200 * dtau / 1e-4)))
@@ -86,8 +87,8 @@ def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
             found[f"{method}, {scan}"] = {str(d): spent[str(d)] / (64 * run["periods"]) for d, run in runs.items()}
             say(f"over 1/Δτ: {method}, {scan}")
     certified = {"A": np.linspace(*RANGE, 64), "transient": 0, "periods": 200, "threads": 1}
-    spent = seconds({"certified": certified}, repeats)["certified"] / (64 * 200)
-    found["certified"] = {str(d): spent for d in steps}
+    once = seconds({"certified": certified}, repeats)["certified"] / (64 * 200)
+    found["certified"] = {str(d): once for d in steps}
     return found
 
 

@@ -204,10 +204,10 @@ def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any
     }
 
 
-def threads(quick: bool, busy: float) -> dict[str, Any]:
+def threads(quick: bool, busy: float | None) -> dict[str, Any]:
     """Certified on a sweep of mixed ε, one thread and all, wall time."""
     count = os.cpu_count() or 1
-    run = {
+    run: dict[str, Any] = {
         "A": np.linspace(*RANGE, 50 if quick else 500),
         "eps": [0.0, 0.5e-4, 2e-4],
         "transient": 0,

@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     start = time.process_time()
     vd.simulate(**base, transient=0, periods=1)
     once = time.process_time() - start
-    timed = {"transient": 0, "periods": int(np.clip(TIMED / once, 1, 2000))}
+    timed: dict[str, Any] = {"transient": 0, "periods": int(np.clip(TIMED / once, 1, 2000))}
     timing = paired({"": lambda: vd.simulate(**base, **timed)}, repeats)[""]
     seconds = timing.seconds / timed["periods"]
     far = None
@@ -112,7 +113,9 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
 def batched_point(scene: Scene, repeats: int) -> Point:
     """Certified in a sweep of 1024 neighbouring points: the same bits, at the cost per point of a batch."""
     A = scene.A + 1e-9 * np.arange(1024)
-    run = {"A": A, "eps": scene.eps, "method": "certified", "transient": 100, "periods": 100, "threads": 1}
+    run: dict[str, Any] = {
+        "A": A, "eps": scene.eps, "method": "certified", "transient": 100, "periods": 100, "threads": 1,
+    }  # fmt: skip
     timing = paired({"": lambda: vd.sweep(**run)}, repeats)[""]
     alone = our_point(scene, "", "", 1, method="certified")
     return Point(
@@ -164,17 +167,17 @@ def peers(scene: Scene, quick: bool) -> Iterable[tuple[str, str, Callable[[Case]
     yield certified_scalar.NAME, "", certified_scalar.run
     scans = (0.03, 0.01, 3e-3, 1e-3, 3e-4) if disturbed else (1.0, 0.3, 0.1, 0.01)
     for step in scans[-2:] if quick else scans:
-        yield scan_newton.NAME, f"Δτ = {step:g}", lambda c, s=step: scan_newton.run(c, s)
+        yield scan_newton.NAME, f"Δτ = {step:g}", partial(scan_newton.run, step=step)
     for step in (1e-2,) if quick else (1e-1, 1e-2, 1e-3, 1e-4):
         if TWO_PI / step * PERIODS <= STEPS_OBVIOUS:
-            yield "obvious loop, fixed", f"Δτ = {step:g}", lambda c, s=step: literal_scan.run_fixed(c, s)
-            yield "obvious loop, Muller", f"Δτ = {step:g}", lambda c, s=step: literal_scan.run_muller(c, s)
+            yield "obvious loop, fixed", f"Δτ = {step:g}", partial(literal_scan.run_fixed, step=step)
+            yield "obvious loop, Muller", f"Δτ = {step:g}", partial(literal_scan.run_muller, step=step)
     for step in (1e-2,) if quick else (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4):
-        yield rk4.NAME, f"Δτ = {step:g}", lambda c, s=step: rk4.run(c, s)
+        yield rk4.NAME, f"Δτ = {step:g}", partial(rk4.run, step=step)
     for tol in (1e-16,) if quick else (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.2e-16):
-        yield heyoka_events.NAME, f"tol = {tol:g}", lambda c, t=tol: heyoka_events.run(c, t)
+        yield heyoka_events.NAME, f"tol = {tol:g}", partial(heyoka_events.run, tol=tol)
     for rtol in (1e-8,) if quick else (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 3e-14):
-        yield scipy_ivp.NAME, f"rtol = {rtol:g}", lambda c, t=rtol: scipy_ivp.run(c, t, 1e-2 * t)
+        yield scipy_ivp.NAME, f"rtol = {rtol:g}", partial(scipy_ivp.run, rtol=rtol, atol=1e-2 * rtol)
 
 
 def measure(quick: bool) -> tuple[list[Point], list[str]]:
@@ -248,9 +251,9 @@ def summary(points: list[Point]) -> list[dict[str, Any]]:
             if not here:
                 continue
             fewest = min(p.wrong for p in here if p.wrong is not None)
-            right = [p for p in here if p.wrong == fewest and p.error is not None]
-            least = min((p.error for p in right), default=math.inf)
-            good = [p for p in right if p.error <= max(10.0 * least, 1e-13)]
+            right = [(p.error, p) for p in here if p.wrong == fewest and p.error is not None]
+            least = min((error for error, _ in right), default=math.inf)
+            good = [p for error, p in right if error <= max(10.0 * least, 1e-13)]
             if good:
                 rows.append(asdict(min(good, key=lambda p: p.seconds)))
     return rows

@@ -136,7 +136,7 @@ def run(case: Case, tol: float = 2.2e-16, repeats: int = 3) -> Run:
     integrators = Integrators(case.eps > 0.0, tol)
     out, done = solve(case, integrators)
     seconds = cpu_seconds(lambda: solve(case, integrators), repeats)
-    notes = (f"tol = {tol:g}",)
+    notes: tuple[str, ...] = (f"tol = {tol:g}",)
     if done < case.total:
         notes = (*notes, f"gave up after {done} of {case.total} periods: too many switches")
     return out.run(NAME, seconds / max(done, 1), None, notes)

@@ -8,6 +8,7 @@ arcsines; for ε > 0 the end is bracketed on a grid, vectorised, and found by br
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +33,10 @@ def stopping(direction: float, component: int):
     def event(_tau, y):
         return y[component]
 
-    event.terminal = True
-    event.direction = direction
-    return event
+    marked: Any = event
+    marked.terminal = True
+    marked.direction = direction
+    return marked
 
 
 GROUND = [stopping(-1.0, 0)]
@@ -157,7 +159,7 @@ def run(case: Case, rtol: float = 1e-10, atol: float = 1e-12, method: str | None
     method = method or ("LSODA" if case.eps > 0.0 else "DOP853")
     out, evaluations, done = solve(case, method, rtol, atol)
     seconds = cpu_seconds(lambda: solve(case, method, rtol, atol), repeats)
-    notes = (f"{method}, rtol = {rtol:g}, atol = {atol:g}",)
+    notes: tuple[str, ...] = (f"{method}, rtol = {rtol:g}, atol = {atol:g}",)
     if done < case.total:
         notes = (*notes, f"gave up after {done} of {case.total} periods: too many switches")
     return out.run(NAME, seconds / max(done, 1), evaluations / max(done, 1), notes)
