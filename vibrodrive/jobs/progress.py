@@ -1,6 +1,9 @@
 """Progress of a sweep in one line: rewritten on a terminal, printed now and then elsewhere.
 
-Not click's progress bar: that is silent where there is no terminal, and ends the work when its stream goes away.
+Not click's progress bar (8.5, tried): where there is no terminal it prints its label once, and no progress; a
+terminal that goes away ends the work with OSError; a message from elsewhere lands behind the bar on its line; a line
+wider than the terminal is not cut, and wraps; and its time left takes what an earlier run has done for work of this
+one: at 96 of 100 steps, the first 90 of them resumed, it said 0.04 s for the last second.
 """
 
 from __future__ import annotations
