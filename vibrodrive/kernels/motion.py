@@ -101,18 +101,53 @@ def fast_part(near, alf, bef, s, v, ds, dv):
     return dot(alf, ds if near else s, bef, dv if near else v)
 
 
+class Segment(NamedTuple):
+    """The closed form of a state from its beginning on: ξ, ξ', ξ'' there, L, and the coefficients of ξ as a shape."""
+
+    x: float
+    v: float
+    a0: float
+    slope: float
+    xd2: float
+    xc1: float
+    xc2: float
+    xalf: float
+    xbef: float
+
+
+@inline
+def segment_of(w, i):
+    """The segment under way in lane i."""
+    return Segment(
+        w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], w[XALF + i], w[XBEF + i]
+    )  # fmt: skip
+
+
+@inline
+def slide_shape(segment, p, q, gap, rate):
+    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
+    return (
+        choose(gap, segment.x, segment.v), choose(gap, segment.v, segment.a0), choose(gap, segment.xd2, 0.5 * rate),
+        choose(gap, segment.xc1, segment.slope), choose(gap, segment.xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
+    )  # fmt: skip
+
+
+@inline
+def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
+    """The slow part of (ξ, ξ') at h, sliding: eqs. (4), (5) and their derivative; s, v, ds, dv from `arc(h)`."""
+    x = shape(near, h, *slide_shape(segment, p, q, True, rate), s, v, ds, dv)
+    return x, shape(near, h, *slide_shape(segment, p, q, False, rate), s, v, ds, dv)
+
+
 @inline
 def state_at(w, i, h, fast):
-    """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5) and their derivative."""
-    eta = w[ETA + i]
-    p, q = w[P + i], w[Q + i]
+    """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5), (9) and their derivative."""
+    eta, p = w[ETA + i], w[P + i]
     s, v, ds, dv, near = arc(h)
-    d2 = 0.5 * (p + eta * w[PF + i])
     if fast:
         sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
         near = near & near_fast
-    x = shape(near, h, w[X0 + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
-    dx = shape(near, h, w[V0 + i], w[A0 + i], d2, w[L + i], 0.0, q, p, s, v, ds, dv)
+    x, dx = slide_at(segment_of(w, i), p, w[Q + i], p + eta * w[PF + i], near, h, s, v, ds, dv)
     if fast:
         x += fast_part(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
         dx += fast_part(near, eta * w[XBEF + i], -eta * w[XALF + i], sf, vf, dsf, dvf)
@@ -206,14 +241,30 @@ class Arrival(NamedTuple):
 
 
 @inline
+def arrive(segment, a, phi, low, p, q, h):
+    """Where any h after (φ, low) leads at ε = 0; a = A, p = A cos φ, q = A sin φ."""
+    s, v, ds, dv, near = arc(h)
+    x1, v1 = slide_at(segment, p, q, p, near, h, s, v, ds, dv)
+    turned, phi1, _ = advance_phase(phi, low, h)
+    p1, q1 = excitation(a, phi1, 0.0)
+    return Arrival(x1, v1, turned, phi1, 0.0, p1, q1, 0.0, 0.0, 0.0)
+
+
+@inline
+def arrive_far(segment, a, phi, low, p, q, h):
+    """`arrive` for h >= FAR: one sine and cosine serve the excitation and the motion, which is this far from its start
+    not small any more."""
+    n, phi = advance_phase_short(phi, low, h)
+    p1, q1 = excitation(a, phi, 0.0)
+    x = segment.x + fma(fma(segment.xc2, h, segment.xc1), h, q - q1)
+    v = segment.v + fma(segment.slope, h, p - p1)
+    return Arrival(x, v, n, phi, 0.0, p1, q1, 0.0, 0.0, 0.0)
+
+
+@inline
 def propagate_undisturbed(w, i, h):
-    """Where h >= FAR leads at ε = 0: one sine and cosine serve the excitation and the motion, which is this far from
-    its start not small any more."""
-    n, phi = advance_phase_short(w[PHI + i], w[LOW + i], h)
-    p, q = excitation(w[A + i], phi, 0.0)
-    x = w[X0 + i] + fma(fma(w[XC2 + i], h, w[XC1 + i]), h, w[Q + i] - q)
-    v = w[V0 + i] + fma(w[L + i], h, w[P + i] - p)
-    return Arrival(x, v, n, phi, 0.0, p, q, 0.0, 0.0, 0.0)
+    """Where h >= FAR leads lane i at ε = 0."""
+    return arrive_far(segment_of(w, i), w[A + i], w[PHI + i], w[LOW + i], w[P + i], w[Q + i], h)
 
 
 @inline
@@ -278,10 +329,7 @@ def propagate(w, k, i, wait_ends, level):
         return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level)
     there = propagate_undisturbed(w, i, h)
     if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
-        x, v = state_at(w, i, h, False)
-        turned, phi, _ = advance_phase(w[PHI + i], w[LOW + i], h)
-        p, q = excitation(w[A + i], phi, 0.0)
-        there = Arrival(x, v, turned, phi, 0.0, p, q, 0.0, 0.0, 0.0)
+        there = arrive(segment_of(w, i), w[A + i], w[PHI + i], w[LOW + i], w[P + i], w[Q + i], h)
     return there, 0.0
 
 
@@ -314,14 +362,3 @@ def time_between(period, phi, low, to_period, to_phase):
 def time_until(w, k, i, period, phase):
     """h from the present time to (period, phase)."""
     return time_between(k[PERIOD + i], w[PHI + i], w[LOW + i], period, phase)
-
-
-@inline
-def slide_shape(w, i, gap, rate):
-    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
-    x0, v0, a0, slope, p, q = w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[P + i], w[Q + i]
-    xd2, xc1, xc2 = w[XD2 + i], w[XC1 + i], w[XC2 + i]
-    return (
-        choose(gap, x0, v0), choose(gap, v0, a0), choose(gap, xd2, 0.5 * rate),
-        choose(gap, xc1, slope), choose(gap, xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
-    )  # fmt: skip

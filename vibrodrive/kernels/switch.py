@@ -7,8 +7,6 @@ of them took a switch. `where` says whether lane i takes it: a mask in the batch
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
@@ -32,7 +30,7 @@ from vibrodrive.kernels.lane import (
     A,
     B,
 )
-from vibrodrive.kernels.motion import time_between
+from vibrodrive.kernels.motion import Segment, time_between
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
 """What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
@@ -71,18 +69,6 @@ def direction(state):
     return choose(state == UP, 1.0, choose(state == DOWN, -1.0, 0.0))
 
 
-class Segment(NamedTuple):
-    """The closed form of a state (motion.py), from its beginning on."""
-
-    x: float
-    v: float
-    a0: float
-    slope: float
-    xc1: float
-    xalf: float
-    xbef: float
-
-
 @inline
 def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
     """The segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
@@ -99,7 +85,9 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
     a0 = choose(from_rest & (at_boundary | (a0 * s < 0.0)), 0.0, a0)
     slope = choose(from_rest & (on_grid | (inverse == 0.0)), a0 - q - qf, -(b + s))
     square = inverse * inverse
-    return Segment(x, v, a0, slope, v + (p + pf * inverse), -pf * square, qf * square)
+    return Segment(
+        x, v, a0, slope, 0.5 * a0, v + (p + pf * inverse), 0.5 * slope, -pf * square, qf * square
+    )  # fmt: skip
 
 
 @inline
@@ -111,8 +99,8 @@ def commit_segment(w, i, where, segment, x_off, v_off):
     w[r.X_OFF + i] = choose(where, x_off, w[r.X_OFF + i])
     w[r.A0 + i] = choose(where, segment.a0, w[r.A0 + i])
     w[r.L + i] = choose(where, segment.slope, w[r.L + i])
-    w[r.XD2 + i] = choose(where, 0.5 * segment.a0, w[r.XD2 + i])
-    w[r.XC2 + i] = choose(where, 0.5 * segment.slope, w[r.XC2 + i])
+    w[r.XD2 + i] = choose(where, segment.xd2, w[r.XD2 + i])
+    w[r.XC2 + i] = choose(where, segment.xc2, w[r.XC2 + i])
     w[r.XC1 + i] = choose(where, segment.xc1, w[r.XC1 + i])
 
 

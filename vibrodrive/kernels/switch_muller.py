@@ -47,6 +47,7 @@ from vibrodrive.kernels.motion import (
     advance_phase,
     excitation,
     section_at,
+    segment_of,
     shape,
     slide_shape,
     state_at,
@@ -145,7 +146,7 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
 
     # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
     # differs from that by less than `slack`
-    e0, e1, e2, e3, e4, e5, e6 = slide_shape(w, i, True, 0.0)
+    e0, e1, e2, e3, e4, e5, e6 = slide_shape(segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = value_at(0.0, 1.0, e0, e1, e2, e3, e4, e5, e6, low)
     off = gap_rounding(w, i, h)
     slack = off + (a + 1.0 + b) * dtau * dtau

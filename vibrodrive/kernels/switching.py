@@ -67,7 +67,7 @@ from vibrodrive.kernels.lane import (
     P,
     Q,
 )
-from vibrodrive.kernels.motion import slide_shape
+from vibrodrive.kernels.motion import segment_of, slide_shape
 
 NOISE_SHARE = 1e-13
 """Values of a switching function below this share of its terms are not trusted to have a sign when grid
@@ -107,7 +107,7 @@ def search_shape(w, i, which, limit):
     eta, inverse = w[ETA + i], w[INVERSE + i]
     p, q, pf, qf, xalf, xbef, af = w[P + i], w[Q + i], w[PF + i], w[QF + i], w[XALF + i], w[XBEF + i], w[AF + i]
     rate = p + eta * pf
-    c0, d1, d2, c1, c2, al, be = slide_shape(w, i, gap, rate)
+    c0, d1, d2, c1, c2, al, be = slide_shape(segment_of(w, i), p, q, gap, rate)
     c0 = choose(force, q + qf - w[B + i], c0)
     d1 = choose(force, rate, d1)
     d2 = choose(force, -0.5 * (q + eta * eta * qf), d2)

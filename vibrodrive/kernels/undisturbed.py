@@ -63,9 +63,10 @@ from vibrodrive.kernels.lane import (
     B,
     L,
     P,
+    Q,
     full,
 )
-from vibrodrive.kernels.motion import derivatives, shape, slide_shape
+from vibrodrive.kernels.motion import derivatives, segment_of, shape, slide_shape
 
 LEAST_FALL = 0.01
 """Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
@@ -75,15 +76,14 @@ PATIENCE = 24.0
 
 
 @inline
-def wait_end(w, i, state, phi):
+def release(state, phi, a, b, rises, falls):
     """(h, phase there, whether it lies in the next period, whether H falls to -1) of a wait at `phi`.
 
-    On the rising half of the excitation H climbs to 1, on the falling half it drops to -1; a wait that begins past
-    its own end by rounding ends at once.
+    On the rising half of the excitation H climbs to 1, at the phase `rises`, on the falling half it drops to -1, at
+    `falls`; a wait that begins past its own end by rounding ends at once.
     """
     falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
-    down = (state == STICK) & (falling | (w[A + i] <= 1.0 + w[B + i]))
-    falls, rises = w[PHI_DOWN + i], w[PHI_UP + i]  # read before the choice: a read that depends on it stops vectorising
+    down = (state == STICK) & (falling | (a <= 1.0 + b))
     target = choose(down, falls, rises)
     later = phi > choose(down, 3.0 * HALF_PI, HALF_PI)
     ahead = target - phi
@@ -93,24 +93,43 @@ def wait_end(w, i, state, phi):
 
 
 @inline
-def bracket(w, i, s, phi, p, slope):
-    """(lo, hi, fall, guess) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope."""
+def wait_end(w, i, state, phi):
+    """`release` in lane i."""
+    return release(state, phi, w[A + i], w[B + i], w[PHI_UP + i], w[PHI_DOWN + i])
+
+
+@inline
+def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
+    """(lo, hi, fall) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
+
+    H rises to 1 at the phase `rises`, where A cos φ = p_up, and falls to -1 at `falls`, where it is p_down.
+    """
     up = s > 0.0
-    up_phi, up_p, up_began, up_lasted, up_rate = (
-        w[PHI_UP + i], w[P_UP + i], w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i]
-    )  # fmt: skip
-    down_phi, down_p, down_began, down_lasted, down_rate = (
-        w[PHI_DOWN + i], w[P_DOWN + i], w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i]
-    )  # fmt: skip
-    target = choose(up, up_phi, down_phi)
+    target = choose(up, rises, falls)
     lo = choose(up, PI, 3.0 * PI) - target - phi
     lo = choose(lo >= TWO_PI, lo - TWO_PI, lo)
     hi = lo + (2.0 * target + choose(up, PI, -PI))
     lo = choose(lo > 0.0, lo, 0.0)
-    fall = -s * (slope * hi + (p - choose(up, up_p, down_p)))
+    return lo, hi, -s * (slope * hi + (p - choose(up, p_up, p_down)))
+
+
+@inline
+def bracket(w, i, s, phi, p, slope):
+    """(lo, hi, fall, guess): `enclose` in lane i, and where the slide will end, by the last one of its direction."""
+    up = s > 0.0
+    # read before the choice: a read that depends on it stops vectorising
+    up_began, up_lasted, up_rate = w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i]
+    down_began, down_lasted, down_rate = w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i]
+    lo, hi, fall = enclose(s, phi, p, slope, w[PHI_UP + i], w[P_UP + i], w[PHI_DOWN + i], w[P_DOWN + i])
     since = phi - choose(up, up_began, down_began)
     guess = choose(up, up_lasted, down_lasted) + choose(up, up_rate, down_rate) * since
-    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, lo + 0.4 * (hi - lo))
+    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, usual_end(lo, hi))
+
+
+@inline
+def usual_end(lo, hi):
+    """About where a slide ends in its bracket, if nothing more is known."""
+    return lo + 0.4 * (hi - lo)
 
 
 @inline
@@ -194,15 +213,21 @@ def householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
 
 
 @inline
+def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
+    """`householder_step` towards the zero of switching function `which` of a slide, after so many evaluations."""
+    sig = choose(which == S2, -1.0, 1.0)
+    m = a + 1.0 + b  # more than any derivative of ξ from the second on
+    return householder_step(h, lo, hi, *slide_shape(segment, p, q, which == S1, p), sig, m, evaluations > PATIENCE)
+
+
+@inline
 def search_bracket(w, k, i):
     """One evaluation in lane i, where there is a bracket and nothing was met yet."""
-    which = k[SEARCH + i]
-    sig = choose(which == S2, -1.0, 1.0)
-    c0, d1, d2, c1, c2, al, be = slide_shape(w, i, which == S1, w[P + i])
-    m = w[A + i] + 1.0 + w[B + i]  # more than any derivative of ξ from the second on
     h, lo, hi = w[CURSOR + i], w[LO + i], w[HI + i]
-    halve = w[WORK + i] - w[WORK_BOOKED + i] > PATIENCE
-    ahead, low, high, found = householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve)
+    ahead, low, high, found = step_in_bracket(
+        k[SEARCH + i], segment_of(w, i), w[A + i], w[B + i], w[P + i], w[Q + i], h, lo, hi,
+        w[WORK + i] - w[WORK_BOOKED + i],
+    )  # fmt: skip
     on = (w[SEARCH_MODE + i] == BRACKETED) & (w[OUTCOME + i] == NOTHING)
     w[CURSOR + i] = choose(on, ahead, h)
     w[LO + i] = choose(on, low, lo)

@@ -19,10 +19,11 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI, turns
+from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import moves, release_up
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.states import State
-from vibrodrive.periodic.flight import FROM_STICK, IMPACT, NO_WORD, REST, append, flight, touching, window_end
+from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, append, flight, touching, window_end
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
 HORIZON = 10_000

@@ -21,8 +21,9 @@ import numpy as np
 
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
+from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import release_up
-from vibrodrive.periodic.flight import IMPACT, NO_WORD, REST, append, flight, window_end
+from vibrodrive.periodic.flight import NO_WORD, append, flight, window_end
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or not followed to an impact
 
