@@ -81,7 +81,7 @@ class StartLimit(NamedTuple):
 NOWHERE = Edge(math.nan, math.nan, math.nan)
 
 
-class _Solution(NamedTuple):
+class Solution(NamedTuple):
     """The undisturbed motion: arguments, and the points of its orbit by excitation period mod n, float64 (n, 2)."""
 
     arguments: dict[str, Any]
@@ -121,7 +121,7 @@ def same_solution(
     [True, False]
     """
     _check_coordinate(coordinate)
-    solution = _settled(arguments, threads)
+    solution = settled(arguments, threads)
     if solution is None:
         raise ValueError("the undisturbed motion has no period: there is no solution to end on")
     return _same(solution, coordinate, real_array("deviations", deviations, "numbers"), threads)
@@ -147,7 +147,7 @@ def nearest_other(arguments: Mapping[str, Any], coordinate: str, threads: int | 
     (2, 0.818, 5.465, 0.818)
     """
     _check_coordinate(coordinate)
-    solution = _settled(arguments, threads)
+    solution = settled(arguments, threads)
     if solution is None:
         return StartLimit(coordinate, 0, NOWHERE, NOWHERE)
     start = check(coordinate, solution.arguments[coordinate])
@@ -206,7 +206,7 @@ def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {"section_phase": 0.0, **kept, **start, "method": Method.CERTIFIED, "transient": long}
 
 
-def _settled(arguments: Mapping[str, Any], threads: int | None) -> _Solution | None:
+def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | None:
     """The solution that the undisturbed motion ends on; None if it has no period or never moves."""
     exact = _undisturbed(arguments)
     found = sweep(**exact, periods=WATCHED, threads=threads)
@@ -217,10 +217,10 @@ def _settled(arguments: Mapping[str, Any], threads: int | None) -> _Solution | N
     points = np.empty((n, 2))
     points[(first + np.arange(n)) % n] = found.section[-n:]
     exact["transient"] += WATCHED - n
-    return _Solution(exact, points)
+    return Solution(exact, points)
 
 
-def _same(solution: _Solution, coordinate: str, deviations: np.ndarray, threads: int | None) -> np.ndarray:
+def _same(solution: Solution, coordinate: str, deviations: np.ndarray, threads: int | None) -> np.ndarray:
     """`same_solution`, of a solution that is known."""
     n = len(solution.points)
     starts = solution.arguments[coordinate] + deviations

@@ -1,0 +1,153 @@
+"""k₁: the search for an edge where it is known, then edges of the model against 50 digits and unstable orbits."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.reference import IMPACT, reference
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.periodic.impact_map import impact_map
+from vibrodrive.periodic.search import UNSTABLE, orbits
+from vibrodrive.stability.starts import COORDINATES, EXACT, find_edge, nearest_other, same_solution
+from vibrodrive.stability.structure import impacts
+
+pytestmark = pytest.mark.jit
+
+IRREGULAR = 9.1523
+"""A without a stable orbit of short period: two nearby motions part e-fold in five periods (`attractors`)."""
+
+
+@given(edge=st.floats(1e-11, 5.9), bit=st.sampled_from([0.0, 1e-15]))
+def test_a_clean_edge_is_found_to_the_last_bits(edge, bit):
+    found = find_edge(lambda d: d < edge, 6.0, bit)
+    assert found.kept < edge <= found.lost
+    assert found.lost - found.kept <= max(1.001 * EXACT * edge, bit)
+
+
+@given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
+def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, share):
+    """Kept and lost in turn above the edge, at distances that shrink geometrically, as next to an unstable orbit."""
+
+    def same(d):
+        place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)
+        return (d <= edge) | (place - np.floor(place) > share)
+
+    found = find_edge(same, 6.0)
+    assert edge <= found.lost <= edge * (1 + 1e-11)
+
+
+def test_where_nothing_is_lost_there_is_no_edge():
+    found = find_edge(lambda d: np.ones(len(d), bool), 6.0)
+    assert found == (6.0, math.inf, 6.0)
+    assert find_edge(lambda d: d < 0, 0.0).lost == math.inf, "no room in this direction"
+    assert find_edge(lambda d: d < 0, 6.0).lost <= 1e-12, "all lost"
+
+
+@pytest.fixture(scope="module", params=[2.75, 3.04, 3.1, 3.25])
+def edges(request):
+    A = request.param
+    return A, {name: nearest_other({"A": A}, name) for name in COORDINATES}
+
+
+def test_edges_of_starts_at_rest_on_the_obstacle(edges):
+    _, found = edges
+    assert found["xi0"].below.searched_to == 0.0, "no gap is negative"
+    assert found["dxi0"].below.lost == math.inf, "a start towards the obstacle lands on it at once"
+    for limit in found.values():
+        assert 0 < limit.k1 < math.inf
+
+
+def test_edges_in_time_are_those_of_the_same_basins_a_period_apart(edges):
+    """From rest at the obstacle all τ0 between two edges belong to one solution: the edges are 2π apart."""
+    _, found = edges
+    tau = found["tau0"]
+    if tau.n == 2:
+        assert tau.above.lost + tau.below.lost == pytest.approx(2 * math.pi, abs=1e-11)
+    assert tau.above.lost + tau.below.lost <= 2 * math.pi + 1e-11
+
+
+def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
+    """The exact statement: an edge of a basin is a start that leads to an unstable orbit of the impact-phase map."""
+    A, found = edges
+    unstable = [o for o in orbits(A, max_period=4) if o.kind == UNSTABLE]
+    for name, limit in found.items():
+        for side, sign in ((limit.below, -1), (limit.above, 1)):
+            if side.lost == math.inf:
+                continue
+            start = {"tau0": 0.0} | {name: sign * side.lost}
+            landed = impacts(simulate(A, **start, transient=0, periods=24).switches)["phase"]
+            apart = [np.abs(landed[:, None] - o.phases).min(axis=1) for o in unstable]
+            assert min(np.sort(d[:8])[5] for d in apart) < 1e-9, f"{name} off by {sign * side.lost}"
+
+
+def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
+    """A start at rest on the obstacle is what an impact leaves behind: off by τ, the phase of an impact."""
+    for A in (2.75, 3.04):
+        (orbit,) = [o for o in orbits(A, max_period=1) if o.kind == UNSTABLE]
+        edge = nearest_other({"A": A}, "tau0").above
+        assert edge.lost == pytest.approx(orbit.phases[0], abs=1e-12)
+
+
+def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
+    """At A = 3.04 (1 solution of 2): iterated in phase alone, the starts on both sides end a period apart."""
+    follow = impact_map(3.04)
+    edge = nearest_other({"A": 3.04}, "tau0").above
+    ends = []
+    for tau in (edge.lost * (1 - 1e-9), edge.lost * (1 + 1e-9)):
+        phase, periods = np.array([tau]), 0
+        for _ in range(300):
+            landed = follow(phase)
+            phase, periods = landed.phase, periods + int(landed.periods[0])
+        ends.append((phase[0], periods))
+    (one, first), (other, second) = ends
+    assert one == pytest.approx(other, abs=1e-9)
+    assert (first - second) % 2 == 1
+
+
+@pytest.mark.parametrize("name", COORDINATES)
+def test_both_sides_of_an_edge_with_fifty_digits(name):
+    """No kernel takes part: main impacts of the orbit of A = 3.04 are two periods apart, even or odd ones."""
+    edge = nearest_other({"A": 3.04}, name).above.lost
+
+    def lands_in(deviation):
+        rows = reference(3.04, **{name: deviation}, periods=34).switches
+        landed = [row for row in rows if row.after == IMPACT][-4:]
+        whole = [math.floor(float(row.tau) / (2 * math.pi)) for row in landed]
+        assert np.diff(whole).tolist() == [2, 2, 2], "settled"
+        return whole[-1] % 2
+
+    here = lands_in(0.0)
+    assert [lands_in(share * edge) == here for share in (0.3, 0.7, 1 - 1e-8)] == [True] * 3
+    assert lands_in(edge * (1 + 1e-8)) != here
+
+
+def test_whole_periods_of_delay_reach_the_solutions_one_after_the_other():
+    for A, n in ((2.75, 2), (3.1, 4), (3.25, 3)):
+        late = 2 * math.pi * np.arange(-2 * n, 2 * n + 1)
+        assert same_solution({"A": A}, "tau0", late).tolist() == [k % n == 0 for k in range(-2 * n, 2 * n + 1)]
+
+
+def test_edges_do_not_depend_on_the_section():
+    for phase in (0.8, math.pi, 5.0):
+        found = nearest_other({"A": 3.1, "section_phase": phase}, "tau0")
+        assert found.above.lost == pytest.approx(nearest_other({"A": 3.1}, "tau0").above.lost, rel=1e-12)
+
+
+def test_one_solution_has_no_edges_and_irregular_motion_no_solution():
+    assert nearest_other({"A": 1.5}, "xi0").k1 == math.inf
+    assert math.isnan(nearest_other({"A": IRREGULAR}, "tau0").k1)
+    assert math.isnan(nearest_other({"A": 0.5}, "xi0").k1), "the mass never moves"
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(ValueError, match="coordinate = 'xi': must be one of xi0, dxi0, tau0"):
+        nearest_other({"A": 3.04}, "xi")
+    with pytest.raises(TypeError, match="coordinate = 1: must be"):
+        same_solution({"A": 3.04}, 1, [0.1])
+    with pytest.raises(ValueError, match=r"xi0\[1\] = -0.2: must be a number >= 0"):
+        same_solution({"A": 3.04}, "xi0", [0.1, -0.2])
+    with pytest.raises(ValueError, match="no period"):
+        same_solution({"A": 0.5}, "xi0", [0.1])

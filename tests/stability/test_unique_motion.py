@@ -1,0 +1,76 @@
+"""k_u: what is known of A = 3.04 (Figs. 11, 12), and motions found with naive loops."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.support import naive
+from vibrodrive.stability.limit_search import BEYOND
+from vibrodrive.stability.unique_motion import SIDES, ends_on_one, lattice, starts_that_reach_all, unique_from
+
+pytestmark = pytest.mark.jit
+
+SHORT = {"A": 3.04, "transient": 200, "periods": 100}
+
+
+def test_all_solutions_are_reached_from_few_starts():
+    for A, n in ((1.5, 1), (2.75, 2), (3.04, 2), (3.1, 4), (3.25, 3)):
+        found, reached, (xi0, dxi0) = starts_that_reach_all({"A": A})
+        assert (found, reached) == (n, n)
+        assert len(xi0) == len(dxi0) <= SIDES[1]
+    assert starts_that_reach_all({"A": 0.5})[:2] == (0, 0)
+
+
+def test_starts_are_allowed_ones():
+    for side in SIDES:
+        xi0, dxi0 = lattice(3.0, side)
+        assert xi0[0] == 0.0
+        assert (dxi0 == -dxi0[::-1]).all()
+        assert 0.0 in dxi0
+
+
+def test_a_large_step_leaves_one_motion_and_a_small_one_two():
+    """Fig. 11: Δτ = 0.1, and the limits between which the two solutions merge."""
+    assert ends_on_one({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
+
+
+def test_no_disturbance_leaves_all_solutions():
+    assert ends_on_one(SHORT, "eps", [0.0, 1e-6]).tolist() == [False, False]
+    assert ends_on_one(SHORT | {"A": 1.5}, "eps", [0.0, 1e-6]).tolist() == [True, True]
+
+
+@pytest.mark.parametrize(("dtau", "one"), [(0.04, False), (0.1, True)])
+def test_against_naive_loops(dtau, one):
+    """The last section points of motions from three starts, every grid point visited."""
+    periods = 120
+    starts = [(0.0, 0.0), (1.5, 0.0), (3.0, 1.5)]
+    ends = [naive.fixed(3.04, xi0=x, dxi0=v, dtau=dtau, periods=periods).section[-16:] for x, v in starts]
+    assert (np.ptp(ends, axis=0).max() == 0.0) == one
+    point = {"A": 3.04, "transient": periods - 16, "periods": 16}
+    lattice_of_three = np.array([0.0, 1.5, 3.0]), np.array([0.0, 1.5])
+    assert ends_on_one(point, "dtau", [dtau], lattice_of_three).tolist() == [one]
+
+
+def test_the_band_in_which_the_motion_becomes_unique():
+    band = unique_from({"A": 3.04}, "eps")
+    assert 1e-4 < band.kept_below < band.k2 < 3e-4
+    assert band.searched_to >= BEYOND * band.k2
+    below, above = ends_on_one({"A": 3.04}, "eps", [band.kept_below, band.k2])
+    assert (below, above) == (False, True)
+
+
+def test_where_there_is_one_solution_or_none_nothing_is_sought():
+    assert unique_from({"A": 1.5}, "eps").k2 == 0.0
+    assert math.isnan(unique_from({"A": 0.5}, "dtau").k2)
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(ValueError, match="disturbance = 'tau': must be one of eps, dtau"):
+        unique_from({"A": 3.04}, "tau")
+    with pytest.raises(TypeError, match="disturbance = None: must be"):
+        ends_on_one({"A": 3.04}, None, [0.1])
+    with pytest.raises(ValueError, match=r"dtau\[0\] = 0.0: must be a number >= 1e-12"):
+        ends_on_one({"A": 3.04}, "dtau", [0.0])
+    with pytest.raises(ValueError, match="periods = 0: must be"):
+        ends_on_one({"A": 3.04, "periods": 0}, "dtau", [0.1])
