@@ -46,7 +46,7 @@ class OrbitCurve:
 
     @functools.cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """From each vertex to the next, float64 (k, 2), and one over the squared length, (k,), or 0 where it has none."""
+        """From each vertex to the next, float64 (k, 2), and one over the squared length (k,), 0 where it has none."""
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
         squared = (along**2).sum(axis=1)
         return along, np.divide(1.0, squared, out=np.zeros_like(squared), where=squared > 1e-300)

@@ -5,6 +5,10 @@ on. A disturbance leaves them apart as long as it is small. From some size on it
 and because a rest forgets all but the time, motions that once rest together are one from there on: then the start has
 no effect on what is left after a while.
 
+Nor is this size a sharp one, nor the last. At single steps Δτ above it several motions remain, and a larger ε may bring
+an order of its own with as many solutions (A = 3.04: two up to 2.03e-4, one up to 4e-4, three at 5e-4). Where motions
+merge slowly, several are left at the end of a short record (Δτ = 0.058: of 2500 periods, not of 5000).
+
 Starts differ in ξ0 and ξ'0 and share τ0: a shift of τ0 would shift the grid, and so change the disturbance.
 """
 
