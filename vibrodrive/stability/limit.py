@@ -25,6 +25,7 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
+from vibrodrive.stability.velocity import as_velocity
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
@@ -91,16 +92,8 @@ class Limit:
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless as ξ': ε η A of the disturbance ε sin ητ, eq. (9).
-
-        A step Δτ is one as it stands: a switch late by Δτ changes ξ' by ξ'' Δτ, and ξ'' is of the order 1.
-        """
-        return velocity(self.k2, self.disturbance, self.A, self.eta)
-
-
-def velocity(disturbance: Any, kind: str, A: Any, eta: Any) -> Any:
-    """A disturbance ("eps" or "dtau", number or array) as a velocity amplitude: see `Limit.velocity`."""
-    return disturbance * eta * A if kind == "eps" else disturbance
+        """k2 as a velocity amplitude, dimensionless as ξ': both disturbances in one unit (velocity.py)."""
+        return float(as_velocity(self.disturbance, self.k2, self.A, self.eta))
 
 
 @as_written

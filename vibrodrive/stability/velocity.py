@@ -1,0 +1,28 @@
+"""Both disturbances in one unit: how large a velocity they add to the motion.
+
+A disturbance ε sin ητ of the excitation is a velocity of amplitude εηA. A switch found late by Δτ is one of the order
+Δτ, as accelerations are of the order 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def as_velocity(disturbance: str, value: ArrayLike, A: ArrayLike, eta: ArrayLike) -> np.ndarray:
+    """The velocity amplitude V of values of ε (`disturbance` "eps": V = εηA) or of Δτ ("dtau": V = Δτ).
+
+    Everything is dimensionless; arrays are broadcast. `Physical.velocity` turns V into m/s.
+
+    Examples
+    --------
+    >>> from vibrodrive.stability.velocity import as_velocity
+    >>> as_velocity("eps", [1e-4, 2e-4], A=3.0, eta=100.0).tolist()
+    [0.03, 0.06]
+    >>> as_velocity("dtau", 0.05, A=3.0, eta=100.0).tolist()
+    0.05
+    """
+    amplitude = np.asarray(value, dtype=np.float64)
+    factor = np.multiply(A, eta) if disturbance == "eps" else np.ones(np.broadcast(A, eta).shape)
+    return amplitude * factor
