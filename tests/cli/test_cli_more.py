@@ -59,7 +59,7 @@ def run(tmp_path, monkeypatch, capsys):
 @pytest.mark.jit
 def test_limits_go_into_a_file_and_a_figure(run):
     code, out, err = run("limits", "limits.toml", "--threads", "1")
-    assert (code, out) == (0, ""), err
+    assert code == 0, err
     assert "limits.h5 holds 6 limits; limits.png drawn" in err
     from vibrodrive.store.limits import load_limits
 
@@ -68,6 +68,8 @@ def test_limits_go_into_a_file_and_a_figure(run):
     assert found.A.tolist() == [2.5, 2.8]
     one = vd.limit(2.8, "eps", criterion="order", transient=60, periods=100)
     assert found.numbers["k2"][0, 1] == one.k2
+    line = out.splitlines()[2].split()
+    assert line[:4] == ["2.8", "2", f"{one.k2:.4g}", f"{one.velocity:.4g}"]
     assert Path("limits.png").read_bytes()[:4] == b"\x89PNG"
     assert sorted(p.suffix for p in Path().iterdir()) == [".h5", ".png", ".toml", ".toml"]
     before = Path("limits.h5").read_bytes()
@@ -76,6 +78,43 @@ def test_limits_go_into_a_file_and_a_figure(run):
     assert err.count("\n") == 1
     assert "--overwrite" in err
     assert Path("limits.h5").read_bytes() == before
+
+
+@pytest.mark.jit
+def test_limits_over_two_axes_are_listed_drawn_and_described(run):
+    two = ("--set", "eta=[20.3, 50.5]", "--set", "A=[2.5, 2.8]")
+    code, out, err = run("limits", "limits.toml", *two)
+    assert code == 0, err
+    assert out.splitlines()[0].split()[:3] == ["A", "eta", "n"]
+    assert len(out.splitlines()) == 6
+    code, again, err = run("limits", "limits.toml", *two)
+    assert (code, again) == (0, out)
+    assert "complete (12 limits): nothing to do" in err
+    code, out, err = run("info", "limits.h5")
+    assert code == 0, err
+    assert "axis      A = 2.5 to 2.8, 2 values\naxis      eta = 20.3 to 50.5, 2 values\nfixed     B = 0.1\n" in out
+    assert "eps       certified: 4 of 4 limits, " in out
+    assert ", V = " in out
+    assert run("verify", "limits.h5")[:2] == (0, "computed: 100.0 %\ncomplete and whole\n")
+    code, _, err = run("plot", "limits.h5", "-o", "again.png")
+    assert (code, Path("again.png").read_bytes()) == (0, Path("limits.png").read_bytes()), err
+
+
+@pytest.mark.jit
+def test_limits_of_a_scene_in_si_units_are_listed_in_mm_s(run):
+    Path("scene.toml").write_text(
+        "[physical]\na0 = 0.65e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n"
+        "[sweep]\neta = [101.3]\n[run]\ntransient = 50\nperiods = 50\n"
+    )
+    code, out, err = run("limits", "scene.toml")
+    assert code == 0, err
+    head, line, _ = out.splitlines()
+    assert head.count(", mm/s") == 3
+    V, mm_s = (float(line.split()[k]) for k in (3, 6))
+    scene = vd.Physical(a0=0.65e-3, omega0=150, mu=0.6, alpha=3.4)
+    assert mm_s == pytest.approx(1e3 * scene.velocity(V), rel=1e-3)
+    code, out, _ = run("info", "scene.h5")
+    assert out.count("mm/s)") == 3
 
 
 @pytest.mark.jit
@@ -129,7 +168,7 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
         (["limits", "limits.toml", "--set", "criterion=shape"], ["criterion = 'shape'", "order"]),
         (["limits", "limits.toml", "--set", "limits.criterion=3"], ["limits.criterion = 3", "text"]),
         (["limits", "limits.toml", "--set", "limits.colour=3"], ["[limits]", "colour", "criterion"]),
-        (["limits", "limits.toml", "--set", "eps=[0, 1e-4]"], ["axes", "eps", "A alone"]),
+        (["limits", "limits.toml", "--set", "eps=[0, 1e-4]"], ["axes", "eps", "one or two of A, B and eta"]),
         (["limits", "limits.toml", "--threads", "9999"], ["threads = 9999"]),
         (["limits", "limits.toml", "-o", "limits.png"], ["limits.png", "result file"]),
         (["limits", "limits.toml", "-o", "nowhere/limits.h5"], ["nowhere", "directory that exists"]),

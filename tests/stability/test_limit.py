@@ -5,19 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.figures.limits import limits_figure
-from vibrodrive.jobs.limits import run_limits
-from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.stability import structure
 from vibrodrive.stability.limit import limit, limits
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
-from vibrodrive.store.compare import Different
-from vibrodrive.store.limits import NUMBERS, Limits, load_limits
 
 
 def find(kind, kept):
@@ -184,95 +178,16 @@ def test_bad_input_is_named_in_one_sentence(arguments, key):
     assert "\n" not in str(caught.value)
 
 
-CONFIG = """
-title = "A few limits"
-[sweep]
-A = [2.5, 2.8, 3.04]
-[run]
-transient = 60
-periods = 60
-"""
-
-
-class Stop(Exception):
-    pass
-
-
 @pytest.mark.jit
-def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
-    config = parse(CONFIG)
-    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
-    assert whole.done.all()
-
-    def stop(known, total):
-        assert total == 9
-        if known == 4:
-            raise Stop
-
-    with pytest.raises(Stop):
-        run_limits(config, tmp_path / "part.h5", stop)
-    part = load_limits(tmp_path / "part.h5")
-    assert part.done.sum() == 4
-    assert np.isnan(part.numbers["k2"][~part.done]).all()
-    seen = []
-    again = load_limits(run_limits(config, tmp_path / "part.h5", lambda known, total: seen.append(known)))
-    assert seen == [5, 6, 7, 8, 9]
-    for name, values in whole.numbers.items():
-        assert np.array_equal(values, again.numbers[name], equal_nan=True), name
-    assert np.array_equal(whole.how, again.how)
-    one = limit(2.8, "dtau", "fixed", transient=60, periods=60)
-    assert whole.numbers["k2"][1, 1] == one.k2
-    assert whole.n[1, 1] == one.n == 2
-    assert whole.how[1, 1] == one.how
-
-
-@pytest.mark.jit
-def test_a_file_of_limits_has_named_dimensions(tmp_path):
-    path = run_limits(parse(CONFIG), tmp_path / "limits.h5")
-    with xarray.open_dataset(path, engine="h5netcdf") as data:
-        assert data["k2"].dims == ("curve", "A")
-        assert data["section_dxi"].dims == ("A_fine", "period")
-        assert data["A"].values.tolist() == [2.5, 2.8, 3.04]
-
-
-@pytest.mark.jit
-def test_what_does_not_fit_is_refused_before_a_file_is_there(tmp_path):
-    config = parse(CONFIG)
-    with pytest.raises(ConfigError, match="A alone"):
-        run_limits(parse(CONFIG.replace("A =", "B = [0.1, 0.2]\nA =")), tmp_path / "x.h5")
-    with pytest.raises(ValueError, match="criterion"):
-        run_limits(config, tmp_path / "x.h5", criterion="shape")
-    assert not list(tmp_path.iterdir())
-    run_limits(config, tmp_path / "x.h5")
-    with pytest.raises(Different, match=r"another configuration: A is 2[.]5, 2[.]8, 3[.]04 there and"):
-        run_limits(parse(CONFIG.replace("2.8", "2.9")), tmp_path / "x.h5")
-    with pytest.raises(Different, match="criterion is impacts there and gaps here"):
-        run_limits(config, tmp_path / "x.h5", criterion="gaps")
-    (tmp_path / "y.h5").write_text("no")
-    with pytest.raises(ConfigError, match="no file of limits"):
-        load_limits(tmp_path / "y.h5")
-    with pytest.raises(FileNotFoundError):
-        load_limits(tmp_path / "z.h5")
-
-
-def test_the_figure_shows_bands_only_where_limits_are_known():
-    A = np.linspace(2.4, 3.2, 41)
-    k2 = np.stack([np.full(41, 1e-4), np.full(41, 1e-2), np.full(41, np.inf)])
-    k2[0, 10] = np.nan
-    numbers = {name: k2.copy() for name in NUMBERS} | {"last_kept": 2 * k2}
-    found = Limits(
-        A=A, numbers=numbers, n=np.where(np.arange(41) < 20, 1, 2) * np.ones((3, 1), int), done=np.isfinite(k2),
-        how=np.full((3, 41), ""), fine=A, diagram=np.ones((41, 5)), criterion="order", title="",
-    )  # fmt: skip
-    fig = limits_figure(found)
-    top, bottom = fig.axes
-    assert top.get_yscale() == "log"
-    assert top.get_xlim() == bottom.get_xlim()
-    drawn = {line.get_label(): line.get_ydata() for line in top.lines if not line.get_label().startswith("_")}
-    assert len(drawn) == 3
-    eps, fixed, muller = drawn.values()
-    assert np.flatnonzero(np.isnan(eps)).tolist() == [10]
-    assert (fixed == 1e-2).all()
-    assert np.isnan(muller).all(), "what was never lost has no limit to draw"
-    texts = [t.get_text() for t in top.texts]
-    assert texts == ["$n = 1$", "$n = 2$"]
+def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
+    some = {"eta": [50.5, 101.3], "A": [1.5, 2.0, 2.5], "transient": 50, "periods": 50}
+    found = dict(limits(**some))
+    assert sorted(found) == list(range(6))
+    one = limit(2.0, eta=101.3, transient=50, periods=50)
+    assert found[4] == one
+    assert (one.A, one.B, one.eta) == (2.0, 0.1, 101.3)
+    assert one.velocity == pytest.approx(one.k2 * 101.3 * 2.0, rel=1e-15)
+    grid = limit(2.0, "dtau", eta=101.3, transient=50, periods=50)
+    assert grid.velocity == grid.k2
+    with pytest.raises(TypeError, match=r"^xi0 = .*: must be a single number \(axes may be A, B, eta\)$"):
+        limits(2.0, xi0=[0.0, 1.0])

@@ -31,7 +31,7 @@ def an_atlas(path):
 
 def some_limits(path):
     config = parse("[sweep]\nA = [1.0, 2.0]\n")
-    limits.create(path, config, config.plan().axes["A"], "order")
+    limits.create(path, config, config.plan().axes, "order")
 
 
 def some_orbits(path):

@@ -1,4 +1,4 @@
-"""`vibrodrive limits`: how large a disturbance the motion stands, over A."""
+"""`vibrodrive limits`: how large a disturbance the motion stands, over A, B or η."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, r
 @THREADS
 @OVERWRITE
 def limits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
-    """Find the limits of practically orbital stability over A, in ε and in Δτ, and draw them.
+    """Find the limits of practically orbital stability over A, B or eta, in ε and in Δτ, list and draw them.
 
-    The figure stands beside the result file. A file that is there is gone on with.
+    One or two of these are axes. The figure stands beside the result file. A file that is there is gone on with.
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
@@ -26,7 +26,7 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     check_output(path, config, "limits", overwrite=overwrite, figures=[picture])
     from vibrodrive.figures.limits import limits_figure
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.limits import run_limits
+    from vibrodrive.jobs.limits import run_limits, table
     from vibrodrive.store.limits import load_limits
 
     sought = 0
@@ -40,5 +40,6 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
         run_limits(settings, path, progress, **settings.limits, threads=threads, overwrite=overwrite)
     found = load_limits(path)
     save(limits_figure(found), picture)
+    click.echo(table(found))
     said = f"holds {found.done.sum()} limits" if sought else f"is complete ({found.done.sum()} limits): nothing to do"
     say(f"{path} {said}; {picture} drawn")

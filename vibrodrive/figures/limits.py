@@ -1,13 +1,19 @@
-"""The limits of stability above the bifurcation diagram they belong to, on one A axis."""
+"""The limits of stability over A, B or η: in their own units, as velocity amplitudes, and the ratio of the two kinds.
+
+k₂(ε) and k₂(Δτ) lie decades apart. As velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), they are of one size, and
+their ratio has a panel of its own: both disturbances act alike as far as it stays near 1.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from vibrodrive.figures.bifurcation import density
-from vibrodrive.figures.style import INK, letter, name_axes, new, note, styled
+from vibrodrive.figures.bifurcation import density, some
+from vibrodrive.figures.style import GREY, INK, LINES, equation, letter, name_axes, new, note, styled, symbol
 from vibrodrive.store.limits import CURVES, Limits
 
 LOOKS = {
@@ -17,45 +23,200 @@ LOOKS = {
 }
 """Line style, tone of the band and name of each curve."""
 
+VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
+
+RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
+
 WIDE = 0.035
 """A stretch of one period is labelled if it takes this share of the axis."""
+
+MARKED = 60
+"""Up to so many values of the abscissa each is marked: a line does not show where it was computed."""
+
+DECADES = 5.0
+"""An abscissa of η is logarithmic if its ends are so many times apart."""
 
 
 @styled
 def limits_figure(found: Limits) -> Figure:
-    """Bands from the first loss k₂ to the last value kept, over A; below, the undisturbed motion's diagram.
+    """Both limits as velocity amplitudes over the axis, and below their ratio.
 
-    A band has no height where nothing is kept above the first loss; it is missing where the undisturbed motion has no
-    period.
+    Over A alone they stand between the bands from the first loss k₂ to the last value kept, each in its own unit, and
+    the diagram of the undisturbed motion. Of two axes the longer one is the abscissa, and values of the other (six at
+    most, evenly spaced) have a line each; the limits with Muller's method are in the file only then.
+
+    A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
+    band has no height where nothing is kept above the first loss.
     """
-    fig, axes = new(2, 1, height=6.4, sharex=True, height_ratios=[1.25, 1.0])
-    top, bottom = axes[:, 0]
+    if len(found.axes) == 2:
+        return _over_two(found)
+    (x,) = found.axes
+    return _over_A(found) if x == "A" else _over_one(found, x)
+
+
+def _over_A(found: Limits) -> Figure:
+    fig, axes = new(4, 1, height=9.0, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
+    top, velocity, ratio, bottom = axes[:, 0]
     for c, curve in enumerate(CURVES):
         _band(top, found, c, *LOOKS[curve])
-    k2 = found.numbers["k2"]
-    if not (found.done & np.isfinite(k2) & (k2 > 0)).any():  # nothing to draw, and so no range for the axis
-        top.set_ylim(1e-6, 1.0)
-    top.set_yscale("log")
+    _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4)
-    top.tick_params(which="minor", direction="in", right=True)
     _name_periods(top, found)
     letter(top, 0)
-    low, high = found.A.min(), found.A.max()
-    some = slice(None) if low < high else slice(1)
-    density(bottom, found.fine[some], found.diagram[some])
-    letter(bottom, 1)
-    missing = int((~found.done).sum())
-    note(bottom, f"{missing} of {found.done.size} limits not computed" if missing else "undisturbed")
-    name_axes(bottom, "A", "dxi")
-    bottom.set_xlim((low, high) if low < high else (low - 0.5, high + 0.5))
+    _velocities(velocity, found)
+    letter(velocity, 1, ", ".join(VELOCITY.values()))
+    _ratios(ratio, found)
+    letter(ratio, 2, RATIO)
+    if found.fine is not None and found.diagram is not None:
+        several = slice(None) if np.ptp(found.A) > 0 else slice(1)
+        density(bottom, found.fine[several], found.diagram[several])
+    letter(bottom, 3)
+    note(bottom, _missing(found) or "undisturbed")
+    name_axes(bottom, None, "dxi")
+    _abscissa(bottom, "A", found.A)
     return fig
 
 
+def _over_one(found: Limits, x: str) -> Figure:
+    fig, axes = new(2, 1, height=4.6, sharex=True, height_ratios=[1.2, 1.0])
+    top, bottom = axes[:, 0]
+    _velocities(top, found)
+    top.legend(loc="best")
+    letter(top, 0, ", ".join(VELOCITY.values()))
+    note(top, _conditions(found))
+    _ratios(bottom, found)
+    letter(bottom, 1, RATIO)
+    _abscissa(bottom, x, found.axes[x])
+    return fig
+
+
+def _over_two(found: Limits) -> Figure:
+    names = list(found.axes)
+    x = max(names[::-1], key=lambda name: len(found.axes[name]))
+    (other,) = set(names) - {x}
+    V, ratio = (np.moveaxis(a, 1 + names.index(x), -1) for a in (found.known("velocity"), found.ratio()))
+    panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
+    if x == "eta" and not _varies(V[1]):  # without ε the limit in Δτ knows nothing of η
+        del panels[1]
+    fig, axes = new(len(panels) + 1, 1, height=0.9 + 2.1 * (len(panels) + 1), sharex=True)
+    shown = some(list(range(len(found.axes[other]))))
+    for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio[0])], strict=True)):
+        for style, row in zip(_STYLES, shown, strict=False):
+            name = equation(other, found.axes[other][row])
+            _line(ax, found.axes[x], values[row], *style, name)
+        letter(ax, k, title)
+        if k < len(panels):
+            _amplitude(ax, values[shown], found.mm_s)
+        else:
+            _around_one(ax, values[shown])
+    first = axes[0, 0]
+    first.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=3, borderpad=0.2)
+    note(first, _conditions(found))
+    _abscissa(axes[-1, 0], x, found.axes[x])
+    return fig
+
+
+_STYLES = [(line, tone) for tone in (INK, GREY) for line in LINES]
+"""Line style and tone of the values of a second axis."""
+
+
+def _varies(rows: np.ndarray) -> bool:
+    """Whether any row has two values that differ."""
+    return any(len(np.unique(row[np.isfinite(row)])) > 1 for row in rows)
+
+
+def _velocities(ax: Axes, found: Limits) -> None:
+    """All curves of one axis as velocity amplitudes."""
+    V = found.known("velocity")
+    (x,) = found.axes.values()
+    for values, curve in zip(V, CURVES, strict=True):
+        style, _, name = LOOKS[curve]
+        _line(ax, x, values, style, INK, name)
+    _amplitude(ax, V, found.mm_s)
+
+
+def _ratios(ax: Axes, found: Limits) -> None:
+    """Both paths on a grid against ε, with where nine tenths of the values lie on the grid itself."""
+    (x,) = found.axes.values()
+    ratio = found.ratio()
+    for values, curve in zip(ratio, CURVES[1:], strict=True):
+        style, _, name = LOOKS[curve]
+        _line(ax, x, values, style, INK, name)
+    _around_one(ax, ratio)
+    on_grid = ratio[0][np.isfinite(ratio[0])]
+    if len(on_grid):
+        low, middle, high = np.quantile(on_grid, (0.05, 0.5, 0.95))
+        note(ax, f"on the grid: median {middle:.2g}, nine tenths in {low:.2g} to {high:.2g}")
+
+
+def _line(ax: Axes, x: np.ndarray, values: np.ndarray, style: str, tone: str, name: str) -> None:
+    order = np.argsort(x)
+    mark = "o" if len(x) <= MARKED else ""
+    ax.plot(x[order], values[order], linestyle=style, marker=mark, markersize=2.2, color=tone, lw=0.9, label=name)
+
+
+def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
+    """A logarithmic ordinate of V; at its right side mm/s, for a scene in SI units."""
+    _logarithmic(ax, values, (1e-3, 1.0))
+    _plain_numbers(ax.yaxis, *ax.get_ylim())
+    ax.set_ylabel("$V$", rotation=0, labelpad=9, va="center")
+    if mm_s is not None:
+        ax.tick_params(which="both", right=False)
+        second = ax.secondary_yaxis("right", functions=(lambda v: np.multiply(v, mm_s), lambda v: np.divide(v, mm_s)))
+        _plain_numbers(second.yaxis, *ax.get_ylim())
+        second.set_ylabel("$V$ in mm/s")
+
+
+def _around_one(ax: Axes, ratio: np.ndarray) -> None:
+    """A logarithmic ordinate with 1 in its range, marked by a line."""
+    seen = np.append(ratio[np.isfinite(ratio)], (0.4, 2.5))
+    low, high = seen.min() / 1.15, seen.max() * 1.15
+    ax.set_ylim(low, high)
+    ax.set_yscale("log")
+    ax.axhline(1.0, color=GREY, lw=0.6, zorder=0)
+    _plain_numbers(ax.yaxis, low, high)
+
+
+def _plain_numbers(axis: Axis, low: float, high: float) -> None:
+    """Label 0.2, 0.5, 1, … where a logarithmic axis is less than two decades long, else whole decades alone."""
+    if high < 100 * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> None:
+    """A logarithmic ordinate for what there is of the values; of the range `blank` if there is nothing to draw."""
+    seen = values[np.isfinite(values) & (values > 0)]
+    low, high = (seen.min(), seen.max()) if len(seen) else blank
+    margin = 1.1 * (high / low) ** 0.04
+    ax.set_ylim(low / margin, high * margin)  # before the scale: from equal values it would take no range by itself
+    ax.set_yscale("log")
+    ax.tick_params(which="minor", direction="in", right=True)
+
+
+def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
+    low, high = values.min(), values.max()
+    if x == "eta" and high > DECADES * low:
+        ax.set_xscale("log")
+    ax.set_xlim((low, high) if low < high else (low - 0.5, high + 0.5))
+    ax.set_xlabel(symbol(x))
+
+
+def _conditions(found: Limits) -> str:
+    """What all points share, and what is missing."""
+    shared = [equation(name, value) for name, value in found.fixed.items()]
+    return ", ".join(shared + ([_missing(found)] if _missing(found) else []))
+
+
+def _missing(found: Limits) -> str:
+    missing = int((~found.done).sum())
+    return f"{missing} of {found.done.size} limits not computed" if missing else ""
+
+
 def _band(ax: Axes, found: Limits, c: int, style: str, tone: str, name: str) -> None:
-    k2, last = found.numbers["k2"][c], found.numbers["last_kept"][c]
-    known = found.done[c] & np.isfinite(k2) & (k2 > 0)
-    first = np.where(known, k2, np.nan)
-    end = np.where(known & (last > k2), last, first)
+    first, last = found.known()[c], found.known("last_kept")[c]
+    end = np.where(last > first, last, first)
     ax.fill_between(found.A, first, end, color=tone, lw=0)
     ax.plot(found.A, end, color=INK, lw=0.25)
     ax.plot(found.A, first, style, color=INK, lw=0.9, label=name)

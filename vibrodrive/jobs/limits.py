@@ -1,17 +1,22 @@
-"""Limits over an A axis, from a configuration into a file, filled limit by limit, resumed where it stopped."""
+"""Limits over A, B or η, from a configuration into a file, filled limit by limit, resumed where it stopped."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 
 from vibrodrive.batch.sweep import sweep
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
-from vibrodrive.stability.limit import limits
-from vibrodrive.store.limits import CURVES, DONE, SHOWN, create, refuse_another, write_limit, writing
+from vibrodrive.model.plan import Plan
+from vibrodrive.stability.limit import AXES, Limit, limits
+from vibrodrive.store.limits import CURVES, DONE, SHOWN, Limits, create, refuse_another, write_limit, writing
 
 
 def run_limits(
@@ -23,13 +28,14 @@ def run_limits(
     threads: int | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Compute the limits over the A axis of a configuration into a file; go on with one that is there.
+    """Compute the limits over the axes of a configuration into a file; go on with one that is there.
 
     Parameters
     ----------
     config : Config
-        its one axis must be A. B, eta, transient, periods (1000 and 1500 unless given), the start, the
-        section and tol are those of every motion; eps, if given, disturbs those whose limit in Δτ is sought.
+        its axes must be one or two of A, B and eta. The other parameters, transient, periods (1000 and 1500 unless
+        given), the start, the section and tol are those of every motion; eps, if given, disturbs those whose limit in
+        Δτ is sought.
     out : path
     progress : callable, optional
         called with (limits known, of how many).
@@ -41,7 +47,7 @@ def run_limits(
     Raises
     ------
     ConfigError
-        if the axes are others than A.
+        if the axes are others.
     Different
         if the file was made from another configuration.
     NoResult
@@ -52,29 +58,86 @@ def run_limits(
         as `limits.limits` and the system do.
     """
     plan = config.plan()
-    if list(plan.axes) != ["A"]:
-        raise ConfigError(bad("axes", ", ".join(plan.axes) or "none", "A alone: limits are sought over A"))
-    A = plan.axes["A"]
-    common = {k: v for k, v in config.arguments.items() if k not in ("A", "method", "dtau", "scan")}
-    limits(A[:1], criterion=criterion, threads=threads, **common)  # refuses before a file is made
+    names = list(plan.axes)
+    if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
+        raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
+    common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "dtau", "scan")}
+    settings: dict[str, Any] = {"criterion": criterion, "threads": threads}
+    first: dict[str, Any] = {name: values[:1] for name, values in plan.axes.items()}
+    limits(**first, **settings, **common)  # refuses before a file is made
     path = Path(out)
     if overwrite or not path.exists():
-        create(path, config, A, criterion)
+        create(path, config, plan.axes, criterion)
     say = progress or (lambda done, total: None)
     with writing(path) as file:
         refuse_another(file, path, config, criterion)
-        if not np.isfinite(file["section_dxi"][...]).any():
+        if "section_dxi" in file and not np.isfinite(file["section_dxi"][...]).any():
             undisturbed = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
             file["section_dxi"][...] = sweep(**undisturbed).section[..., 1]
             file.flush()
         known = int((file["status"][...] == DONE).sum())
         total = file["status"].size
-        for c, (disturbance, method) in enumerate(CURVES):
-            missing = np.flatnonzero(file["status"][c] != DONE)
-            if not len(missing):
-                continue
-            for i, found in limits(A[missing], disturbance, method, criterion, threads=threads, **common):
-                write_limit(file, c, int(missing[i]), found)
-                known += 1
-                say(known, total)
+        for c, at, found in _missing_limits(file, plan, common, settings):
+            write_limit(file, c, at, found)
+            known += 1
+            say(known, total)
     return path
+
+
+def _missing_limits(
+    file: h5py.File, plan: Plan, common: dict[str, Any], settings: dict[str, Any]
+) -> Iterator[tuple[int, tuple[int, ...], Limit]]:
+    """(curve, index of the point, Limit) of all that a file does not have yet, as they are found."""
+    names = list(plan.axes)
+    for c, (disturbance, method) in enumerate(CURVES):
+        # where ε = 0, the limits in Δτ know nothing of η: one search answers for all of its values
+        free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
+        along = names.index("eta") if free else None
+        for box in boxes(file["status"][c] != DONE):
+            sought = [where[:1] if k == along else where for k, where in enumerate(box)]
+            values = {name: plan.axes[name][where] for name, where in zip(names, sought, strict=True)}
+            for i, found in limits(disturbance=disturbance, method=method, **values, **settings, **common):
+                index = np.unravel_index(i, tuple(map(len, sought)))
+                place = [where[[k]] for where, k in zip(sought, index, strict=True)]
+                if along is not None:
+                    place[along] = box[along]
+                for at in product(*(where.tolist() for where in place)):
+                    yield c, at, found if along is None else replace(found, eta=float(plan.axes["eta"][at[along]]))
+
+
+def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
+    """The True of a bool array of one or two axes as products of indices along each axis: rows alike are one box."""
+    if missing.ndim == 1:
+        if missing.any():
+            yield (np.flatnonzero(missing),)
+        return
+    rows, kind = np.unique(missing, axis=0, return_inverse=True)
+    for k, row in enumerate(rows):
+        if row.any():
+            yield np.flatnonzero(kind.reshape(-1) == k), np.flatnonzero(row)
+
+
+def table(found: Limits) -> str:
+    """A line for each point: its place on the axes, n, k2(ε), and the limits of all curves as velocity amplitudes V.
+
+    Of Δτ, V is k2 itself. For a scene in SI units V stands there in mm/s, too. "-" is what is not known.
+    """
+    names = [CURVES[0][0], *(method for _, method in CURVES[1:])]
+    heads = [*found.axes, "n", "k2(eps)", *(f"V({name})" for name in names)]
+    V = [found.numbers["velocity"][c] for c in range(len(CURVES))]
+    columns = [found.numbers["k2"][0], *V]
+    if found.mm_s is not None:
+        heads += [f"{name}, mm/s" for name in names]
+        columns += [found.mm_s * values for values in V]
+    lines = ["  ".join(f"{head:>12}" for head in heads)]
+    n = found.n.max(axis=0)
+    for at in np.ndindex(n.shape):
+        place = [f"{values[k]:.6g}" for values, k in zip(found.axes.values(), at, strict=True)]
+        cells = [*place, str(n[at]) if n[at] else "-", *(_number(values[at]) for values in columns)]
+        lines.append("  ".join(f"{cell:>12}" for cell in cells))
+    lines.append("V is the velocity amplitude: k2(eps) eta A, and k2(dtau) for switches on the grid (fixed) and Muller")
+    return "\n".join(lines)
+
+
+def _number(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.4g}"

@@ -1,12 +1,14 @@
-"""Limits over an A axis in a file: laid out whole, filled limit by limit, resumed where it stopped.
+"""Limits over one or two axes of A, B and η in a file: laid out whole, filled limit by limit, resumed where it stopped.
 
-HDF5 with netCDF-4 dimension scales: `curve` (which disturbance, which path) × `A`, and beside them the
-bifurcation diagram of the undisturbed motion over a finer axis: a figure needs nothing but the file.
+HDF5 with netCDF-4 dimension scales: `curve` (which disturbance, which path) × the axes in the order of the
+configuration. Over A alone the bifurcation diagram of the undisturbed motion stands beside them, over a finer axis:
+a figure needs nothing but the file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +17,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, ConfigError
-from vibrodrive.stability.limit import Limit
+from vibrodrive.model.config import Config, ConfigError, parse
+from vibrodrive.model.parameters import PARAMETERS, bad
+from vibrodrive.stability.limit import AXES, Limit
+from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading, unwritable
@@ -27,7 +31,10 @@ from vibrodrive.store.lock import Lock
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
 """Disturbance and path of each curve."""
 
-SCHEMA = 1
+SCHEMA = 2
+
+READABLE = (1, SCHEMA)
+"""Files of schema 1 have an axis of A alone and no velocities, which follow from what they have."""
 
 FINE = 1500
 """Values of A of the bifurcation diagram."""
@@ -43,30 +50,70 @@ NUMBERS = {
     "last_kept": "largest value kept together with its neighbour on the grid",
     "share_kept": "share of the values tried between k2 and last_kept that are kept",
     "searched_to": "largest disturbance tried",
+    "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau",
+    "velocity_last": "last_kept as a velocity amplitude V",
     "rho_kept": "largest distance from the orbit at kept_below",
     "rho_lost": "largest distance from the orbit at k2",
 }
-"""float64 variables over curve and A."""
+"""float64 variables over curve and axes, dimensionless."""
+
+IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
+"""The same of a scene in SI units (`[physical]`), in mm/s; files of other configurations do not have them."""
+
+UNIT = "velocity_unit"
+"""Attribute of these: mm/s that a dimensionless velocity of 1 is."""
 
 NOT_COMPUTED, DONE = -1, 0
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a file of limits holds. Arrays over (curve, A); `n`, the period of the undisturbed orbit, too.
+    """What a file of limits holds. Arrays over (curve, axes…); `n`, the period of the undisturbed orbit, too.
 
-    `done` says what has been computed. `diagram` is float64 (fine A, periods): ξ' of the undisturbed motion.
+    Attributes
+    ----------
+    axes : dict of str to float64 array
+        one or two of A, B and eta, in the order of the dimensions.
+    fixed : dict of str to float
+        those of A, B and eta that are no axis.
+    numbers : dict of str to float64 array
+        by the names of NUMBERS.
+    done, how
+        what has been computed, and how the structure was lost.
+    fine, diagram : float64 array (fine A), (fine A, periods), or None
+        ξ' of the undisturbed motion, over A alone.
+    mm_s : float or None
+        mm/s that a dimensionless velocity of 1 is, for a scene in SI units.
     """
 
-    A: np.ndarray
+    axes: dict[str, np.ndarray]
+    fixed: dict[str, float]
     numbers: dict[str, np.ndarray]
     n: np.ndarray
     done: np.ndarray
     how: np.ndarray
-    fine: np.ndarray
-    diagram: np.ndarray
     criterion: str
     title: str
+    fine: np.ndarray | None = None
+    diagram: np.ndarray | None = None
+    mm_s: float | None = None
+
+    @property
+    def A(self) -> np.ndarray:
+        """The values of A, if it is the one axis; ValueError if not."""
+        if list(self.axes) != ["A"]:
+            raise ValueError(bad("axes", ", ".join(self.axes), "A alone"))
+        return self.axes["A"]
+
+    def known(self, name: str = "k2") -> np.ndarray:
+        """One of the numbers where k2 was found and is > 0, NaN elsewhere: where there is something to draw."""
+        k2 = self.numbers["k2"]
+        return np.where(self.done & np.isfinite(k2) & (k2 > 0), self.numbers[name], np.nan)
+
+    def ratio(self) -> np.ndarray:
+        """k2(Δτ) over k2(ε) ηA, float64 (curves in Δτ, axes…); NaN where either is missing."""
+        V = self.known("velocity")
+        return V[1:] / V[0]
 
 
 def load_limits(path: str | Path) -> Limits:
@@ -76,16 +123,28 @@ def load_limits(path: str | Path) -> Limits:
 
 
 def _content(file: h5py.File) -> Limits:
+    names = [dimension.keys()[0] for dimension in file["k2"].dims][1:]
+    axes = {name: file[name][...] for name in names}
+    plan = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]"))).plan()
+    fixed = {name: plan.scalars[name] for name in AXES if name not in axes}
+    numbers = {name: file[name][...] for name in NUMBERS if name in file}
+    if "velocity" not in numbers:  # schema 1, over A
+        for name, of in (("velocity", "k2"), ("velocity_last", "last_kept")):
+            rows = zip(CURVES, numbers[of], strict=True)
+            numbers[name] = np.stack([as_velocity(d, values, axes["A"], fixed["eta"]) for (d, _), values in rows])
+    drawn = "section_dxi" in file
     return Limits(
-        A=file["A"][...],
-        numbers={name: file[name][...] for name in NUMBERS},
+        axes=axes,
+        fixed=fixed,
+        numbers=numbers,
         n=file["n"][...],
         done=file["status"][...] == DONE,
         how=np.char.decode(file["how"][...], "utf-8"),
-        fine=file["A_fine"][...],
-        diagram=file["section_dxi"][...],
         criterion=str(file.attrs["criterion"]),
         title=str(file.attrs["title"]),
+        fine=file["A_fine"][...] if drawn else None,
+        diagram=file["section_dxi"][...] if drawn else None,
+        mm_s=float(file[IN_MM_S["velocity"]].attrs[UNIT]) if IN_MM_S["velocity"] in file else None,
     )
 
 
@@ -101,24 +160,33 @@ def summary(path: Path, thorough: bool = False) -> Summary:
             faults.append("status: a value that means nothing")
         if (np.isnan(found.numbers["k2"]) & found.done & (found.n > 0)).any():
             faults.append("k2: missing where it is marked as computed")
-        lines = [
-            ("axis", f"A = {found.A[0]:g} to {found.A[-1]:g}, {len(found.A)} values"),
-            ("criterion", found.criterion),
-        ]
+        lines = [("axis", f"{name} = {v[0]:g} to {v[-1]:g}, {len(v)} values") for name, v in found.axes.items()]
+        lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
+        lines.append(("criterion", found.criterion))
         for c, (disturbance, method) in enumerate(CURVES):
-            limits_of = f"{found.done[c].sum()} of {len(found.A)} limits"
-            k2 = found.numbers["k2"][c][found.done[c] & np.isfinite(found.numbers["k2"][c])]
-            span = f", {k2.min():.3g} to {k2.max():.3g}" if len(k2) else ""
-            lines.append((disturbance, f"{method}: {limits_of}{span}"))
+            there = f"{found.done[c].sum()} of {found.done[c].size} limits"
+            lines.append((disturbance, f"{method}: {there}{_spans(found, c)}"))
         return Summary(found.title, float(found.done.mean()), lines + provenance(file), faults)
+
+
+def _spans(found: Limits, c: int) -> str:
+    """From where to where the limits of a curve go, as values of the disturbance and as velocities."""
+    k2 = found.numbers["k2"][c]
+    some = found.done[c] & np.isfinite(k2)
+    if not some.any():
+        return ""
+    V = found.numbers["velocity"][c][some]
+    text = f", {k2[some].min():.3g} to {k2[some].max():.3g}, V = {V.min():.3g} to {V.max():.3g}"
+    return text if found.mm_s is None else f"{text} ({found.mm_s * V.min():.3g} to {found.mm_s * V.max():.3g} mm/s)"
 
 
 @contextmanager
 def _open(path: Path, mode: str) -> Iterator[h5py.File]:
     try:
         with reading(path, "limits", mode) as file:
-            if file.attrs.get("limits_schema") != SCHEMA:
-                raise NoResult(f"{path}: limits_schema = {file.attrs.get('limits_schema')}: must be {SCHEMA}")
+            if (schema := file.attrs.get("limits_schema")) not in READABLE:
+                allowed = "one of " + ", ".join(map(str, READABLE))
+                raise NoResult(f"{path}: {bad('limits_schema', schema, allowed)}")
             yield file
     except Damaged:
         raise
@@ -148,44 +216,67 @@ def writing(path: Path) -> Iterator[h5py.File]:
         lock.release()
 
 
-def write_limit(file: h5py.File, c: int, i: int, found: Limit) -> None:
-    """Data first, then the mark that says they are there."""
-    rho = {f"rho_{side}": getattr(found, side) for side in ("kept", "lost")}
-    for name in NUMBERS:
-        if name in rho:
-            structure = rho[name]
-            file[name][c, i] = structure.rho if structure is not None else np.nan
-        else:
-            file[name][c, i] = getattr(found, name)
-    file["n"][c, i] = found.n
-    file["how"][c, i] = found.how.encode()[:HOW_BYTES]
+def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> None:
+    """One limit of curve c at an index of the axes. Data first, then the mark that says they are there."""
+    place = (c, *at)
+    for name, value in _values(found).items():
+        if name in file:  # velocities are missing in schema 1
+            file[name][place] = value
+        if name in IN_MM_S and IN_MM_S[name] in file:
+            data = file[IN_MM_S[name]]
+            data[place] = value * data.attrs[UNIT]
+    file["n"][place] = found.n
+    file["how"][place] = found.how.encode()[:HOW_BYTES]
     file.flush()
-    file["status"][c, i] = DONE
+    file["status"][place] = DONE
     file.flush()
 
 
-def create(path: Path, config: Config, A: np.ndarray, criterion: str) -> None:
+def _values(found: Limit) -> dict[str, float]:
+    """The numbers of a limit, by the names of NUMBERS."""
+    own = {
+        "velocity_last": float(as_velocity(found.disturbance, found.last_kept, found.A, found.eta)),
+        "rho_kept": found.kept.rho if found.kept is not None else np.nan,
+        "rho_lost": found.lost.rho if found.lost is not None else np.nan,
+    }
+    return {name: own[name] if name in own else getattr(found, name) for name in NUMBERS}
+
+
+def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str) -> None:
+    """A new file with room for all limits over the axes, in the place of a result file of that name."""
     with new_file(path) as file:
-        _lay_out(file, config, A, criterion)
+        _lay_out(file, config, axes, criterion)
 
 
-def _lay_out(file: h5py.File, config: Config, A: np.ndarray, criterion: str) -> None:
-    def variable(name: str, dims: tuple[str, ...], dtype: str, fill: Any, meaning: str) -> None:
-        # filled now, not when it is first written: what is laid out does not grow
-        netcdf.variable(file, name, dims, dtype, meaning, fill=fill)[...] = fill
+def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], criterion: str) -> None:
+    places = ("curve", *axes)
+
+    def variable(
+        name: str, dtype: str, fill: Any, meaning: str, dims: tuple[str, ...] = places, units: str = "1"
+    ) -> h5py.Dataset:
+        data = netcdf.variable(file, name, dims, dtype, meaning, fill=fill, units=units)
+        data[...] = fill  # now, not when it is first written: what is laid out does not grow
+        return data
 
     netcdf.dimension(file, "curve", np.arange(len(CURVES), dtype=np.int8), "disturbance and switching path")
     file["curve"].attrs["flag_values"] = np.arange(len(CURVES), dtype=np.int8)
     file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in CURVES)
-    netcdf.dimension(file, "A", A, "excitation amplitude")
-    netcdf.dimension(file, "A_fine", np.linspace(A.min(), A.max(), FINE), "excitation amplitude of the diagram")
-    netcdf.dimension(file, "period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
+    for name, values in axes.items():
+        netcdf.dimension(file, name, values, PARAMETERS[name].meaning)
     for name, meaning in NUMBERS.items():
-        variable(name, ("curve", "A"), "<f8", np.nan, meaning)
-    variable("n", ("curve", "A"), "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
-    variable("how", ("curve", "A"), f"S{HOW_BYTES}", b"", "how the structure was lost")
-    variable("status", ("curve", "A"), "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
-    variable("section_dxi", ("A_fine", "period"), "<f8", np.nan, "velocity ξ' of the undisturbed motion")
+        variable(name, "<f8", np.nan, meaning)
+    if config.physical is not None:
+        for name, other in IN_MM_S.items():
+            data = variable(other, "<f8", np.nan, f"{name} of the scene in SI units", units="mm s-1")
+            data.attrs[UNIT] = 1e3 * config.physical.velocity(1.0)
+    variable("n", "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
+    variable("how", f"S{HOW_BYTES}", b"", "how the structure was lost")
+    variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
+    if list(axes) == ["A"]:
+        fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
+        netcdf.dimension(file, "A_fine", fine, "excitation amplitude of the diagram")
+        netcdf.dimension(file, "period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
+        variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", ("A_fine", "period"))
     origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
     file.attrs.update(about("limits", origin) | {"limits_schema": SCHEMA, "criterion": criterion})
 

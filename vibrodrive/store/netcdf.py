@@ -32,13 +32,14 @@ def variable(
     *,
     fill: Any = None,
     chunks: tuple[int, ...] | None = None,
+    units: str = "1",
 ) -> h5py.Dataset:
     """Room for a variable over dimensions that are there already. `fill` stands where nothing was written yet."""
     shape = tuple(len(file[d]) for d in dimensions)
     data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
     for k, d in enumerate(dimensions):
         data.dims[k].attach_scale(file[d])
-    return _describe(data, long_name)
+    return _describe(data, long_name, units)
 
 
 def _create(
@@ -55,9 +56,9 @@ def _create(
     return file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
 
 
-def _describe(data: h5py.Dataset, long_name: str) -> h5py.Dataset:
+def _describe(data: h5py.Dataset, long_name: str, units: str = "1") -> h5py.Dataset:
     if not _is_text(data.dtype):
-        data.attrs["units"] = "1"
+        data.attrs["units"] = units
     data.attrs["long_name"] = long_name
     return data
 

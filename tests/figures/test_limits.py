@@ -1,0 +1,137 @@
+"""The figure of limits shows what is known, in its own units and in one, and ratios only where both are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vibrodrive.figures.limits import limits_figure
+from vibrodrive.figures.style import save
+from vibrodrive.store.limits import NUMBERS, Limits
+
+
+def of(axes, k2, factor=100.0, mm_s=None, **options):
+    """Limits k2 (curve, axes…) of which all were computed; a velocity is `factor` times a value of ε."""
+    scale = np.array([factor, 1.0, 1.0]).reshape(3, *(1,) * (k2.ndim - 1))
+    numbers = {name: k2.copy() for name in NUMBERS}
+    numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
+    some = {"n": np.ones(k2.shape, int), "done": np.ones(k2.shape, bool), "how": np.full(k2.shape, "")}
+    fixed = {name: 1.0 for name in ("A", "B", "eta") if name not in axes}
+    return Limits(**({"axes": axes, "fixed": fixed, "numbers": numbers, "criterion": "", "title": "", "mm_s": mm_s}
+                     | some | options))  # fmt: skip
+
+
+def drawn(ax):
+    return {line.get_label(): line.get_ydata() for line in ax.lines if not line.get_label().startswith("_")}
+
+
+@pytest.fixture
+def over_A():
+    A = np.linspace(2.4, 3.2, 81)
+    k2 = np.stack([np.full(81, 1e-4), np.full(81, 2e-2), np.full(81, np.inf)])
+    k2[0, 10] = np.nan
+    k2[1, 20] = np.inf
+    n = np.where(np.arange(81) < 40, 1, 2) * np.ones((3, 1), int)
+    return of({"A": A}, k2, n=n, done=~np.isinf(k2) | (np.arange(3)[:, None] == 1), fine=A, diagram=np.ones((81, 5)))
+
+
+def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
+    fig = limits_figure(over_A)
+    top, velocity, ratio, bottom = fig.axes
+    assert len({ax.get_xlim() for ax in fig.axes}) == 1
+    assert {ax.get_yscale() for ax in (top, velocity, ratio)} == {"log"}
+    assert [t.get_text() for t in top.texts] == ["$n = 1$", "$n = 2$"]
+    assert bottom.get_images()
+    eps, fixed, muller = drawn(top).values()
+    assert np.flatnonzero(np.isnan(eps)).tolist() == [10]
+    assert np.flatnonzero(np.isnan(fixed)).tolist() == [20]
+    assert np.isnan(muller).all(), "what was never lost has no limit to draw"
+    V = drawn(velocity)
+    assert list(V) == list(drawn(top))
+    assert np.nanmax(np.abs(V[r"$k_2(\varepsilon)$"] - 1e-2)) < 1e-15
+    assert np.array_equal(list(V.values())[1], fixed, equal_nan=True), "a limit in Δτ is a velocity as it stands"
+
+
+def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):
+    ratio = limits_figure(over_A).axes[2]
+    fixed, muller = drawn(ratio).values()
+    assert np.flatnonzero(np.isnan(fixed)).tolist() == [10, 20]
+    assert np.allclose(fixed[~np.isnan(fixed)], 2.0, rtol=1e-12)
+    assert np.isnan(muller).all()
+    low, high = ratio.get_ylim()
+    assert low < 1 < high
+    assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in ratio.lines), "the line at 1"
+
+
+def test_the_note_on_ratios_says_where_nine_tenths_lie():
+    A = np.linspace(1.5, 2.5, 101)
+    k2 = np.stack([np.full(101, 0.01), np.linspace(0.2, 2.2, 101), np.ones(101)])
+    ratio = limits_figure(of({"A": A}, k2, fine=A, diagram=np.ones((101, 5)))).axes[2]
+    assert ratio.get_title(loc="right") == "on the grid: median 1.2, nine tenths in 0.3 to 2.1"
+
+
+def test_eta_alone_is_drawn_in_decades_and_b_is_not():
+    eta = np.geomspace(3.1, 1009.9, 9)
+    fig = limits_figure(of({"eta": eta}, np.stack([0.2 / eta, 0.1 + 0 * eta, 0.1 + 0 * eta])))
+    assert len(fig.axes) == 2
+    assert fig.axes[0].get_xscale() == "log"
+    assert fig.axes[1].get_xlabel() == r"$\eta$"
+    assert len(drawn(fig.axes[0])) == 3
+    B = np.linspace(0.01, 0.9, 9)
+    assert limits_figure(of({"B": B}, np.ones((3, 9)))).axes[0].get_xscale() == "linear"
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_the_longer_of_two_axes_is_the_abscissa_and_the_other_has_lines(swapped):
+    A, eta = np.array([2.4, 2.8, 3.04]), np.geomspace(3.1, 1009.9, 7)
+    k2 = np.empty((3, 3, 7))
+    k2[0] = A[:, None] / eta
+    k2[1:] = 10 * A[:, None]
+    k2[0, 1, 2] = np.inf
+    axes = {"A": A, "eta": eta}
+    if swapped:
+        axes, k2 = {"eta": eta, "A": A}, k2.swapaxes(1, 2)
+    fig = limits_figure(of(axes, k2))
+    assert len(fig.axes) == 2, "Δτ knows nothing of η: it has no panel of its own"
+    velocity, ratio = fig.axes
+    lines = drawn(velocity)
+    assert list(lines) == ["$A = 2.4$", "$A = 2.8$", "$A = 3.04$"]
+    assert np.allclose(lines["$A = 3.04$"], 100 * 3.04 / eta, rtol=1e-14)
+    assert np.flatnonzero(np.isnan(lines["$A = 2.8$"])).tolist() == [2]
+    assert np.flatnonzero(np.isnan(drawn(ratio)["$A = 2.8$"])).tolist() == [2]
+    assert np.allclose(drawn(ratio)["$A = 2.4$"], eta / 10, rtol=1e-14)
+    assert len({(line.get_linestyle(), line.get_color()) for line in velocity.lines}) == 3
+
+
+def test_over_b_both_kinds_have_a_panel():
+    A, B = np.linspace(1.5, 3.0, 9), np.linspace(0.05, 0.5, 20)
+    k2 = 1e-3 * np.ones((3, 9, 1)) * (1 + B)
+    fig = limits_figure(of({"A": A, "B": B}, k2))
+    assert len(fig.axes) == 3
+    assert [len(drawn(ax)) for ax in fig.axes] == [6, 6, 6], "six values of the other axis at most"
+    assert fig.axes[-1].get_xlabel() == "$B$"
+
+
+@pytest.mark.parametrize("axes", [{"eta": 5}, {"A": 5}, {"A": 2, "B": 5}])
+def test_a_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
+    values = {name: np.linspace(1.5, 2.5, k) for name, k in axes.items()}
+    k2 = 1e-3 * (1.0 + np.arange(3 * np.prod(list(axes.values())))).reshape(3, *axes.values())
+    options = {"fine": values["A"], "diagram": np.ones((5, 4))} if list(axes) == ["A"] else {}
+    fig = limits_figure(of(values, k2, mm_s=39.16, **options))
+    save(fig, tmp_path / "x.png")  # the second axis takes its range when it is drawn
+    second = [child for ax in fig.axes for child in ax.child_axes]
+    assert {ax.get_ylabel() for ax in second} == {"$V$ in mm/s"}
+    for ax in fig.axes:
+        for child in ax.child_axes:
+            assert child.get_ylim() == pytest.approx(39.16 * np.array(ax.get_ylim()), rel=1e-9)
+
+
+@pytest.mark.parametrize("axes", [{"A": 1}, {"A": 4}, {"eta": 3}, {"B": 1}, {"B": 2, "eta": 3}])
+def test_a_figure_of_nothing_is_drawn_and_says_what_is_missing(axes, tmp_path):
+    values = {name: np.linspace(1.5, 2.5, k) for name, k in axes.items()}
+    shape = (3, *axes.values())
+    options = {"fine": np.linspace(1.5, 2.5, 7), "diagram": np.ones((7, 4))} if list(axes) == ["A"] else {}
+    fig = limits_figure(of(values, np.full(shape, np.nan), done=np.zeros(shape, bool), **options))
+    save(fig, tmp_path / "x.png")
+    total = int(np.prod(shape))
+    assert any(f"{total} of {total} limits not computed" in ax.get_title(loc="right") for ax in fig.axes)

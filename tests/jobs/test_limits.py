@@ -1,0 +1,212 @@
+"""Limits over one or two axes go into a file, limit by limit; a stopped run goes on and ends as one never stopped."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vibrodrive.jobs import limits as job
+from vibrodrive.jobs.limits import boxes, run_limits, table
+from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.plan import make_plan
+from vibrodrive.stability.limit import Limit, limit
+from vibrodrive.store.compare import Different
+from vibrodrive.store.limits import load_limits
+
+CONFIG = """
+title = "A few limits"
+[sweep]
+A = [2.5, 2.8, 3.04]
+[run]
+transient = 60
+periods = 60
+"""
+
+TWO = CONFIG.replace("A = [2.5, 2.8, 3.04]", "eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]")
+
+SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]\neta = [50.5, 101.3]\n"
+
+
+class Stop(Exception):
+    pass
+
+
+@pytest.fixture
+def invented(monkeypatch):
+    """Limits that cost nothing, of which no two are equal; returns what was asked for, call by call."""
+    asked = []
+
+    def found(disturbance, method, criterion, threads, **arguments):
+        plan = make_plan({**arguments, "method": method, "dtau": 0.1})
+        asked.append((disturbance, method, {name: values.tolist() for name, values in plan.axes.items()}))
+        for i in range(plan.n_points):
+            at = plan.arguments(i)
+            own = at["eta"] if disturbance == "eps" else 1.0
+            k2 = (at["A"] + 10 * at["B"]) / own / (2 if method == "muller" else 1)
+            point = {name: at[name] for name in ("A", "B", "eta")}
+            yield (
+                i,
+                Limit(
+                    **point, disturbance=disturbance, method=method, criterion=criterion, k2=k2, last_kept=2 * k2, n=3
+                ),
+            )
+
+    def limits(disturbance="eps", method="certified", criterion="impacts", threads=None, **arguments):
+        return found(disturbance, method, criterion, threads, **arguments)
+
+    monkeypatch.setattr(job, "limits", limits)
+    return asked
+
+
+def stopped_after(count):
+    def progress(known, total):
+        if known == count:
+            raise Stop
+
+    return progress
+
+
+def assert_equal(one, other):
+    for name, values in one.numbers.items():
+        assert np.array_equal(values, other.numbers[name], equal_nan=True), name
+    for name in ("n", "done", "how"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+@pytest.mark.jit
+def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
+    config = parse(CONFIG)
+    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
+    assert whole.done.all()
+    with pytest.raises(Stop):
+        run_limits(config, tmp_path / "part.h5", stopped_after(4))
+    part = load_limits(tmp_path / "part.h5")
+    assert part.done.sum() == 4
+    assert np.isnan(part.numbers["k2"][~part.done]).all()
+    assert np.isnan(part.numbers["velocity"][~part.done]).all()
+    seen = []
+    again = load_limits(run_limits(config, tmp_path / "part.h5", lambda known, total: seen.append((known, total))))
+    assert seen == [(k, 9) for k in (5, 6, 7, 8, 9)]
+    assert_equal(whole, again)
+    one = limit(2.8, "dtau", "fixed", transient=60, periods=60)
+    assert whole.numbers["k2"][1, 1] == whole.numbers["velocity"][1, 1] == one.k2
+    assert whole.n[1, 1] == one.n == 2
+    assert whole.how[1, 1] == one.how
+
+
+@pytest.mark.jit
+def test_two_axes_stopped_anywhere_end_as_if_never_stopped(tmp_path):
+    config = parse(TWO)
+    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
+    assert whole.done.all()
+    assert list(whole.axes) == ["eta", "A"]
+    for count in (1, 3, 5, 6, 8, 11, 17):
+        with pytest.raises(Stop):
+            run_limits(config, tmp_path / "part.h5", stopped_after(count))
+    assert load_limits(tmp_path / "part.h5").done.sum() == 17
+    assert_equal(whole, load_limits(run_limits(config, tmp_path / "part.h5")))
+    for c, (kind, path) in enumerate((("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))):
+        one = limit(2.8, kind, path, eta=50.5, transient=60, periods=60)
+        found = {name: whole.numbers[name][c, 1, 1] for name in ("k2", "last_kept", "velocity")}
+        assert found == {"k2": one.k2, "last_kept": one.last_kept, "velocity": one.velocity}
+
+
+def test_what_is_missing_is_sought_in_as_few_boxes_as_there_are_kinds_of_rows():
+    missing = np.array([[0, 0, 0], [0, 1, 1], [1, 1, 1], [1, 1, 1], [0, 1, 1]], dtype=bool)
+    found = [tuple(where.tolist() for where in box) for box in boxes(missing)]
+    assert sorted(found) == [([1, 4], [1, 2]), ([2, 3], [0, 1, 2])]
+    rng = np.random.default_rng(3)
+    for shape in ((7,), (4, 5), (5, 4)):
+        some = rng.random(shape) < 0.4
+        covered = np.zeros(shape, dtype=int)
+        for box in boxes(some):
+            covered[np.ix_(*box)] += 1
+        assert (covered == some).all(), "each once, and nothing else"
+    assert not list(boxes(np.zeros((2, 3), dtype=bool)))
+    assert not list(boxes(np.zeros(3, dtype=bool)))
+
+
+def test_without_eps_the_limits_in_dtau_are_sought_for_one_eta(tmp_path, invented):
+    path = run_limits(parse(TWO), tmp_path / "x.h5")
+    eta = [values["eta"] for _, _, values in invented]
+    assert eta == [[20.3, 50.5, 101.3], [20.3], [20.3]]
+    found = load_limits(path)
+    assert found.done.all()
+    assert (found.numbers["k2"][1:] == found.numbers["k2"][1:, :1]).all()
+    assert np.ptp(found.numbers["k2"][0], axis=0).min() > 0
+    invented.clear()
+    disturbed = TWO + "[model]\neps = 1e-4\n"
+    run_limits(parse(disturbed), tmp_path / "y.h5")
+    assert [len(values["eta"]) for _, _, values in invented] == [3, 3, 3]
+
+
+def test_velocities_are_stored_in_one_unit_and_of_a_scene_in_mm_s_too(tmp_path, invented):
+    found = load_limits(run_limits(parse(SCENE), tmp_path / "x.h5"))
+    A, eta = found.fixed["A"], found.axes["eta"]
+    assert abs(A - 3.0645) < 1e-4
+    k2, last = found.numbers["k2"], found.numbers["last_kept"]
+    assert np.allclose(found.numbers["velocity"], k2 * [eta * A, [1, 1], [1, 1]], rtol=1e-15)
+    assert np.allclose(found.numbers["velocity_last"], last * [eta * A, [1, 1], [1, 1]], rtol=1e-15)
+    # mu g cos(alpha) / omega0 in mm/s, by hand
+    assert found.mm_s == pytest.approx(0.6 * 9.80665 * math.cos(math.radians(3.4)) / 150.0 * 1e3, rel=1e-8)
+
+
+def test_the_table_has_a_line_for_each_point(tmp_path, invented):
+    found = load_limits(run_limits(parse(TWO), tmp_path / "x.h5"))
+    head, *lines, note = table(found).splitlines()
+    assert head.split() == ["eta", "A", "n", "k2(eps)", "V(eps)", "V(fixed)", "V(muller)"]
+    assert len(lines) == 6
+    # A = 2.8, eta = 50.5: k2(eps) = 3.8 / 50.5, V = 3.8 * 2.8; on the grid 3.8, with Muller's method half of it
+    assert lines[3].split() == ["50.5", "2.8", "3", "0.07525", "10.64", "3.8", "1.9"]
+    assert "k2(eps) eta A" in note
+    head, *lines, _ = table(load_limits(run_limits(parse(SCENE), tmp_path / "y.h5"))).splitlines()
+    assert head.split("  ")[-1].strip() == "muller, mm/s"
+    assert float(lines[0].split()[-1]) == pytest.approx(39.158 * float(lines[0].split()[-4]), rel=1e-3)
+
+
+def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
+    with pytest.raises(Stop):
+        run_limits(parse(CONFIG), tmp_path / "x.h5", stopped_after(1))
+    lines = table(load_limits(tmp_path / "x.h5")).splitlines()
+    assert lines[1].split()[-2:] == ["-", "-"]
+    assert lines[2].split() == ["2.8", *"-----"]
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        ("A = 2.5", "axes = 'none'"),
+        ("A = 2.5\neps = [0, 1e-4]", "axes = 'eps'"),
+        ("A = [2.5]\ntau0 = [0, 1]", "axes = 'A, tau0'"),
+        ("A = [2.5]\nB = [0.1]\neta = [101.3]", "axes = 'A, B, eta'"),
+    ],
+)
+def test_other_axes_are_refused_in_one_line_before_a_file_is_there(tmp_path, axes, words):
+    with pytest.raises(ConfigError, match=f"^{words}: must be one or two of A, B and eta$"):
+        run_limits(parse(f"[sweep]\n{axes}\n"), tmp_path / "x.h5")
+    assert not list(tmp_path.iterdir())
+
+
+def test_another_configuration_is_refused(tmp_path, invented):
+    with pytest.raises(ValueError, match="criterion"):
+        limit(2.5, criterion="shape")
+    run_limits(parse(CONFIG), tmp_path / "x.h5")
+    with pytest.raises(Different, match=r"another configuration: A is 2[.]5, 2[.]8, 3[.]04 there and"):
+        run_limits(parse(CONFIG.replace("2.8", "2.9")), tmp_path / "x.h5")
+    with pytest.raises(Different, match="criterion is impacts there and gaps here"):
+        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="gaps")
+    run_limits(parse(TWO), tmp_path / "two.h5")
+    swapped = TWO.replace("eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]", "A = [1.5, 2.8]\neta = [20.3, 50.5, 101.3]")
+    with pytest.raises(Different, match="the axes are eta, A there and A, eta here"):
+        run_limits(parse(swapped), tmp_path / "two.h5")
+    run_limits(parse(swapped), tmp_path / "two.h5", overwrite=True)
+    assert list(load_limits(tmp_path / "two.h5").axes) == ["A", "eta"]
+
+
+@pytest.mark.jit
+def test_an_unknown_criterion_is_refused_before_a_file_is_there(tmp_path):
+    with pytest.raises(ValueError, match="criterion"):
+        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="shape")
+    assert not list(tmp_path.iterdir())
