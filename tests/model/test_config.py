@@ -64,6 +64,17 @@ def test_physical_units_give_a_and_b():
     assert scalars["B"] == pytest.approx(math.tan(math.radians(3)) / 0.5, rel=1e-15)
 
 
+def test_a_scene_without_a0_leaves_a_to_an_axis_and_gives_b_and_the_units():
+    scene = "[physical]\nomega0 = 40\nmu = 0.5\nalpha = 3\n"
+    config = parse(scene + "[sweep]\nA = [1.5, 2.0]\n")
+    assert config.plan().axes["A"].tolist() == [1.5, 2.0]
+    assert config.plan().scalars["B"] == pytest.approx(math.tan(math.radians(3)) / 0.5, rel=1e-15)
+    friction = 0.5 * 9.80665 * math.cos(math.radians(3))
+    assert config.physical.velocity(2.0) == pytest.approx(2.0 * friction / 40, rel=1e-15)
+    with pytest.raises(ConfigError, match=r"^A is missing: must be given, a number >= 0"):
+        parse(scene).plan()
+
+
 def test_options_replace_what_the_file_says():
     text = "[model]\nB = 0.2\neps = 1e-4\n[sweep]\nA = {start = 1, stop = 2, num = 5}\n[run]\nperiods = 9\n"
     plan = parse(
@@ -111,6 +122,7 @@ def test_options_replace_what_the_file_says():
         ("[physical]\na0 = 1\nomega0 = 1\nmu = 1\nalpha = 90\n", ["physical.alpha", "90", "< 90"]),
         ("[physical]\na0 = 1\nomega0 = 'fast'\nmu = 1\nalpha = 0\n", ["physical.omega0", "fast", "number"]),
         ("[physical]\na0 = 1\nomega0 = 1\nmu = 1\nalpha = 0\n[sweep]\nA = 1\n", ["sweep.A", "physical"]),
+        ("[physical]\nomega0 = 1\nmu = 1\nalpha = 0\n[sweep]\nB = 1\n", ["sweep.B", "physical"]),
         ("[physical]\na0 = 1e300\nomega0 = 1e9\nmu = 1\nalpha = 0\n", ["A", "number"]),
         (MINIMAL + "[switching]\nmethod = 'newton'\n", ["method", "newton", "certified"]),
         (MINIMAL + "[switching]\nmethod = 'fixed'\n", ["dtau", "missing", "fixed"]),

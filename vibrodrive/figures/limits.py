@@ -110,7 +110,9 @@ def _over_two(found: Limits) -> Figure:
         else:
             _around_one(ax, values[shown])
     first = axes[0, 0]
-    first.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=3, borderpad=0.2)
+    first.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=len(shown) if len(shown) < 6 else 3, borderpad=0.2
+    )
     note(first, _conditions(found))
     _abscissa(axes[-1, 0], x, found.axes[x])
     return fig

@@ -3,7 +3,8 @@
     title = "…"            # anything
     [model]                # numbers: A, B, eps, eta, xi0, dxi0, tau0
     [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
-                           # and where they matter mass (kg), g (m/s²)
+                           # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
+                           # maybe as an axis: the rest of the scene gives B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
                            # or {start, stop, num, scale = "linear" | "log"}
     [switching]            # method, tol, dtau, scan
@@ -53,7 +54,7 @@ class Config:
     """A checked configuration.
 
     `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` the options
-    KEY=VALUE that replaced parts of it.
+    KEY=VALUE that replaced parts of it. `physical` has a0 = 0 where A is given in its place.
     """
 
     text: str
@@ -128,8 +129,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     arguments: dict[str, Any] = {}
     physical = None
     if "physical" in tables:
-        physical = _physical(tables["physical"])
-        arguments |= {"A": check("A", physical.A), "B": check("B", physical.B)}
+        physical, arguments = _physical(tables["physical"])
     at = dict.fromkeys(arguments, "physical")
     for name in HOMES:
         for key, value in tables.get(name, {}).items():
@@ -147,14 +147,18 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     return Config(text, overrides, arguments, title, physical, **extras)
 
 
-def _physical(table: Mapping[str, object]) -> Physical:
-    for key in ("a0", "omega0", "mu", "alpha"):
+def _physical(table: Mapping[str, object]) -> tuple[Physical, dict[str, Any]]:
+    """The scene, and the arguments that it gives: B, and A unless a0 is left out."""
+    for key in ("omega0", "mu", "alpha"):
         if key not in table:
-            raise ValueError(f"physical.{key} is missing: [physical] must give a0, omega0, mu and alpha")
+            needed = "omega0, mu and alpha, and a0 unless A is given"
+            raise ValueError(f"physical.{key} is missing: [physical] must give {needed}")
     try:
-        return Physical(**table)  # type: ignore[arg-type]
+        scene = Physical(**{"a0": 0.0, **table})  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
         raise type(error)(f"physical.{error}") from None
+    given = {"A": scene.A, "B": scene.B} if "a0" in table else {"B": scene.B}
+    return scene, {name: check(name, value) for name, value in given.items()}
 
 
 def _axis(key: str, value: object) -> float | np.ndarray:
