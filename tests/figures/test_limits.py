@@ -47,17 +47,16 @@ def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
     assert np.flatnonzero(np.isnan(fixed)).tolist() == [20]
     assert np.isnan(muller).all(), "what was never lost has no limit to draw"
     V = drawn(velocity)
-    assert list(V) == list(drawn(top))
+    assert list(V) == list(drawn(top))[:2], "a switch that Muller's method finds is not late by Δτ"
     assert np.nanmax(np.abs(V[r"$k_2(\varepsilon)$"] - 1e-2)) < 1e-15
     assert np.array_equal(list(V.values())[1], fixed, equal_nan=True), "a limit in Δτ is a velocity as it stands"
 
 
 def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):
     ratio = limits_figure(over_A).axes[2]
-    fixed, muller = drawn(ratio).values()
+    (fixed,) = drawn(ratio).values()
     assert np.flatnonzero(np.isnan(fixed)).tolist() == [10, 20]
     assert np.allclose(fixed[~np.isnan(fixed)], 2.0, rtol=1e-12)
-    assert np.isnan(muller).all()
     low, high = ratio.get_ylim()
     assert low < 1 < high
     assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in ratio.lines), "the line at 1"
@@ -67,7 +66,7 @@ def test_the_note_on_ratios_says_where_nine_tenths_lie():
     A = np.linspace(1.5, 2.5, 101)
     k2 = np.stack([np.full(101, 0.01), np.linspace(0.2, 2.2, 101), np.ones(101)])
     ratio = limits_figure(of({"A": A}, k2, fine=A, diagram=np.ones((101, 5)))).axes[2]
-    assert ratio.get_title(loc="right") == "on the grid: median 1.2, nine tenths in 0.3 to 2.1"
+    assert ratio.get_title(loc="right") == "median 1.2, nine tenths in 0.3 to 2.1"
 
 
 def test_eta_alone_is_drawn_in_decades_and_b_is_not():
@@ -76,7 +75,7 @@ def test_eta_alone_is_drawn_in_decades_and_b_is_not():
     assert len(fig.axes) == 2
     assert fig.axes[0].get_xscale() == "log"
     assert fig.axes[1].get_xlabel() == r"$\eta$"
-    assert len(drawn(fig.axes[0])) == 3
+    assert len(drawn(fig.axes[0])) == 2
     B = np.linspace(0.01, 0.9, 9)
     assert limits_figure(of({"B": B}, np.ones((3, 9)))).axes[0].get_xscale() == "linear"
 

@@ -148,11 +148,12 @@ def test_what_is_no_file_of_limits_is_refused(tmp_path):
 
 
 def test_the_ratio_is_nan_where_either_limit_is_missing(tmp_path):
-    """Nothing lost in ε at the first value, in Δτ on the grid at the second; the third is not computed."""
+    """Nothing lost in ε at the first value, in Δτ at the second; both known at the third; the last is not computed."""
     table = {(0, 0): math.inf, (1, 1): math.inf}
-    found = load_limits(written(tmp_path / "x.h5", OVER_A, lambda c, place: table.get((c, *place), 1e-3 * (1 + c))))
-    ratio = found.ratio()
-    assert ratio.shape == (2, 3)
-    assert np.isnan(ratio[0]).all()
-    assert np.isnan(ratio[1, [0, 2]]).all()
-    assert ratio[1, 1] == pytest.approx(3e-3 / (1e-3 * 50.5 * 2.8), rel=1e-15)
+    four = OVER_A.replace("[2.5", "[2.4, 2.5")
+    ratio = load_limits(
+        written(tmp_path / "x.h5", four, lambda c, place: table.get((c, *place), 1e-3 * (1 + c)))
+    ).ratio()
+    assert ratio.shape == (4,)
+    assert np.isnan(ratio[[0, 1, 3]]).all()
+    assert ratio[2] == pytest.approx(2e-3 / (1e-3 * 50.5 * 2.8), rel=1e-15)

@@ -1,7 +1,8 @@
 """The limits of stability over A, B or η: in their own units, as velocity amplitudes, and the ratio of the two kinds.
 
 k₂(ε) and k₂(Δτ) lie decades apart. As velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), they are of one size, and
-their ratio has a panel of its own: both disturbances act alike as far as it stays near 1.
+their ratio has a panel of its own: both disturbances act alike as far as it stays near 1. After Muller's method
+switches are not late by Δτ, they are found or missed; these limits have no part in the comparison.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def limits_figure(found: Limits) -> Figure:
 
     Over A alone they stand between the bands from the first loss k₂ to the last value kept, each in its own unit, and
     the diagram of the undisturbed motion. Of two axes the longer one is the abscissa, and values of the other (six at
-    most, evenly spaced) have a line each; the limits with Muller's method are in the file only then.
+    most, evenly spaced) have a line each; the limits after Muller's method are in the file only then.
 
     A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
     band has no height where nothing is kept above the first loss.
@@ -94,13 +95,14 @@ def _over_two(found: Limits) -> Figure:
     names = list(found.axes)
     x = max(names[::-1], key=lambda name: len(found.axes[name]))
     (other,) = set(names) - {x}
-    V, ratio = (np.moveaxis(a, 1 + names.index(x), -1) for a in (found.known("velocity"), found.ratio()))
+    V = np.moveaxis(found.known("velocity"), 1 + names.index(x), -1)
+    ratio = np.moveaxis(found.ratio(), names.index(x), -1)
     panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
     if x == "eta" and not _varies(V[1]):  # without ε the limit in Δτ knows nothing of η
         del panels[1]
     fig, axes = new(len(panels) + 1, 1, height=0.9 + 2.1 * (len(panels) + 1), sharex=True)
     shown = some(list(range(len(found.axes[other]))))
-    for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio[0])], strict=True)):
+    for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio)], strict=True)):
         for style, row in zip(_STYLES, shown, strict=False):
             name = equation(other, found.axes[other][row])
             _line(ax, found.axes[x], values[row], *style, name)
@@ -110,9 +112,8 @@ def _over_two(found: Limits) -> Figure:
         else:
             _around_one(ax, values[shown])
     first = axes[0, 0]
-    first.legend(
-        loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=len(shown) if len(shown) < 6 else 3, borderpad=0.2
-    )
+    columns = len(shown) if len(shown) < 6 else 3
+    first.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=columns, borderpad=0.2)
     note(first, _conditions(found))
     _abscissa(axes[-1, 0], x, found.axes[x])
     return fig
@@ -128,27 +129,25 @@ def _varies(rows: np.ndarray) -> bool:
 
 
 def _velocities(ax: Axes, found: Limits) -> None:
-    """All curves of one axis as velocity amplitudes."""
-    V = found.known("velocity")
+    """The limits in ε, and in Δτ on the grid, of one axis as velocity amplitudes."""
+    V = found.known("velocity")[:2]
     (x,) = found.axes.values()
-    for values, curve in zip(V, CURVES, strict=True):
+    for values, curve in zip(V, CURVES, strict=False):
         style, _, name = LOOKS[curve]
         _line(ax, x, values, style, INK, name)
     _amplitude(ax, V, found.mm_s)
 
 
 def _ratios(ax: Axes, found: Limits) -> None:
-    """Both paths on a grid against ε, with where nine tenths of the values lie on the grid itself."""
+    """The ratio over one axis, with where nine tenths of its values lie."""
     (x,) = found.axes.values()
     ratio = found.ratio()
-    for values, curve in zip(ratio, CURVES[1:], strict=True):
-        style, _, name = LOOKS[curve]
-        _line(ax, x, values, style, INK, name)
+    _line(ax, x, ratio, "-", INK, RATIO)
     _around_one(ax, ratio)
-    on_grid = ratio[0][np.isfinite(ratio[0])]
-    if len(on_grid):
-        low, middle, high = np.quantile(on_grid, (0.05, 0.5, 0.95))
-        note(ax, f"on the grid: median {middle:.2g}, nine tenths in {low:.2g} to {high:.2g}")
+    known = ratio[np.isfinite(ratio)]
+    if len(known):
+        low, middle, high = np.quantile(known, (0.05, 0.5, 0.95))
+        note(ax, f"median {middle:.2g}, nine tenths in {low:.2g} to {high:.2g}")
 
 
 def _line(ax: Axes, x: np.ndarray, values: np.ndarray, style: str, tone: str, name: str) -> None:

@@ -118,24 +118,24 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 
 
 def table(found: Limits) -> str:
-    """A line for each point: its place on the axes, n, k2(ε), and the limits of all curves as velocity amplitudes V.
+    """A line for each point: its place on the axes, n, and the limits: k2, and the velocity amplitude V of those in ε.
 
-    Of Δτ, V is k2 itself. For a scene in SI units V stands there in mm/s, too. "-" is what is not known.
+    A limit in Δτ is a velocity as it stands (of switches on the grid; after Muller's method they are not late by Δτ).
+    For a scene in SI units V stands there in mm/s, too. "-" is what is not known.
     """
-    names = [CURVES[0][0], *(method for _, method in CURVES[1:])]
-    heads = [*found.axes, "n", "k2(eps)", *(f"V({name})" for name in names)]
-    V = [found.numbers["velocity"][c] for c in range(len(CURVES))]
-    columns = [found.numbers["k2"][0], *V]
+    k2, V = found.numbers["k2"], found.numbers["velocity"]
+    heads = [*found.axes, "n", "k2(eps)", "V(eps)", "V(fixed)", "k2(muller)"]
+    columns = [k2[0], V[0], V[1], k2[2]]
     if found.mm_s is not None:
-        heads += [f"{name}, mm/s" for name in names]
-        columns += [found.mm_s * values for values in V]
+        heads += ["eps, mm/s", "fixed, mm/s"]
+        columns += [found.mm_s * V[0], found.mm_s * V[1]]
     lines = ["  ".join(f"{head:>12}" for head in heads)]
     n = found.n.max(axis=0)
     for at in np.ndindex(n.shape):
         place = [f"{values[k]:.6g}" for values, k in zip(found.axes.values(), at, strict=True)]
         cells = [*place, str(n[at]) if n[at] else "-", *(_number(values[at]) for values in columns)]
         lines.append("  ".join(f"{cell:>12}" for cell in cells))
-    lines.append("V is the velocity amplitude: k2(eps) eta A, and k2(dtau) for switches on the grid (fixed) and Muller")
+    lines.append("V is the velocity amplitude: k2(eps) eta A, and k2(dtau) for switches on the grid (fixed)")
     return "\n".join(lines)
 
 

@@ -111,9 +111,9 @@ class Limits:
         return np.where(self.done & np.isfinite(k2) & (k2 > 0), self.numbers[name], np.nan)
 
     def ratio(self) -> np.ndarray:
-        """k2(Δτ) over k2(ε) ηA, float64 (curves in Δτ, axes…); NaN where either is missing."""
+        """k2(Δτ), switches on the grid, over k2(ε) ηA: float64 (axes…); NaN where either is missing."""
         V = self.known("velocity")
-        return V[1:] / V[0]
+        return V[1] / V[0]
 
 
 def load_limits(path: str | Path) -> Limits:
