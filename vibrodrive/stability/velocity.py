@@ -18,7 +18,7 @@ def as_velocity(disturbance: str, value: ArrayLike, A: ArrayLike, eta: ArrayLike
     Examples
     --------
     >>> from vibrodrive.stability.velocity import as_velocity
-    >>> as_velocity("eps", [1e-4, 2e-4], A=3.0, eta=100.0).tolist()
+    >>> as_velocity("eps", [1e-4, 2e-4], A=3.0, eta=100.0).round(9).tolist()
     [0.03, 0.06]
     >>> as_velocity("dtau", 0.05, A=3.0, eta=100.0).tolist()
     0.05
