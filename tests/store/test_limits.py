@@ -31,7 +31,7 @@ def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
                 place = tuple(map(int, np.unravel_index(i, plan.shape)))
                 k = k2(c, place)
                 point = {name: at[name] for name in ("A", "B", "eta")}
-                lost = Structure(n=2, order=False, gaps=False, word=True, rho=0.5, shift=0)
+                lost = Structure(n=2, impacts=False, gaps=False, order=False, word=True, rho=0.5, shift=0)
                 found = Limit(
                     **point, disturbance=disturbance, method=method, criterion="impacts", k2=k, last_kept=3 * k, n=2,
                     lost=lost, how="gaps 2 became 3",
