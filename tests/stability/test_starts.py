@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from tests.support.reference import IMPACT, reference
 from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.states import State
 from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.search import UNSTABLE, orbits
 from vibrodrive.stability.starts import COORDINATES, EXACT, find_edge, nearest_other, same_solution
-from vibrodrive.stability.structure import impacts
 
 pytestmark = pytest.mark.jit
 
@@ -78,7 +78,8 @@ def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
             if side.lost == math.inf:
                 continue
             start = {"tau0": 0.0} | {name: sign * side.lost}
-            landed = impacts(simulate(A, **start, transient=0, periods=24).switches)["phase"]
+            motion = simulate(A, **start, transient=0, periods=24)
+            landed = motion.switches["phase"][motion.switches["after"] == State.IMPACT]
             apart = [np.abs(landed[:, None] - o.phases).min(axis=1) for o in unstable]
             assert min(np.sort(d[:8])[5] for d in apart) < 1e-9, f"{name} off by {sign * side.lost}"
 

@@ -22,13 +22,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.parameters import COLUMNS, Status
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
-from vibrodrive.stability.structure import ReferenceOrbit, Structure, judge, keeps, reference_orbit
-
-SETTLING = 20_000
-"""Transient periods of the undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
-
-WATCHED = 256
-"""Periods of the undisturbed motion: enough to see the longest period (main_impacts.LONGEST_PERIOD) four times."""
+from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
 BATCH_BYTES = 48 << 20
 """Sections and impacts of the motions computed together, at most; as much again is being judged."""

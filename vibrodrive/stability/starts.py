@@ -21,20 +21,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.sweep import sweep
-from vibrodrive.jit.trig import turns
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.model.parameters import PARAMETERS, Method, Status, bad, check, real_array
-from vibrodrive.stability.structure import BLURRED, period
+from vibrodrive.stability.structure import BLURRED, SETTLING, WATCHED, period, reference_orbit
 
 COORDINATES = ("xi0", "dxi0", "tau0")
 
-SETTLING = 20_000
-"""Transient periods, at least: near a bifurcation motions settle slowly, and near an edge late; it is cheap."""
-
-WATCHED = 256
-"""Periods in which the period of the undisturbed motion is seen."""
-
 CLOSE = 0.5 * BLURRED
 """Section points within this are those of the same solution: two solutions are further apart than BLURRED."""
+
+PHASES = 8
+"""Section phases of which one is taken that tells all solutions apart."""
 
 LINEAR = 2**15
 """Equal steps of the scan; the first is divided geometrically, as edges may be anywhere near the start."""
@@ -211,13 +209,22 @@ def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
 def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | None:
     """The solution that the undisturbed motion ends on; None if it has no period or never moves."""
     exact = _undisturbed(arguments)
-    found = sweep(**exact, periods=WATCHED, threads=threads)
-    n = int(period(found.section))
-    if n == 0 or found.status == Status.NEVER_LEAVES:
+    motion = simulate(**exact, periods=WATCHED)
+    orbit = reference_orbit(motion)
+    if orbit is None or motion.status == Status.NEVER_LEAVES:
         return None
+    n = orbit.n
+    # a section in which the orbit rests every time cannot tell its solutions apart
+    phases = (exact["section_phase"] + TWO_PI / PHASES * np.arange(PHASES)) % TWO_PI
+    sections = sweep(**(exact | {"section_phase": phases}), periods=WATCHED, threads=threads).section
+    telling = np.flatnonzero(period(sections) == n)
+    if len(telling) == 0:
+        return None
+    exact["section_phase"] = float(phases[telling[0]])
+    found = sections[telling[0]]
     first = _first_section(exact["tau0"], exact["section_phase"]) + WATCHED - n
     points = np.empty((n, 2))
-    points[(first + np.arange(n)) % n] = found.section[-n:]
+    points[(first + np.arange(n)) % n] = found[-n:]
     exact["transient"] += WATCHED - n
     return Solution(exact, points)
 

@@ -34,6 +34,13 @@ from vibrodrive.stability.main_impacts import (
 )
 
 
+SETTLING = 20_000
+"""Transient periods of an undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
+
+WATCHED = 256
+"""Periods of an undisturbed motion: enough to see the longest period (LONGEST_PERIOD) four times."""
+
+
 @dataclass(frozen=True, eq=False)
 class ReferenceOrbit:
     """The undisturbed orbit.

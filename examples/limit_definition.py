@@ -1,0 +1,114 @@
+"""Why limits are judged at the main impacts: what k₂(ε) depends on under each criterion.
+
+    python -m examples.limit_definition
+
+prints the tables of docs/stability.md: k₂ over the phase of the section; over the share that makes an impact slow
+enough for a touch, where the dividing speed is prescribed and where it is free; over the length of the record and the
+solution reached.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibrodrive.batch.sweep import check_threads
+from vibrodrive.model.plan import make_plan
+from vibrodrive.stability.evaluate import Evaluator, Motion
+from vibrodrive.stability.limit import limits
+from vibrodrive.stability.limit_search import GRIDS, search_band
+from vibrodrive.stability.main_impacts import follow_cycle
+from vibrodrive.stability.structure import ReferenceOrbit
+
+A = (1.3, 2.4, 2.65, 2.7, 2.75, 3.04, 3.1, 3.15, 3.17, 3.2, 3.25)
+PHASES = (0.0, 0.8, math.pi / 2, 2.4, math.pi, 4.0, 4.8, 5.6)
+SHARES = (0.05, 0.1, 0.2, 0.3)
+
+Kept = Callable[[ReferenceOrbit, Motion], bool]
+
+
+def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
+    """k₂(ε) over the section's phase: float64 (phases, A)."""
+    return np.array(
+        [
+            [k.k2 for _, k in sorted(limits(amplitudes, "eps", None, criterion, section_phase=phase, periods=periods))]
+            for phase in PHASES
+        ]
+    )
+
+
+def with_free_speed(share: float) -> Kept:
+    """The criterion "impacts" with another share."""
+    return lambda base, motion: (
+        base.cycle is not None
+        and follow_cycle(base.cycle, motion.impacts, len(motion.section), share=share) is not None
+    )
+
+
+def with_given_speed(share: float) -> Kept:
+    """The same, but every impact slower than the share is a touch, every faster one is main."""
+
+    def kept(base: ReferenceOrbit, motion: Motion) -> bool:
+        if base.cycle is None:
+            return False
+        main = motion.impacts[motion.impacts["speed"] > share * base.cycle.speed.min()]
+        chosen = follow_cycle(base.cycle, main, len(motion.section), share=0.0)
+        return chosen is not None and len(chosen) == len(main) - 2
+
+    return kept
+
+
+def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.ndarray:
+    """k₂(ε) under a criterion of one's own: float64 (A,)."""
+    plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
+    found = np.full(plan.n_points, np.nan)
+    with Evaluator(plan, "eps", check_threads(None)) as evaluator:
+        orbits = evaluator.undisturbed(np.arange(plan.n_points), ())
+        searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if base is not None}
+        wanted = {i: next(search) for i, search in searches.items()}
+        while wanted:
+            requests = [(i, orbits[i], values) for i, values in wanted.items()]
+            for i, answers in zip(list(wanted), evaluator.answers(requests, kept), strict=True):
+                try:
+                    wanted[i] = searches[i].send(np.array(answers))
+                except StopIteration as end:
+                    found[i] = end.value.k2
+                    del wanted[i]
+    return found
+
+
+def table(name: str, rows: dict[str, np.ndarray]) -> str:
+    """Markdown: a row for each entry, a column for each A, and how far the largest is above the least."""
+    values = np.array(list(rows.values()))
+    spread = values.max(axis=0) / values.min(axis=0)
+    lines = [
+        f"| {name} | " + " | ".join(f"{a:g}" for a in A) + " |",
+        "|---" * (len(A) + 1) + "|",
+        *(f"| {key} | " + " | ".join(f"{v:.3g}" for v in row) + " |" for key, row in rows.items()),
+        "| largest / least | " + " | ".join(f"{s:.3g}" for s in spread) + " |",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    for criterion in ("order", "gaps", "impacts"):
+        rows = over_phase(criterion)
+        print(f"\n{criterion}, over the phase of the section\n")
+        print(table("φ_s", {f"{phase:.3g}": row for phase, row in zip(PHASES, rows, strict=True)}))
+    for name, criterion_of in (("prescribed", with_given_speed), ("free below the share", with_free_speed)):
+        print(f"\nimpacts, the dividing speed {name}\n")
+        print(table("share", {f"{share:g}": k2(criterion_of(share)) for share in SHARES}))
+    print("\nimpacts, over the record and the solution reached\n")
+    usual = with_free_speed(0.1)
+    rows_of = {
+        "1500 periods": k2(usual),
+        "20 000 periods": k2(usual, periods=20_000),
+        "from τ0 = 2π": k2(usual, tau0=2 * math.pi),
+    }
+    print(table("", rows_of))
+
+
+if __name__ == "__main__":
+    main()
