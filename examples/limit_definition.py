@@ -16,6 +16,7 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.plan import make_plan
+from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
 from vibrodrive.stability.limit import limits
 from vibrodrive.stability.limit_search import GRIDS, search_band
@@ -65,7 +66,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None)) as evaluator:
-        orbits = evaluator.undisturbed(np.arange(plan.n_points), ())
+        orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion("impacts"))
         searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if base is not None}
         wanted = {i: next(search) for i, search in searches.items()}
         while wanted:

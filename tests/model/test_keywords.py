@@ -27,7 +27,7 @@ FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, limits]
 OWN = {
     vd.simulate: {},
     vd.sweep: {"threads": None, "executor": None},
-    vd.limit: {"disturbance": "eps", "method": None, "criterion": "impacts", "periods": 1500, "threads": None},
+    vd.limit: {"disturbance": "eps", "method": None, "criterion": None, "periods": 1500, "threads": None},
 }
 OWN[limits] = OWN[vd.limit]
 """Where a function differs from what `make_plan` takes."""

@@ -52,7 +52,7 @@ REFUSED = {
     "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
     "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), TEXT),
     "limit method": ("method", lambda v: vd.limit(3.04, method=v, **JUDGED), TEXT[1:]),
-    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), TEXT),
+    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), TEXT[1:]),
     "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
     "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1]),
     "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),

@@ -12,6 +12,9 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
 from vibrodrive.stability.limit import limit, limits
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
+from vibrodrive.stability.orbit_curve import curve_distance
+from vibrodrive.stability.starts import nearest_other
+from vibrodrive.stability.unique_motion import unique_from
 
 
 def find(kind, kept):
@@ -191,3 +194,50 @@ def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
     assert grid.velocity == grid.k2
     with pytest.raises(TypeError, match=r"^xi0 = .*: must be a single number \(axes may be A, B, eta\)$"):
         limits(2.0, xi0=[0.0, 1.0])
+
+
+@pytest.mark.jit
+def test_nearness_to_the_orbit_as_a_curve_is_a_criterion():
+    some = {"transient": 200, "periods": 100}
+    orbit = simulate(3.04, transient=20_000, periods=256)
+    near, far = (limit(3.04, criterion=f"rho < {k3}", **some) for k3 in (0.1, 0.4))
+    assert near.k2 < far.k2
+    for k3, k in ((0.1, near), (0.4, far)):
+        kept, lost = (simulate(3.04, eps=eps, **some) for eps in (k.kept_below, k.k2))
+        assert curve_distance(orbit, kept) < k3 <= curve_distance(orbit, lost)
+        assert k.how.endswith("from the orbit as a curve")
+    both = limit(3.04, criterion="impacts and rho < 0.4", **some)
+    assert both.k2 == min(far.k2, limit(3.04, **some).k2)
+
+
+@pytest.mark.jit
+def test_a_start_and_several_starts_are_judged_by_the_same_call():
+    found = dict(limits([3.04, 1.5], "tau0"))
+    assert found[0].k2 == nearest_other({"A": 3.04}, "tau0").above.lost
+    assert found[0].criterion == "solution"
+    assert math.isnan(found[0].velocity)
+    assert (found[1].k2, found[1].how) == (math.inf, f"the same solution up to {2 * math.pi:.6g}")
+    some = {"transient": 200, "periods": 200}
+    k = limit(3.04, criterion="several", **some)
+    assert k.k2 == unique_from({"A": 3.04, **some}, "eps").k2
+    assert math.isnan(limit(0.5, "xi0").k2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        ({"criterion": "rho < 0"}, "criterion"),
+        ({"criterion": "rho < inf"}, "criterion"),
+        ({"criterion": "rho < far"}, "criterion"),
+        ({"criterion": "impacts or gaps"}, "criterion"),
+        ({"criterion": "solution"}, "criterion"),
+        ({"criterion": "several and gaps"}, "criterion"),
+        ({"disturbance": "xi0", "criterion": "gaps"}, "criterion"),
+        ({"disturbance": "xi0", "method": "fixed", "dtau": 0.1}, "method"),
+        ({"disturbance": "tau0", "eps": 1e-4}, "eps"),
+    ],
+)
+def test_criteria_that_say_nothing_are_refused(arguments, key):
+    with pytest.raises(ValueError, match=f"^{key} = .*: must be ") as caught:
+        limit(3.04, **arguments)
+    assert "\n" not in str(caught.value)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support import naive
+from vibrodrive.stability.limit import limit
 from vibrodrive.stability.limit_search import BEYOND
 from vibrodrive.stability.unique_motion import SIDES, ends_on_one, lattice, starts_that_reach_all, unique_from
 
@@ -61,8 +62,9 @@ def test_the_band_in_which_the_motion_becomes_unique():
 
 
 def test_where_there_is_one_solution_or_none_nothing_is_sought():
-    assert unique_from({"A": 1.5}, "eps").k2 == 0.0
-    assert math.isnan(unique_from({"A": 0.5}, "dtau").k2)
+    one = limit(1.5, criterion="several")
+    assert (one.k2, one.n) == (0.0, 1)
+    assert math.isnan(limit(0.5, "dtau", criterion="several").k2)
 
 
 def test_bad_arguments_are_named():

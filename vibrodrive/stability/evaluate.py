@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import TracebackType
 from typing import TypeVar
@@ -21,7 +21,9 @@ from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.parameters import COLUMNS, Status
 from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
+from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
 BATCH_BYTES = 48 << 20
@@ -43,12 +45,17 @@ class Motion:
         """The same motion, followed alone."""
         return self._followed()
 
-    def keeps(self, base: ReferenceOrbit, criterion: Sequence[str]) -> bool:
-        """Whether it keeps all that `criterion` names."""
-        cheap = [name for name in criterion if name != "word"]
-        if not keeps(base, self.section, self.impacts, cheap):
+    def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
+        """Whether it keeps all that the criterion names."""
+        switches = self.trajectory.switches if criterion.needs_switches else None
+        if not keeps(base, self.section, self.impacts, criterion.names, switches):
             return False
-        return "word" not in criterion or keeps(base, self.section, self.impacts, ("word",), self.trajectory.switches)
+        return math.isinf(criterion.k3) or self.distance(base, criterion.k3) < criterion.k3
+
+    def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
+        """Its distance from the orbit as a curve, or one above `enough`."""
+        assert base.curve is not None, "the curve is computed where it is asked for"
+        return curve_distance(base.curve, self.trajectory, enough=enough)
 
     def judge(self, base: ReferenceOrbit) -> Structure:
         """All that its section and impacts say."""
@@ -72,25 +79,47 @@ class Evaluator:
         self._halt.call()
         self._ahead.shutdown()
 
-    def undisturbed(self, numbers: np.ndarray, criterion: Sequence[str]) -> list[ReferenceOrbit | None]:
+    def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | None]:
         """The orbits on which the undisturbed motions at these points settle; None where one does not."""
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
         points[:, COLUMNS.index("dtau")] = math.nan
         s = self._plan.settings
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
-        motions = self._motions(points, settings)
-        return [reference_orbit(m.trajectory if "word" in criterion else m) for m in motions]
+        orbits = []
+        for motion in self._motions(points, settings):
+            orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
+            if orbit is not None and math.isfinite(criterion.k3):
+                orbit = replace(orbit, curve=orbit_curve(motion.trajectory))
+            orbits.append(orbit)
+        return orbits
 
     def answers(
-        self, requests: Sequence[tuple[int, ReferenceOrbit, np.ndarray]], ask: Callable[[ReferenceOrbit, Motion], T]
+        self,
+        requests: Sequence[tuple[int, ReferenceOrbit, np.ndarray]],
+        ask: Callable[[ReferenceOrbit, Motion], T],
+        one_by_one: bool = False,
     ) -> list[list[T]]:
-        """ask(orbit, motion) for each (number of a point, its orbit, disturbances): a list for each of them."""
-        points = [np.repeat(self._plan.points(at, at + 1), len(values), axis=0) for at, _, values in requests]
-        for rows, (_, _, values) in zip(points, requests, strict=True):
-            rows[:, self._column] = values
-        motions = self._motions(np.concatenate(points), self._plan.settings)
-        return [[ask(base, next(motions)) for _ in values] for _, base, values in requests]
+        """ask(orbit, motion) for each (number of a point, its orbit, disturbances): a list for each of them.
+
+        one_by_one: each motion is followed alone, as many at a time as there are threads: its switches are needed.
+        """
+        bases = [base for _, base, values in requests for _ in values]
+        points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
+        points[:, self._column] = np.concatenate([values for _, _, values in requests])
+        if one_by_one:
+            with ThreadPoolExecutor(self._threads) as pool:
+                answers = list(pool.map(lambda base, point: ask(base, self._alone(point)), bases, points))
+        else:
+            answers = list(map(ask, bases, self._motions(points, self._plan.settings)))
+        found = iter(answers)
+        return [[next(found) for _ in values] for _, _, values in requests]
+
+    def _alone(self, point: np.ndarray) -> Motion:
+        """A disturbed motion with all its switches."""
+        trajectory = self._follow(point, self._plan.settings)
+        section = np.where(trajectory.status == Status.BUDGET, np.nan, trajectory.section)
+        return Motion(section, trajectory.impacts, lambda: trajectory)
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """The motions at these points, in order; while some are looked at the next are computed."""
@@ -118,25 +147,27 @@ class Evaluator:
         return follow(Plan({}, scalars, settings), self._halt)
 
 
-def explain_loss(criterion: Sequence[str], base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
+def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
     """What of the structure is lost, in words."""
     reasons = []
-    if "impacts" in criterion and not found.impacts and found.gaps:
+    if "impacts" in criterion.names and not found.impacts and found.gaps:
         reasons.append("impacts in another order")
-    if ("gaps" in criterion or "impacts" in criterion) and not found.gaps:
+    if ("gaps" in criterion.names or "impacts" in criterion.names) and not found.gaps:
         usual: Sequence[int] = ()
         seen: Sequence[int] = impact_gaps(motion.impacts).tolist()
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section))).tolist()
         reasons.append(f"gaps {_listed(usual)} became {_listed(sorted(set(seen)))}")
-    if "order" in criterion and not found.order:
+    if "order" in criterion.names and not found.order:
         nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
         broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
         where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
         reasons.append(f"order broken {where}")
-    if "word" in criterion and not found.word:
+    if "word" in criterion.names and not found.word:
         reasons.append("other states between impacts")
+    if math.isfinite(criterion.k3):
+        reasons.append(f"rho = {motion.distance(base):.3g} from the orbit as a curve")
     return "; ".join(reasons)
 
 

@@ -22,17 +22,22 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.stability.criterion import SEVERAL, SOLUTION, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
+from vibrodrive.stability.starts import COORDINATES, nearest_other
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
+from vibrodrive.stability.unique_motion import starts_that_reach_all, unique_from
 from vibrodrive.stability.velocity import as_velocity
 
-Disturbance: TypeAlias = Literal["eps", "dtau"]
+Disturbance: TypeAlias = Literal["eps", "dtau", "xi0", "dxi0", "tau0"]
 
 AXES = ("A", "B", "eta")
 """What limits may be sought over."""
 
-CRITERIA = ("impacts", "gaps", "order", "word")
+DISTURBANCES = "one of " + ", ".join((*GRIDS, *COORDINATES))
+
+NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
 
 SEEN = 4
 """How often a record must hold the period of the orbit: its first and last impacts are not judged."""
@@ -46,7 +51,12 @@ TOLD_AT_A_TIME = 32
 
 @dataclass(frozen=True)
 class Limit:
-    """The limit of one orbit; a disturbance is a value of ε or of Δτ, both dimensionless.
+    """The limit of one orbit; a disturbance is a value of ε or Δτ, or of ξ0, ξ'0 or τ0, all dimensionless.
+
+    It is k₂ of the definition in §1. Where the start is disturbed it is k₁ (starts.py): `k2` is then how far the nearer
+    edge is beyond which the undisturbed motion ends on another solution. With the criterion "several" it is k_u
+    (unique_motion.py): the first value at which all starts end on one motion, and `last_kept` the last at which
+    several remain.
 
     Attributes
     ----------
@@ -92,7 +102,9 @@ class Limit:
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless as ξ': both disturbances in one unit (velocity.py)."""
+        """k2 as a velocity amplitude, dimensionless as ξ' (velocity.py), one unit for both disturbances; else NaN."""
+        if self.disturbance not in GRIDS:
+            return math.nan
         return float(as_velocity(self.disturbance, self.k2, self.A, self.eta))
 
 
@@ -103,7 +115,7 @@ def limit(
     A: float,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
-    criterion: str = "impacts",
+    criterion: str | None = None,
     *,
     B: float = 0.1,
     eps: float = 0.0,
@@ -126,14 +138,16 @@ def limit(
     ----------
     A : float
         excitation amplitude, dimensionless as all that follows.
-    disturbance : "eps" or "dtau"
-        physical, eq. (9), or numerical (§5).
+    disturbance : "eps", "dtau", "xi0", "dxi0" or "tau0"
+        physical, eq. (9), numerical (§5), or an error of the start, for which the limit is k₁.
     method : "certified", "muller" or "fixed", optional
         how switches are found in the disturbed motion: "certified" by default for ε, "fixed" for Δτ, for which
         "certified" is refused. The undisturbed motion is always certified and has ε = 0.
-    criterion : str
-        what must be kept, of "impacts", "gaps", "order" and "word" (see structure.py), joined by "and". The first two
-        are properties of the motion; "order" is that at one section, of phase `section_phase`.
+    criterion : str, optional
+        what must be kept, of "impacts" (the default), "gaps", "order", "word" (structure.py) and "rho < x" (x being k₃,
+        the distance from the orbit as a curve: orbit_curve.py), joined by "and". "order" is that at one section, of
+        phase `section_phase`; the others are properties of the motion. Or "several": more than one of the solutions
+        that the start decides between. A start is judged by "solution" alone.
     eps, dtau : float
         the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
         whose limit in Δτ is sought.
@@ -163,6 +177,11 @@ def limit(
     (1, True)
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
+
+    How far the start may be off in time before the motion at A = 3.04 ends a period earlier or later:
+
+    >>> round(vd.limit(3.04, "tau0").k2, 6)
+    0.818096
     """
     if isinstance(disturbance, str) and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
@@ -179,7 +198,7 @@ def limits(
     A: Axis,
     disturbance: str = "eps",
     method: str | Method | None = None,
-    criterion: str = "impacts",
+    criterion: str | None = None,
     *,
     B: Axis = 0.1,
     eps: float = 0.0,
@@ -225,19 +244,22 @@ def _of_simulate(written: Mapping[str, Any]) -> dict[str, Any]:
 def _planned(
     disturbance: str,
     method: str | Method | None,
-    criterion: str,
+    criterion: str | None,
     threads: int | None,
     arguments: Mapping[str, Any],
     axes: Sequence[str],
-) -> _Search:
-    wanted = _criterion(criterion)
+) -> _Search | _OneByOne:
     if not isinstance(disturbance, str):
-        raise TypeError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
-    if disturbance not in GRIDS:
-        raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+        raise TypeError(bad("disturbance", disturbance, DISTURBANCES))
+    start = disturbance in COORDINATES
+    if disturbance not in GRIDS and not start:
+        raise ValueError(bad("disturbance", disturbance, DISTURBANCES))
+    if start and criterion not in (None, SOLUTION):
+        raise ValueError(bad("criterion", criterion, f'"{SOLUTION}" where {disturbance} is disturbed'))
     if method is None:
-        method = "certified" if disturbance == "eps" else "fixed"
-    plan = make_plan({"periods": 1500, **arguments, "method": method, disturbance: 1e-3})
+        method = "fixed" if disturbance == "dtau" else "certified"
+    sought = {} if start else {disturbance: 1e-3}
+    plan = make_plan({"periods": 1500, **arguments, "method": method, **sought})
     for name, values in plan.axes.items():
         if name not in axes:
             only = f" (axes may be {', '.join(axes)})" if axes else ""
@@ -245,17 +267,62 @@ def _planned(
     chosen = Method(plan.settings.method)
     if disturbance == "dtau" and chosen == Method.CERTIFIED:
         raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
-    return _Search(plan, disturbance, chosen.name.lower(), criterion, wanted, check_threads(threads))
+    if start and (chosen != Method.CERTIFIED or plan.scalars["eps"] != 0.0):
+        name, value = ("eps", plan.scalars["eps"]) if chosen == Method.CERTIFIED else ("method", chosen.name.lower())
+        raise ValueError(bad(name, value, f"left out: with {disturbance} disturbed nothing else is"))
+    count = check_threads(threads)
+    if start or criterion == SEVERAL:
+        return _OneByOne(plan, disturbance, chosen.name.lower(), criterion or SOLUTION, count)
+    wanted = parse_criterion("impacts" if criterion is None else criterion)
+    return _Search(plan, disturbance, chosen.name.lower(), wanted.text, count, wanted)
 
 
-def _criterion(text: str) -> tuple[str, ...]:
-    if not isinstance(text, str):
-        raise TypeError(bad("criterion", text, "a text"))
-    names = tuple(part.strip() for part in text.split(" and "))
-    for name in names:
-        if name not in CRITERIA:
-            raise ValueError(bad("criterion", text, " and ".join(CRITERIA) + ", or some of them"))
-    return names
+def _blank(search: _OneByOne | _Search, index: int) -> Limit:
+    """A Limit that says which point it is of, and nothing else yet."""
+    point = search.plan.arguments(index)
+    return Limit(point["A"], point["B"], point["eta"], search.disturbance, search.method, search.criterion)
+
+
+@dataclass(frozen=True)
+class _OneByOne:
+    """The checked arguments of limits that are sought point by point: of starts (k₁), and of uniqueness (k_u)."""
+
+    plan: Plan
+    disturbance: str
+    method: str
+    criterion: str
+    threads: int
+
+    def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
+        """(number of the point, Limit), in order; `strict` asks for nothing here."""
+        for index in range(self.plan.n_points):
+            yield index, self._k_u(index) if self.criterion == SEVERAL else self._k1(index)
+
+    def _k1(self, index: int) -> Limit:
+        found = nearest_other(self.plan.arguments(index), self.disturbance, self.threads)
+        blank = _blank(self, index)
+        if found.n == 0:
+            return replace(blank, how=NO_PERIOD)
+        edges = {"below": found.below, "above": found.above}
+        near = min(edges.values(), key=lambda edge: edge.lost)
+        told = [f"{side} from {edge.lost:.6g} on" for side, edge in edges.items() if math.isfinite(edge.lost)]
+        how = "another solution " + ", ".join(told) if told else f"the same solution up to {near.searched_to:.6g}"
+        return replace(
+            blank, k2=near.lost, kept_below=near.kept, last_kept=near.kept, share_kept=0.0,
+            searched_to=max(edge.searched_to for edge in edges.values()), n=found.n, how=how,
+        )  # fmt: skip
+
+    def _k_u(self, index: int) -> Limit:
+        arguments = self.plan.arguments(index)
+        n, _, starts = starts_that_reach_all(arguments, self.threads)
+        blank = replace(_blank(self, index), n=n)
+        if n < 2:
+            return replace(blank, k2=0.0 if n else math.nan, how="there is one solution only" if n else NO_PERIOD)
+        band = unique_from(arguments, self.disturbance, starts, self.threads)
+        how = (
+            "all starts end on one motion" if math.isfinite(band.k2) else f"several motions up to {band.searched_to:g}"
+        )
+        return replace(blank, **band._asdict(), how=how)
 
 
 @dataclass
@@ -276,8 +343,8 @@ class _Search:
     disturbance: str
     method: str
     criterion: str
-    wanted: tuple[str, ...]
     threads: int
+    wanted: Criterion
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
         """(number of the point, Limit) as they are found. strict: ValueError where the periods are too few."""
@@ -289,17 +356,17 @@ class _Search:
                 numbers = np.arange(start, min(start + AT_A_TIME, plan.n_points))
                 for index, base in zip(numbers.tolist(), evaluator.undisturbed(numbers, self.wanted), strict=True):
                     if base is None:
-                        how = "the undisturbed motion has no period: nothing to lose"
+                        how = NO_PERIOD
                     elif (periods := plan.settings.periods) < SEEN * base.n:
                         enough = f">= {SEEN * base.n}, {SEEN} times the period of the undisturbed motion"
-                        how = bad("periods", periods, f"{enough} at A = {self._blank(index).A:g}")
+                        how = bad("periods", periods, f"{enough} at A = {_blank(self, index).A:g}")
                         if strict:
                             raise ValueError(how)
                     else:
                         search = search_band(GRIDS[self.disturbance])
                         active.append(_Problem(index, base, search, next(search)))
                         continue
-                    yield index, replace(self._blank(index), n=base.n if base is not None else 0, how=how)
+                    yield index, replace(_blank(self, index), n=base.n if base is not None else 0, how=how)
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
@@ -307,7 +374,9 @@ class _Search:
         ended: list[tuple[_Problem, Band]] = []
         while active:
             requests = [(p.index, p.base, p.requested) for p in active]
-            answers = evaluator.answers(requests, lambda base, motion: motion.keeps(base, self.wanted))
+            answers = evaluator.answers(
+                requests, lambda base, motion: motion.keeps(base, self.wanted), self.wanted.needs_switches
+            )
             for problem, kept in zip(list(active), answers, strict=True):
                 try:
                     problem.requested = problem.search.send(np.array(kept))
@@ -328,15 +397,11 @@ class _Search:
         # nothing is kept below some limits, and some are never reached: the motion at 0 stands for these
         sides = [np.array([b.kept_below, b.k2 if math.isfinite(b.k2) else 0.0]) for _, b in ended]
         requests = [(p.index, p.base, side) for (p, _), side in zip(ended, sides, strict=True)]
-        for (problem, band), ((kept, _), (lost, how)) in zip(ended, evaluator.answers(requests, explain), strict=True):
-            found = replace(self._blank(problem.index), **band._asdict(), n=problem.base.n)
+        explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
+        for (problem, band), ((kept, _), (lost, how)) in zip(ended, explained, strict=True):
+            found = replace(_blank(self, problem.index), **band._asdict(), n=problem.base.n)
             if not math.isfinite(band.k2):
                 found = replace(found, how=f"not lost up to {band.searched_to:g}")
             else:
                 found = replace(found, kept=kept if band.kept_below > 0 else None, lost=lost, how=how)
             yield problem.index, found
-
-    def _blank(self, index: int) -> Limit:
-        """A Limit that says which point it is of, and nothing else yet."""
-        point = self.plan.arguments(index)
-        return Limit(point["A"], point["B"], point["eta"], self.disturbance, self.method, self.criterion)

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from vibrodrive.stability.main_impacts import (
     follow_cycle,
     impact_cycle,
 )
+
+if TYPE_CHECKING:
+    from vibrodrive.stability.orbit_curve import OrbitCurve
 
 
 SETTLING = 20_000
@@ -48,11 +51,13 @@ class ReferenceOrbit:
     points : float64 (n, 2), section points ξ, ξ' in visiting order
     cycle : its main impacts, None if the mass never lands
     word : states between successive main impacts, one cycle of tuples
+    curve : the orbit as a curve (orbit_curve.py), where distances from it are asked for
     """
 
     points: np.ndarray
     cycle: ImpactCycle | None
     word: tuple[tuple[State, ...], ...] = ()
+    curve: OrbitCurve | None = None
 
     @property
     def n(self) -> int:

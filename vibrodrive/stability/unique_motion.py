@@ -14,7 +14,6 @@ Starts differ in ξ0 and ξ'0 and share τ0: a shift of τ0 would shift the grid
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -121,20 +120,22 @@ def ends_on_one(
     return np.abs(ends - ends[:, :1]).max(axis=(1, 2, 3)) <= allowed
 
 
-def unique_from(arguments: Mapping[str, Any], disturbance: str, threads: int | None = None) -> Band:
+def unique_from(
+    arguments: Mapping[str, Any],
+    disturbance: str,
+    starts: tuple[np.ndarray, np.ndarray] | None = None,
+    threads: int | None = None,
+) -> Band:
     """From which disturbance all starts end on one motion (k_u), as a band with two ends.
 
     The values tried are those of k₂; "kept" is that several motions remain. So `k2` is the first value at which all
-    are one, `last_kept` the last, with its lower neighbour, at which they are not. 0 where the undisturbed solution is
-    the only one, NaN where there is none, inf where several remain at all values tried.
+    are one, `last_kept` the last, with its lower neighbour, at which they are not; inf where several remain at all
+    values tried.
 
-    `arguments`, `disturbance` and `threads` as in `ends_on_one`, with the same errors.
+    Arguments as in `ends_on_one`, with the same errors.
     """
     _check_disturbance(disturbance)
-    n, _, starts = starts_that_reach_all(arguments, threads)
-    if n < 2:
-        only = 0.0 if n else math.nan
-        return Band(only, only, only, only, only)
+    starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
     search = search_band(GRIDS[disturbance])
     requested = next(search)
     while True:

@@ -1,0 +1,61 @@
+"""What must be kept, as a text: of a disturbed motion "impacts", "gaps", "order", "word" or "rho < x", joined by "and".
+
+Two more stand alone: "solution" (of a disturbed start: it ends on the same solution, k₁) and "several" (of several
+starts: their motions do not all become one, k_u).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from vibrodrive.model.parameters import bad
+
+STRUCTURE = ("impacts", "gaps", "order", "word")
+"""Answers of structure.Structure."""
+
+SOLUTION, SEVERAL = "solution", "several"
+
+ALLOWED = '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and"'
+
+NEAR = re.compile(r"rho\s*<\s*(\S+)")
+
+
+class Criterion(NamedTuple):
+    """names: of STRUCTURE; k3: the distance from the orbit as a curve must stay below it (orbit_curve.py)."""
+
+    text: str
+    names: tuple[str, ...]
+    k3: float = math.inf
+
+    @property
+    def needs_switches(self) -> bool:
+        """Whether the main impacts and the section do not tell."""
+        return "word" in self.names or math.isfinite(self.k3)
+
+
+def parse_criterion(text: object) -> Criterion:
+    """Read a criterion on disturbed motions. Raises TypeError or ValueError with one sentence."""
+    if not isinstance(text, str):
+        raise TypeError(bad("criterion", text, "a text"))
+    names, k3 = [], math.inf
+    for part in re.split(r"\s+and\s+", text.strip()):
+        near = NEAR.fullmatch(part)
+        if near is not None:
+            k3 = min(k3, _positive(text, near[1]))
+        elif part in STRUCTURE:
+            names.append(part)
+        else:
+            raise ValueError(bad("criterion", text, ALLOWED))
+    return Criterion(text, tuple(names), k3)
+
+
+def _positive(text: str, number: str) -> float:
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise ValueError(bad("criterion", text, ALLOWED))
+    return value
