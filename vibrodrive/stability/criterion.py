@@ -35,10 +35,8 @@ class Criterion(NamedTuple):
         return "word" in self.names or math.isfinite(self.k3)
 
 
-def parse_criterion(text: object) -> Criterion:
-    """Read a criterion on disturbed motions. Raises TypeError or ValueError with one sentence."""
-    if not isinstance(text, str):
-        raise TypeError(bad("criterion", text, "a text"))
+def parse_criterion(text: str) -> Criterion:
+    """Read a criterion on disturbed motions. Raises ValueError with one sentence."""
     names, k3 = [], math.inf
     for part in re.split(r"\s+and\s+", text.strip()):
         near = NEAR.fullmatch(part)

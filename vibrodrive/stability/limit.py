@@ -251,6 +251,8 @@ def _planned(
 ) -> _Search | _OneByOne:
     if not isinstance(disturbance, str):
         raise TypeError(bad("disturbance", disturbance, DISTURBANCES))
+    if criterion is not None and not isinstance(criterion, str):
+        raise TypeError(bad("criterion", criterion, "a text"))
     start = disturbance in COORDINATES
     if disturbance not in GRIDS and not start:
         raise ValueError(bad("disturbance", disturbance, DISTURBANCES))
