@@ -31,7 +31,7 @@ its cost."""
 
 @inline
 def set_margin(w, i, where, margin):
-    """The smallest distance of a decision from its opposite, so far."""
+    """The smallest distance of a decision from its opposite, so far; it judges nothing, being beyond rounding."""
     w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
 
 

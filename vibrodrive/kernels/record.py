@@ -2,6 +2,7 @@
 
 A section point is written by `emit_sections` here, one lane at a time; in batches ahead of a switch by `write_ahead`
 (switch_disturbed.py) or behind it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
+What is never reached, `finish` sets to NaN.
 """
 
 from __future__ import annotations

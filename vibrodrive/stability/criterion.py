@@ -2,6 +2,9 @@
 
 Two more stand alone: "solution" (of a disturbed start: it ends on the same solution, k₁) and "several" (of several
 starts: their motions do not all become one, k_u).
+
+What each means stands in structure.py (`keeps`); of "impacts" and "gaps", in main_impacts.py; "rho" is the distance
+from the orbit as a curve here (orbit_curve.py), not that of section points. The motions are computed in evaluate.py.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ STRUCTURE = ("impacts", "gaps", "order", "word")
 
 SOLUTION, SEVERAL = "solution", "several"
 
-ALLOWED = '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and"'
+ALLOWED = '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and", or "several"'
 
 NEAR = re.compile(r"rho\s*<\s*(\S+)")
 
