@@ -1,0 +1,60 @@
+"""k₂ at three A held against 50 digits: motions on both sides of it, and a judgement of its own, without any kernel."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.reference import IMPACT, reference
+from vibrodrive.stability.limit import limit
+
+TRANSIENT, PERIODS = 10, 40
+
+SHARE = 0.1
+"""A touch is slower than this share of the orbit's slowest main impact."""
+
+
+def landings(A, eps, transient, periods):
+    """(τ, speed) of the main impacts: no faster one lies within half a period."""
+    found = []
+    for switch in reference(A, eps=eps, periods=transient + periods).switches:
+        if switch.after != IMPACT or switch.tau <= 2 * math.pi * transient:
+            continue
+        tau, speed = float(switch.tau), float(-switch.dxi)
+        if not found or tau - found[-1][0] > math.pi:
+            found.append((tau, speed))
+        elif speed > found[-1][1]:
+            found[-1] = (tau, speed)
+    return np.array(found)
+
+
+def whole_periods(taus):
+    return [round(d / (2 * math.pi)) for d in np.diff(taus)]
+
+
+def same_landings(orbit, motion):
+    """Whether at some dividing speed below the bound the motion lands as the orbit (m impacts, one more cycle) does."""
+    m = next(m for m in range(1, len(orbit)) if np.ptp(orbit[::m, 1]) < 1e-7)
+    gaps = whole_periods(orbit[: m + 1, 0])
+    inner = motion[1:-1]
+    bound = SHARE * orbit[:, 1].min()
+    for speed in [0.0, *inner[inner[:, 1] < bound, 1]]:
+        main = inner[inner[:, 1] > speed]
+        at = []
+        for tau, v in main:
+            turn = [abs(math.remainder(tau - tau0, 2 * math.pi)) for tau0 in orbit[:m, 0]]
+            at.append(int(np.argmin([math.hypot(t, v - v0) for t, v0 in zip(turn, orbit[:m, 1], strict=True)])))
+        in_order = all(b == (a + 1) % m for a, b in itertools.pairwise(at))
+        if in_order and whole_periods(main[:, 0]) == [gaps[a] for a in at[:-1]]:
+            return True
+    return False
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [2.4, 3.04, 3.1])
+def test_both_sides_of_a_limit_at_50_digits(A):
+    found = limit(A, transient=TRANSIENT, periods=PERIODS)
+    orbit = landings(A, 0.0, 150, 16)
+    assert same_landings(orbit, landings(A, found.kept_below, TRANSIENT, PERIODS))
+    assert not same_landings(orbit, landings(A, found.k2, TRANSIENT, PERIODS))
