@@ -93,11 +93,11 @@ def follow_cycle(
         of the speed of the slowest impact of the cycle: no touch is faster.
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
-    fastest_first = np.argsort(-inner["speed"], kind="stable")
-    least = max(2, int(np.count_nonzero(inner["speed"] > share * cycle.speed.min())))
+    speed = np.ascontiguousarray(inner["speed"])
+    least = max(2, int(np.count_nonzero(speed > share * cycle.speed.min())))
     most = min(len(inner), math.ceil(periods * m / n) + m)
     for count in range(max(least, math.floor(periods * m / n) - m - 4), most + 1):
-        chosen = np.sort(fastest_first[:count])
+        chosen = np.sort(np.argsort(-speed, kind="stable")[:count]) if count < len(inner) else np.arange(count)
         if _follows(cycle, inner[chosen], ordered):
             return chosen + 1
     return None
