@@ -7,14 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.trajectory import Trajectory
-from vibrodrive.paper.session import NotApplicable
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.paper.session import NotApplicable, Session
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.main_impacts import SHARE, impact_gaps
-from vibrodrive.stability.structure import ReferenceOrbit
+from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 
 LAGS = 64
 """Periods after which a motion on a grid is looked at again."""
+
+
+AT_SECTION = "order and gaps"
+"""The paper's own reading: order among the points of one section (and impacts as far apart as in the orbit)."""
 
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
@@ -57,6 +61,30 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
     if base.cycle is None:
         raise NotApplicable("the undisturbed motion does not land")
     return motion.impacts[motion.impacts["speed"] > SHARE * base.cycle.speed.min()]
+
+
+SAMPLED = 200
+"""Motions that are followed impact by impact to judge a whole diagram."""
+
+
+def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
+    """How motions of a configuration, at SAMPLED of its values of A, compare with the undisturbed orbits there; left
+    out where these have no period."""
+    plan = session.config(name).plan()
+    found = []
+    for A in np.linspace(plan.axes["A"][0], plan.axes["A"][-1], SAMPLED).tolist():
+        try:
+            base = session.undisturbed(name, A=A, transient=SETTLING)
+        except NotApplicable:
+            continue
+        found.append(compare_structure(base, simulate(**(plan.arguments(0) | {"A": A} | disturbance))))
+    if not found:
+        raise NotApplicable("no undisturbed motion has a period")
+    return found
+
+
+SETTLING = 3000
+"""Transient periods of an undisturbed motion at any A."""
 
 
 def closing_periods(step: float) -> int:

@@ -5,12 +5,21 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
 from vibrodrive.batch.sweep import sweep
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, landings, without_grid
+from vibrodrive.paper.analysis import (
+    AT_SECTION,
+    LAGS,
+    closing_periods,
+    find_phase_slip,
+    landings,
+    structures,
+    without_grid,
+)
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import NotApplicable, Session, points
 from vibrodrive.stability.commensurability import convergents, returning
@@ -29,7 +38,7 @@ LONG = 600
 )
 def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
-    text = f"Δτ = {step:g} over {LONG} periods: {_answers(found)}"
+    text = f"Δτ = {step:g} over {LONG} periods: {_answers(found, 'impacts', 'word')}"
     return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
 
 
@@ -45,7 +54,7 @@ def step_lost(session: Session) -> Outcome:
         arguments["A"], "dtau", "fixed", "word", B=arguments["B"], transient=arguments["transient"],
         periods=LONG, threads=session.threads,
     )  # fmt: skip
-    text = f"Δτ = {step:g}: {_answers(found)}; the word is first lost at Δτ = {k.k2:.4g}"
+    text = f"Δτ = {step:g}: {_answers(found, 'impacts', 'word')}; the word is first lost at Δτ = {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
 
 
@@ -75,8 +84,8 @@ def similar(session: Session) -> Outcome:
     motions = session.motions("fig09")
     base = session.undisturbed("fig09")
     found = compare_structure(base, motions[0])
-    text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found, 2)}, ρ = {found.rho:.2g}"
-    return Outcome(text, {"rho": found.rho}, when(bool(found.impacts) and found.rho > 0))
+    text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found)}, ρ = {found.rho:.2g}"
+    return Outcome(text, {"rho": found.rho}, when(bool(found.impacts and found.order) and found.rho > 0))
 
 
 @claim(
@@ -89,16 +98,18 @@ def near_limit(session: Session) -> Outcome:
     base = session.undisturbed("fig09")
     drawn = compare_structure(base, simulate(**arguments))
     printed = compare_structure(base, simulate(**(arguments | {"dtau": PRINTED})))
-    k = limit(
-        arguments["A"], "dtau", "fixed", B=arguments["B"], transient=arguments["transient"],
-        periods=arguments["periods"], threads=session.threads,
-    )  # fmt: skip
+    span: dict[str, Any] = {name: arguments[name] for name in ("B", "transient", "periods", "section_phase")}
+    k, seen = (
+        limit(arguments["A"], "dtau", "fixed", what, threads=session.threads, **span)
+        for what in ("impacts", AT_SECTION)
+    )
     text = (
-        f"printed {PRINTED:g}: {_answers(printed, 2)}; drawn {arguments['dtau']:g}: "
-        f"{_answers(drawn, 2)} with ρ = {drawn.rho:.2g}; first lost at {k.k2:.3g}, last kept at "
-        f"{k.last_kept:.3g} ({100 * k.share_kept:.0f} % kept between)"
+        f"printed {PRINTED:g}: {_answers(printed)}; drawn {arguments['dtau']:g}: {_answers(drawn)} with "
+        f"ρ = {drawn.rho:.2g}; impacts are first lost at {k.k2:.3g}, last kept at {k.last_kept:.3g} "
+        f"({100 * k.share_kept:.0f} % kept between), order at the section at {seen.k2:.3g} and {seen.last_kept:.3g}"
     )
     numbers = {"k2": k.k2, "last_kept": k.last_kept, "share_kept": k.share_kept, "rho": drawn.rho}
+    numbers |= {"k2_at_section": seen.k2, "last_kept_at_section": seen.last_kept}
     kept = [bool(f.impacts) for f in (printed, drawn)]
     return Outcome(text, numbers | {"kept_printed": kept[0], "kept_drawn": kept[1]}, when(*kept))
 
@@ -120,7 +131,7 @@ def cloud(session: Session) -> Outcome:
     m = int(returning(motion.section, LAGS).argmin()) + 1
     back = returning(motion.section, LAGS).min()
     text = (
-        f"Δτ = {motion.arguments['dtau']:g}: {_answers(found, 2)}; {distinct} distinct points in "
+        f"Δτ = {motion.arguments['dtau']:g}: {_answers(found)}; {distinct} distinct points in "
         f"{len(motion.section)} periods, but the motion nearly returns after {m} (to {back:.2g})"
     )
     lost = n == 0 and not found.impacts
@@ -159,13 +170,20 @@ def not_yet_critical(session: Session) -> Outcome:
                   transient=results.settings.transient, periods=results.settings.periods)  # fmt: skip
     n = period(exact.section)
     kept = {k: bool(order(exact.section[k, -m:], results.section[k])) for k, m in enumerate(n) if m > 0}
-    share = float(np.mean(list(kept.values())))
-    low = float(np.mean([answer for k, answer in kept.items() if n[k] <= 3]))
+    seen = float(np.mean(list(kept.values())))
+    landed = structures(session, "fig10")
+    by_period: dict[int, list[bool]] = {}
+    for f in landed:
+        by_period.setdefault(f.n, []).append(bool(f.impacts))
+    share = float(np.mean([bool(f.impacts) for f in landed]))
+    low = float(np.mean([answer for m, answers in by_period.items() if m <= 3 for answer in answers]))
+    each = ", ".join(f"n = {m}: {100 * float(np.mean(by_period[m])):.0f} %" for m in sorted(by_period)[:4])
     text = (
-        f"at Δτ = {results.scalars['dtau']:g} order is kept at {100 * share:.0f} % of the values of A "
-        f"({100 * low:.0f} % where the period is 3 or less)"
+        f"at Δτ = {results.scalars['dtau']:g} impacts are kept at {100 * share:.0f} % of {len(landed)} values of A, at "
+        f"{100 * low:.0f} % where the period is 3 or less ({each}); order at the section drawn at {100 * seen:.0f} %"
     )
-    return Outcome(text, {"share_kept": share, "share_kept_low_order": low}, when(share > 0.5, low > 0.5))
+    numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
+    return Outcome(text, numbers, when(share > 0.5, low > 0.5))
 
 
 @claim(
@@ -265,9 +283,13 @@ def _whole(found: Structure) -> bool:
     return bool(found.impacts and found.word)
 
 
-def _answers(found: Structure, count: int = 3) -> str:
-    answers = {"impacts": found.impacts, "gaps": found.gaps, "word": found.word}
-    return ", ".join(f"{name} {'kept' if answer else 'lost'}" for name, answer in list(answers.items())[:count])
+def _answers(found: Structure, *asked: str) -> str:
+    """What of a structure is kept, in words; of the impacts and of the section unless other answers are asked for."""
+    named = {"order": "order at the section"}
+    return ", ".join(
+        f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"
+        for name in asked or ("impacts", "order")
+    )
 
 
 def _set(values: Iterable[int]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from vibrodrive.batch.sweep import sweep
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.model.states import State
+from vibrodrive.paper.analysis import AT_SECTION, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session
 from vibrodrive.stability.limit import limit, limits
@@ -71,10 +73,10 @@ def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
     text = (
-        f"the impacts' order and gaps are {_kept(found.impacts)}; ρ = {found.rho:.3g}, "
+        f"impacts {_kept(found.impacts)}, order at the section {_kept(found.order)}; ρ = {found.rho:.3g}, "
         f"the two points being {apart:.3g} apart"
     )
-    slight = bool(found.impacts) and found.rho < 0.25 * apart
+    slight = bool(found.impacts and found.order) and found.rho < 0.25 * apart
     return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
 
 
@@ -87,26 +89,21 @@ def limit_epsilon(session: Session) -> Outcome:
     motions = session.motions("fig06")
     base, s = session.undisturbed("fig06"), session.config("fig06").plan().settings
     at = motions[0].arguments
-    k = limit(
-        at["A"],
-        "eps",
-        B=at["B"],
-        eta=at["eta"],
-        transient=s.transient,
-        periods=s.periods,
-        threads=session.threads,
-    )
+    span: dict[str, Any] = {"B": at["B"], "eta": at["eta"], "transient": s.transient, "periods": s.periods}
+    span |= {"section_phase": at["section_phase"], "threads": session.threads}
+    k, seen = (limit(at["A"], "eps", criterion=what, **span) for what in ("impacts", AT_SECTION))
     found = [compare_structure(base, m) for m in motions]
     eps = [m.arguments["eps"] for m in motions]
     rho = [f.rho for f in found]
     kept = [bool(f.impacts) for f in found]
     sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
     text = (
-        f"k₂ = {k.k2:.4g} ({k.how}); kept at ε = {sides[0]}, lost at {sides[1]}; "
-        f"ρ = {', '.join(f'{r:.2g}' for r in rho)}"
+        f"k₂ = {k.k2:.4g}, judged at the impacts ({k.how}), and {seen.k2:.4g} at the section drawn; kept at "
+        f"ε = {sides[0]}, lost at {sides[1]}; ρ = {', '.join(f'{r:.2g}' for r in rho)}"
     )
     fits = all(g == (e < k.k2) for e, g in zip(eps, kept, strict=True)) and rho == sorted(rho)
-    return Outcome(text, {"k2": k.k2, "eps": eps, "kept": kept, "rho": rho}, when(fits and not all(kept)))
+    numbers = {"k2": k.k2, "k2_at_section": seen.k2, "eps": eps, "kept": kept, "rho": rho}
+    return Outcome(text, numbers, when(fits and not all(kept)))
 
 
 @claim(
@@ -125,19 +122,30 @@ def bands(session: Session) -> Outcome:
         if m > 0:
             survive.setdefault(int(m), []).append(bool(order(undisturbed.section[k, -m:], disturbed.section[k])))
     shares = {m: float(np.mean(v)) for m, v in sorted(survive.items())}
-    low = np.mean([v for m, vs in survive.items() if m <= 3 for v in vs]) if survive else np.nan
-    high = np.mean([v for m, vs in survive.items() if m > 3 for v in vs]) if survive else np.nan
+    seen = _low_and_high(survive)
+    landed: dict[int, list[bool]] = {}
+    for f in structures(session, "fig07", eps=disturbed.scalars["eps"]):
+        landed.setdefault(f.n, []).append(bool(f.impacts))
+    low, high = _low_and_high(landed)
     text = (
-        f"order kept at ε = {disturbed.scalars['eps']:g}: {100 * low:.0f} % of the solutions of period up "
-        f"to 3, {100 * high:.0f} % of those of higher order ("
+        f"at ε = {disturbed.scalars['eps']:g} impacts of {100 * low:.0f} % of solutions of period up to 3 follow each "
+        f"other as before, of those of higher order {100 * high:.0f} % ("
+        + ", ".join(f"n = {m}: {100 * float(np.mean(landed[m])):.0f} %" for m in sorted(landed)[:4])
+        + f"); at the section drawn order is kept at {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ("
         + ", ".join(f"n = {m}: {100 * s:.0f} %" for m, s in list(shares.items())[:4])
         + ")"
     )
     return Outcome(
         text,
-        {"low": low, "high": high, "by_period": [list(i) for i in shares.items()]},
+        {"low": low, "high": high, "at_section": seen, "by_period_at_section": [list(i) for i in shares.items()]},
         when(low > 0.5 > high, low > high),
     )
+
+
+def _low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
+    """Shares of solutions kept: of period up to 3, and of higher order."""
+    sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
+    return [float(np.mean(side)) if side else np.nan for side in sides]
 
 
 @claim(
