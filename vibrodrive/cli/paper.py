@@ -19,7 +19,9 @@ from vibrodrive.cli.common import THREADS, say, working
     show_default=True,
     help="Directory for the figures, the data and the claims; made if it is not there.",
 )
-@click.option("--only", "names", metavar="FIGURE", multiple=True, help="Only this figure (fig07); repeatable.")
+@click.option(
+    "--only", "names", metavar="FIGURE", multiple=True, help="Only this figure (fig07), or `limits`; repeatable."
+)
 @click.option(
     "--configs",
     type=click.Path(exists=True, file_okay=False, path_type=Path),

@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing the paper says. `figure` names the drawing (figures.FIGURES) whose data it needs."""
+    """One thing the paper says. `figure` names what it is about (run.SUBJECTS): a drawing, or limits."""
 
     id: str
     figure: str

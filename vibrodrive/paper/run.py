@@ -12,13 +12,21 @@ from typing import NamedTuple
 from vibrodrive import __version__
 from vibrodrive.figures.style import save
 from vibrodrive.model.parameters import bad
-from vibrodrive.paper import claims_grid, claims_physical, claims_undisturbed  # noqa: F401 (they register their claims)
+from vibrodrive.paper import (  # noqa: F401 (they register their claims)
+    claims_grid,
+    claims_limits,
+    claims_physical,
+    claims_undisturbed,
+)
 from vibrodrive.paper.claim import CLAIMS, Judged, claims_table, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
 from vibrodrive.store.draft import drafted
 from vibrodrive.store.header import refuse_foreign
 from vibrodrive.store.kind import special
+
+SUBJECTS = (*FIGURES, "limits")
+"""What can be asked for: what is drawn, and the limits, about which there are claims and no figure of the paper."""
 
 
 class Paper(NamedTuple):
@@ -77,8 +85,8 @@ def run_paper(
         directory; made if it is not there. Files of an earlier run are replaced, if they are what they are called:
         a .h5 that is no result file, or a name that leads to a configuration, is refused.
     figures : sequence of str, optional
-        names (see figures.FIGURES) of what is to be drawn; all unless given. Claims about other figures
-        are left out.
+        names of what is to be drawn (see figures.FIGURES), or "limits" for the claims about these alone; all unless
+        given. Claims about other figures are left out.
     progress : callable, optional
         called with a line for each step.
     configs : path, optional
@@ -92,21 +100,21 @@ def run_paper(
     OSError
         if a file cannot be read or written.
     """
-    names = list(FIGURES) if figures is None else list(figures)
+    names = list(SUBJECTS) if figures is None else list(figures)
     for name in names:
-        if name not in FIGURES:
-            raise ValueError(bad("figure", name, "one of " + ", ".join(FIGURES)))
+        if name not in SUBJECTS:
+            raise ValueError(bad("figure", name, "one of " + ", ".join(SUBJECTS)))
     say = progress or (lambda line: None)
     folder = Path(out)
     source = Path(configs) if configs is not None else configurations()
     _prepare(folder, source, list(FIGURES))
     session = Session(source, folder, say, threads)
-    for name in names:
+    for name in (n for n in names if n in FIGURES):
         say(f"{name}: {FIGURES[name].title}")
         drawn = FIGURES[name].draw(session)
         session.files += [save(drawn, folder / f"{name}{ending}") for ending in (".png", ".pdf")]
     judged = []
-    for claim in sorted((c for c in CLAIMS if c.figure in names), key=lambda c: list(FIGURES).index(c.figure)):
+    for claim in sorted((c for c in CLAIMS if c.figure in names), key=lambda c: SUBJECTS.index(c.figure)):
         say(f"claim {claim.id}")
         judged.append(judge(claim, session))
     document = {"vibrodrive": __version__, "claims": [c.record() for c in judged]}

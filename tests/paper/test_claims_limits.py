@@ -1,0 +1,148 @@
+"""Claims about the limits: what they compute is checked another way, and another configuration turns them."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.paper import claims_limits
+from vibrodrive.paper.analysis import structures
+from vibrodrive.paper.claim import CLAIMS, Verdict, judge
+from vibrodrive.paper.run import configurations, run_paper
+from vibrodrive.paper.session import NotApplicable, Session
+
+
+@pytest.fixture
+def session(tmp_path):
+    """A function that changes configurations, {name: {old text: new}}, and gives a session with them."""
+
+    def changed(**changes):
+        configs = tmp_path / "configs"
+        shutil.copytree(configurations(), configs, dirs_exist_ok=True)
+        for name, replaced in changes.items():
+            path = configs / f"{name}.toml"
+            text = path.read_text()
+            for old, new in replaced.items():
+                assert old in text
+                text = text.replace(old, new)
+            path.write_text(text)
+        return Session(configs, tmp_path, lambda line: None)
+
+    return changed
+
+
+def outcome(name, session):
+    return judge(next(c for c in CLAIMS if c.id == name), session).outcome
+
+
+def axis(name):
+    """The line of a configuration that holds its axis of A."""
+    text = (configurations() / f"{name}.toml").read_text()
+    return next(line for line in text.splitlines() if line.startswith("A = "))
+
+
+@pytest.mark.jit
+def test_alike_compares_both_limits_as_velocities(session):
+    found = outcome("alike", session(limits={axis("limits"): "A = [2.4, 2.75]"}))
+    assert found.verdict == Verdict.REPRODUCED
+    for k, A in enumerate((2.4, 2.75)):
+        eps, dtau = (vd.limit(A, kind, transient=500, periods=500).k2 for kind in ("eps", "dtau"))
+        assert found.numbers["velocity_eps"][k] == pytest.approx(eps * A * 10 * np.sqrt(102))
+        assert found.numbers["ratio"][k] == pytest.approx(dtau / (eps * A * 10 * np.sqrt(102)))
+
+
+@pytest.mark.jit
+def test_alike_names_where_it_does_not_hold(session):
+    found = outcome("alike", session(limits={axis("limits"): "A = [2.05, 2.4, 2.75, 3.25]"}))
+    assert found.verdict == Verdict.NOT
+    assert "A = 2.05, n = 1" in found.text
+    assert "A = 3.25, n = 3" in found.text
+    assert "A = 2.4," not in found.text
+
+
+@pytest.mark.jit
+def test_a_limit_that_has_not_settled_at_the_papers_frequency_corrects_it(session, monkeypatch):
+    monkeypatch.setattr(claims_limits, "FREQUENCIES", (1.0, 3.0, 10.0))
+    verdict = {}
+    for A in (2.4, 3.1):
+        monkeypatch.setattr(claims_limits, "ORDERS", (A,))
+        verdict[A] = outcome("any-frequency", session()).verdict
+    assert verdict == {2.4: Verdict.REPRODUCED, 3.1: Verdict.CORRECTED}
+
+
+@pytest.mark.jit
+def test_the_incline_changes_the_limit(session, monkeypatch):
+    monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.8,))
+    monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.2))
+    found = outcome("any-incline", session())
+    assert found.numbers["n"].tolist() == [2, 1]
+    assert found.verdict == Verdict.REPRODUCED  # 0.24 and 0.3
+    monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.3))
+    assert outcome("any-incline", session()).verdict == Verdict.CORRECTED
+
+
+@pytest.mark.jit
+def test_a_rational_frequency_gives_its_denominator(session):
+    found = outcome("rational", session())
+    assert found.verdict == Verdict.REPRODUCED
+    assert found.numbers["period"] == [1, 2, 3, 5, 0]
+    two = session(fig05={"A = 1.5": "A = 1.5\neta = 100.5"})
+    assert outcome("rational", two).verdict == Verdict.NOT  # the paper's own has a period then
+
+
+def test_points_repeat_after_the_smallest_number_of_periods():
+    x = np.tile([[0.0, 1.0], [0.0, 1.0 + 1e-6], [0.0, 1.0]], (7, 1))
+    assert claims_limits._repeats(x, 10) == 3
+    assert claims_limits._repeats(x[:, ::-1] + np.arange(21)[:, None], 10) == 0
+
+
+@pytest.mark.jit
+def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
+    some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
+    found = outcome("interruptions-and-limit", session(fig03=some))
+    assert found.numbers["stick_vanishes"] == pytest.approx(1.945)
+    assert found.verdict == Verdict.CORRECTED  # seen in Δτ, not in ε
+    none = session(fig03={axis("fig03"): "A = [1.5, 1.6]"})
+    assert "never vanishes" in outcome("interruptions-and-limit", none).text
+
+
+@pytest.mark.jit
+def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches(session):
+    found = outcome("computing-time", session(fig07={"num = 1000": "num = 3"}))
+    spent = found.numbers["seconds"]
+    assert spent["certified"] < spent["coarse"] < spent["muller"]
+    assert found.verdict == Verdict.CORRECTED
+    as_fine = session(fig10={"dtau = 0.1": "dtau = 1e-5"}, fig07={"num = 1000": "num = 3"})
+    assert outcome("computing-time", as_fine).verdict == Verdict.NOT
+
+
+@pytest.mark.jit
+def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path):
+    monkeypatch.setattr(claims_limits, "ORDERS", (2.4,))
+    monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.4,))
+    monkeypatch.setattr(claims_limits, "LONGER", 3000)
+    configs = session(limits={axis("limits"): "A = [2.4]"}).configs
+    result = run_paper(tmp_path / "out", ["limits"], configs=configs)
+    assert [j.claim.id for j in result.claims] == ["alike", "any-frequency", "any-incline", "all-times"]
+    assert all("cannot be tested" not in j.outcome.text for j in result.claims)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["claims.json", "claims.md"]
+
+
+@pytest.mark.jit
+def test_structures_leave_out_what_has_no_period(session, monkeypatch):
+    monkeypatch.setattr("vibrodrive.paper.analysis.SAMPLED", 3)
+    level = {"B = 0.1": "B = 0.02"}  # at A = 2.8 without a period then
+    found = structures(session(fig10=level | {axis("fig10"): "A = [1.9, 2.8]"}), "fig10")
+    assert len(found) == 2
+    with pytest.raises(NotApplicable, match="no undisturbed motion has a period"):
+        structures(session(fig10=level | {axis("fig10"): "A = [2.8, 2.8001]"}), "fig10")
+    here = session(fig10={axis("fig10"): "A = [3.02, 3.03]"})
+    naive = []
+    for A in (3.02, 3.025, 3.03):
+        motion = vd.simulate(A, method="fixed", dtau=0.1, transient=500, periods=500)
+        after = motion.switches[motion.switches["after"] == vd.State.IMPACT]
+        fast = after[after["dxi"] < -1]
+        tau = 2 * np.pi * fast["period"] + fast["phase"]
+        naive.append(bool((np.rint(np.diff(tau) / (2 * np.pi)) == 2).all()))
+    assert [bool(f.impacts) for f in structures(here, "fig10")] == naive

@@ -1,0 +1,277 @@
+"""Claims about the limits k₂ themselves: what they depend on, and what both disturbances have in common (§1 to §6)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.states import State
+from vibrodrive.paper.claim import Outcome, claim, listed, when
+from vibrodrive.paper.session import NotApplicable, Session, points
+from vibrodrive.stability.limit import Limit, limit, limits
+
+RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
+"""Of the motions that limits are sought with: as long as those of Fig. 7."""
+
+MOST = 43
+"""Values of A at most at which both limits are compared."""
+
+ALIKE = 2.0
+"""Two limits in velocity within this factor of one another are alike."""
+
+ORDERS = (2.4, 2.8, 3.04, 3.1, 3.25)
+"""Excitation amplitudes with motions of period 1, 2, 2, 4 and 3."""
+
+FREQUENCIES = (0.3, 1.0, 3.0, 10.0)
+"""η, in multiples of that of the configuration."""
+
+INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
+AMPLITUDES = (1.9, 2.4, 2.8, 3.04)
+"""B, and A at which limits over B are sought: from B = 0.05 on all have a period."""
+
+RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))
+"""η = p/q, and q."""
+
+LONGER = 40_000
+"""Periods that stand for all times."""
+
+AROUND = 0.15
+"""How far from the loss of sticking limits are looked at, in A."""
+
+SEEN = 0.1
+"""By this share limits leave the line that they have followed, if what happened there is to be seen in them."""
+
+
+@claim(
+    "alike",
+    "limits",
+    "Both kinds of disturbance act alike: the scenery of stability is similar over A.",
+)
+def alike(session: Session) -> Outcome:
+    plan = session.config("limits").plan()
+    if set(plan.axes) != {"A"}:
+        raise NotApplicable("limits are compared over an axis of A alone")
+    axis = plan.axes["A"]
+    A = axis[np.unique(np.linspace(0, len(axis) - 1, MOST).round().astype(int))]
+    found = _both(session, A=A, B=plan.scalars["B"], eta=plan.scalars["eta"])
+    r = found.ratio
+    close = _near_one(r)
+    far = [
+        f"{x:.3g} (A = {a:.4g}, n = {n})" for a, x, n in zip(found.A[~close], r[~close], found.n[~close], strict=True)
+    ]
+    text = (
+        f"as velocities, k₂(Δτ)/(k₂(ε)ηA) lies between {r.min():.2g} and {r.max():.2g} at {len(r)} values of A from "
+        f"{found.A.min():.3g} to {found.A.max():.3g}, while k₂(ε)ηA runs from {found.eps.min():.1g} to "
+        f"{found.eps.max():.1g}; median {np.median(r):.2g}, within a factor {ALIKE:g} at {100 * close.mean():.0f} %; "
+        f"not: {', '.join(far) or 'nowhere'}"
+    )
+    numbers = {"A": found.A, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau, "ratio": r}
+    return Outcome(text, numbers, when(close.all(), close.mean() > 0.75 and bool(1 / ALIKE <= np.median(r) <= ALIKE)))
+
+
+@claim(
+    "any-frequency",
+    "limits",
+    "η = 10·√102 is chosen without restricting generality: any high frequency ratio does the same.",
+)
+def any_frequency(session: Session) -> Outcome:
+    scalars = session.config("limits").plan().scalars
+    eta = scalars["eta"] * np.array(FREQUENCIES)
+    found = dict(limits(A=ORDERS, B=scalars["B"], eta=eta, threads=session.threads, **RECORD))
+    V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(ORDERS), len(eta))
+    here = FREQUENCIES.index(1.0)
+    settled = V[:, here] / V[:, -1]
+    above = V[:, here + 1] / V[:, -1]
+    rows = [f"A = {a:g}: {', '.join(f'{v:.3f}' for v in row)}" for a, row in zip(ORDERS, V, strict=True)]
+    text = (
+        f"k₂ηA at η = {', '.join(f'{e:.4g}' for e in eta)}: {'; '.join(rows)}; the last two are "
+        f"{100 * np.abs(above - 1).max():.0f} % apart at most, and at the paper's η the limit is "
+        f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of the last"
+    )
+    numbers = {"A": ORDERS, "eta": eta, "velocity": V}
+    return Outcome(text, numbers, when((np.abs(settled - 1) < SETTLES).all(), (np.abs(above - 1) < SETTLES).all()))
+
+
+SETTLES = 0.1
+"""A limit is settled if a higher frequency changes it by less than this share."""
+
+
+@claim(
+    "any-incline",
+    "limits",
+    "B = 0.1 is assumed without restricting generality.",
+)
+def any_incline(session: Session) -> Outcome:
+    eta = session.config("limits").plan().scalars["eta"]
+    found = _both(session, A=AMPLITUDES, B=INCLINES, eta=eta)
+    close = _near_one(found.ratio)
+    rows, spread = [], []
+    for a in AMPLITUDES:
+        at = np.flatnonzero(a == found.A)
+        spread.append(found.eps[at].max() / found.eps[at].min())
+        values = zip(found.n[at], found.eps[at], strict=True)
+        rows.append(f"A = {a:g}: {', '.join(f'{v:.2g} (n = {n})' for n, v in values)}")
+    text = (
+        f"k₂(ε)ηA at B = {listed(INCLINES)}: {'; '.join(rows)}; B changes it up to {max(spread):.0f}-fold, but both "
+        f"kinds of disturbance are within a factor {ALIKE:g} in velocity at {100 * close.mean():.0f} % of these"
+    )
+    numbers = {"A": found.A, "B": found.B, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau}
+    return Outcome(text, numbers, when(max(spread) < ALIKE, close.mean() > 0.75))
+
+
+@claim(
+    "rational",
+    "fig05",
+    "A rational η would make the disturbed motion periodic, with a multiple of the excitation period.",
+)
+def rational(session: Session) -> Outcome:
+    arguments = list(points(session.config("fig05").plan()))[-1]
+    seen = []
+    for eta in [*(eta for eta, _ in RATIONAL), arguments["eta"]]:
+        motion = simulate(**(arguments | {"eta": eta}))
+        seen.append(_repeats(motion.section, len(motion.section) // 2))
+    expected = [q for _, q in RATIONAL]
+    text = (
+        f"ε = {arguments['eps']:g}, A = {arguments['A']:g}: period "
+        + ", ".join(f"{n} at η = {eta:.6g}" for n, (eta, _) in zip(seen, RATIONAL, strict=False))
+        + f"; {seen[-1] or 'none'} at {arguments['eta']:.6g}"
+    )
+    numbers = {"eta": [*(eta for eta, _ in RATIONAL), arguments["eta"]], "period": seen}
+    return Outcome(text, numbers, when(seen == [*expected, 0]))
+
+
+@claim(
+    "interruptions-and-limit",
+    "fig03",
+    "Orbital stability rests on the two interruptions and the plastic impact, and they influence the limit k₂.",
+)
+def interruptions_and_limit(session: Session) -> Outcome:
+    results = session.results("fig03")
+    gone = np.flatnonzero((results.switches[:, State.IMPACT] > 0) & (results.switches[:, State.STICK] == 0))
+    if not len(gone) or results.status[gone[0]] != Status.OK:
+        raise NotApplicable("sticking never vanishes")
+    at = float(results.axes["A"][gone[0]])
+    away = np.linspace(AROUND, AROUND / 15, 8)  # none at the loss itself
+    A = np.concatenate([at - away, at + away[::-1]])
+    found = _both(session, A=A, B=results.scalars["B"])
+    told, numbers, seen = [], {"stick_vanishes": at, "A": A}, []
+    for name, V in (("k₂(ε)ηA", found.eps), ("k₂(Δτ)", found.dtau)):
+        if len(V) != len(A):
+            raise NotApplicable("the limits around the loss of sticking are not all known")
+        below, above = slice(0, len(away)), slice(len(away), None)
+        slope, level = np.polyfit(A[below] - at, V[below], 1)
+        over = float(np.mean(V[above] / (level + slope * (A[above] - at))) - 1)
+        seen.append(abs(over) > SEEN)
+        told.append(
+            f"{name} goes from {V[0]:.2g} to {V[len(away) - 1]:.2g} and on from {V[len(away)]:.2g} to {V[-1]:.2g}, "
+            f"{100 * over:+.0f} % off the line continued from below"
+        )
+        numbers |= {name: V}
+    text = f"sticking vanishes at A = {at:.4g}; between {A[0]:.4g} and {A[-1]:.4g} {'; '.join(told)}"
+    return Outcome(text, numbers, when(all(seen), any(seen)))
+
+
+@claim(
+    "computing-time",
+    "fig07",
+    "Constant step sizes avoid the computing time of a step Δτ = 1e-5 with switching times iterated to 1e-7.",
+)
+def computing_time(session: Session) -> Outcome:
+    results = session.results("fig07")
+    fine, coarse = 1e-5, session.config("fig10").plan().scalars["dtau"]
+    span: dict[str, Any] = {
+        "A": np.linspace(results.axes["A"][0], results.axes["A"][-1], 16),
+        "B": results.scalars["B"], "eps": float(results.axes["eps"].max()), "transient": 0, "threads": 1,
+    }  # fmt: skip
+    ways: dict[str, dict[str, Any]] = {
+        "muller": {"method": "muller", "dtau": fine, "scan": "literal", "periods": 4},
+        "fixed": {"method": "fixed", "dtau": fine, "scan": "literal", "periods": 4},
+        "coarse": {"method": "fixed", "dtau": coarse, "scan": "literal", "periods": 200},
+        "certified": {"periods": 200},
+    }
+    spent = {name: _seconds_per_period(span | way) for name, way in ways.items()}
+    text = (
+        f"time per period on one core, every grid point visited: {_time(spent['muller'])} for that, "
+        f"{_time(spent['fixed'])} for a constant step of {fine:g}, {_time(spent['coarse'])} for one of {coarse:g}; "
+        f"the exact switches take {_time(spent['certified'])}"
+    )
+    avoided = spent["coarse"] < 0.1 * spent["muller"]
+    return Outcome(text, {"seconds": spent}, when(avoided and spent["coarse"] < spent["certified"], avoided))
+
+
+@claim(
+    "all-times",
+    "limits",
+    "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.",
+)
+def all_times(session: Session) -> Outcome:
+    scalars = session.config("limits").plan().scalars
+    at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}
+    short, long = (limit(disturbance="eps", periods=periods, **at) for periods in (1500, LONGER))
+    change = long.k2 / short.k2 - 1
+    text = (
+        f"A = {at['A']:g}: k₂ = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {LONGER} ({100 * change:+.1f} %)"
+    )
+    return Outcome(text, {"k2": [short.k2, long.k2]}, when(abs(change) < 0.02, abs(change) < 0.2))
+
+
+class _Pairs(NamedTuple):
+    """Limits in ε and in Δτ as velocities, at the points where both are known."""
+
+    A: np.ndarray
+    B: np.ndarray
+    n: np.ndarray
+    eps: np.ndarray
+    dtau: np.ndarray
+
+    @property
+    def ratio(self) -> np.ndarray:
+        return self.dtau / self.eps
+
+
+def _both(session: Session, **axes: Any) -> _Pairs:
+    """Both limits over axes."""
+    found = [dict(limits(disturbance=kind, threads=session.threads, **RECORD, **axes)) for kind in ("eps", "dtau")]
+    pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
+    known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
+    if not known:
+        raise NotApplicable("no limit is known in both disturbances")
+    return _Pairs(*map(np.array, zip(*known, strict=True)))
+
+
+def _near_one(ratio: np.ndarray) -> np.ndarray:
+    return (ratio >= 1 / ALIKE) & (ratio <= ALIKE)
+
+
+def _repeats(section: np.ndarray, longest: int) -> int:
+    """Smallest number of periods after which section points repeat to rounding, 0 if there is none.
+
+    `structure.period` refuses points as close as a small disturbance leaves them.
+    """
+    for n in range(1, longest + 1):
+        if np.abs(section[n:] - section[:-n]).max() < 1e-9:
+            return n
+    return 0
+
+
+def _seconds_per_period(arguments: dict[str, Any]) -> float:
+    """The shortest of three runs, after one that compiles."""
+    sweep(**(arguments | {"periods": 1}))
+    spent = []
+    for _ in range(3):
+        began = time.perf_counter()
+        sweep(**arguments)
+        spent.append(time.perf_counter() - began)
+    return min(spent) / len(arguments["A"]) / arguments["periods"]
+
+
+def _time(seconds: float) -> str:
+    """To one digit: times differ from run to run."""
+    return f"{float(f'{1e6 * seconds:.0e}'):g} µs"
