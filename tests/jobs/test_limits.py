@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs import limits as job
 from vibrodrive.jobs.limits import boxes, run_limits, table
 from vibrodrive.model.config import ConfigError, parse
@@ -210,3 +211,24 @@ def test_an_unknown_criterion_is_refused_before_a_file_is_there(tmp_path):
     with pytest.raises(ValueError, match="criterion"):
         run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="shape")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.jit
+def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
+    """k₁ and k_u by the command that finds k₂."""
+    config = parse("[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 100\nperiods = 100\n")
+    starts = load_limits(run_limits(config, tmp_path / "starts.h5", criterion="solution"))
+    assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
+    assert starts.numbers["k2"][2, 1] == limit(3.04, "tau0").k2
+    assert np.isinf(starts.numbers["k2"][:, 0]).all(), "one solution: nothing else to end on"
+    assert np.isnan(starts.numbers["velocity"]).all()
+    assert "k1(tau0)" in table(starts)
+    (axes,) = limits_figure(starts).axes
+    assert [line.get_label()[:8] for line in axes.lines] == 3 * ["$k_1$ in"]
+    with pytest.raises(ConfigError, match='one, with the criterion "solution"'):
+        run_limits(parse("[sweep]\nA = [1.5, 2]\nB = [0.1, 0.2]\n"), tmp_path / "two.h5", criterion="solution")
+
+    several = load_limits(run_limits(config, tmp_path / "several.h5", criterion="several"))
+    assert several.numbers["k2"][0].tolist() == [0.0, limit(3.04, criterion="several", transient=100, periods=100).k2]
+    top = limits_figure(several).axes[0]
+    assert all("k_u" in line.get_label() for line in top.lines if not line.get_label().startswith("_"))

@@ -15,7 +15,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from vibrodrive.figures.bifurcation import density, some
 from vibrodrive.figures.style import GREY, INK, LINES, equation, letter, name_axes, new, note, styled, symbol
-from vibrodrive.store.limits import CURVES, Limits
+from vibrodrive.stability.criterion import SEVERAL, SOLUTION
+from vibrodrive.store.limits import Limits
 
 LOOKS = {
     ("eps", "certified"): ("-", "0.55", r"$k_2(\varepsilon)$"),
@@ -49,6 +50,8 @@ def limits_figure(found: Limits) -> Figure:
     A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
     band has no height where nothing is kept above the first loss.
     """
+    if found.criterion == SOLUTION:
+        return _starts(found)
     if len(found.axes) == 2:
         return _over_two(found)
     (x,) = found.axes
@@ -58,23 +61,42 @@ def limits_figure(found: Limits) -> Figure:
 def _over_A(found: Limits) -> Figure:
     fig, axes = new(4, 1, height=9.0, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
     top, velocity, ratio, bottom = axes[:, 0]
-    for c, curve in enumerate(CURVES):
-        _band(top, found, c, *LOOKS[curve])
+    for c, curve in enumerate(found.curves):
+        _band(top, found, c, *_look(found, curve))
     _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4)
     _name_periods(top, found)
     letter(top, 0)
     _velocities(velocity, found)
-    letter(velocity, 1, ", ".join(VELOCITY.values()))
+    letter(velocity, 1, _named(found, ", ".join(VELOCITY.values())))
     _ratios(ratio, found)
-    letter(ratio, 2, RATIO)
+    letter(ratio, 2, _named(found, RATIO))
     if found.fine is not None and found.diagram is not None:
         several = slice(None) if np.ptp(found.A) > 0 else slice(1)
         density(bottom, found.fine[several], found.diagram[several])
     letter(bottom, 3)
-    note(bottom, _missing(found) or "undisturbed")
+    note(
+        bottom,
+        _missing(found) or "undisturbed" + ("" if found.criterion == "impacts" else f" ({found.criterion} above)"),
+    )
     name_axes(bottom, None, "dxi")
     _abscissa(bottom, "A", found.A)
+    return fig
+
+
+def _starts(found: Limits) -> Figure:
+    """k₁ in each coordinate of the start over the one axis."""
+    ((x, values),) = found.axes.items()
+    fig, axes = new(1, 1, height=3.2)
+    ax = axes[0, 0]
+    k1 = found.known()
+    for c, (name, _) in enumerate(found.curves):
+        _line(ax, values, k1[c], LINES[c], INK, f"$k_1$ in {symbol(name)}")
+    _logarithmic(ax, k1, (1e-3, 1.0))
+    ax.legend(loc="best")
+    alone = "" if np.isfinite(k1).all() else "no line: no other solution"
+    note(ax, ", ".join(part for part in (_conditions(found), alone) if part))
+    _abscissa(ax, x, values)
     return fig
 
 
@@ -83,10 +105,10 @@ def _over_one(found: Limits, x: str) -> Figure:
     top, bottom = axes[:, 0]
     _velocities(top, found)
     top.legend(loc="best")
-    letter(top, 0, ", ".join(VELOCITY.values()))
+    letter(top, 0, _named(found, ", ".join(VELOCITY.values())))
     note(top, _conditions(found))
     _ratios(bottom, found)
-    letter(bottom, 1, RATIO)
+    letter(bottom, 1, _named(found, RATIO))
     _abscissa(bottom, x, found.axes[x])
     return fig
 
@@ -106,7 +128,7 @@ def _over_two(found: Limits) -> Figure:
         for style, row in zip(_STYLES, shown, strict=False):
             name = equation(other, found.axes[other][row])
             _line(ax, found.axes[x], values[row], *style, name)
-        letter(ax, k, title)
+        letter(ax, k, _named(found, title))
         if k < len(panels):
             _amplitude(ax, values[shown], found.mm_s)
         else:
@@ -117,6 +139,16 @@ def _over_two(found: Limits) -> Figure:
     note(first, _conditions(found))
     _abscissa(axes[-1, 0], x, found.axes[x])
     return fig
+
+
+def _named(found: Limits, text: str) -> str:
+    """A label of k₂, of k_u where the limit is that of several motions."""
+    return text.replace("k_2", "k_u") if found.criterion == SEVERAL else text
+
+
+def _look(found: Limits, curve: tuple[str, str]) -> tuple[str, str, str]:
+    style, tone, name = LOOKS[curve]
+    return style, tone, _named(found, name)
 
 
 _STYLES = [(line, tone) for tone in (INK, GREY) for line in LINES]
@@ -132,8 +164,8 @@ def _velocities(ax: Axes, found: Limits) -> None:
     """The limits in ε, and in Δτ on the grid, of one axis as velocity amplitudes."""
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
-    for values, curve in zip(V, CURVES, strict=False):
-        style, _, name = LOOKS[curve]
+    for values, curve in zip(V, found.curves, strict=False):
+        style, _, name = _look(found, curve)
         _line(ax, x, values, style, INK, name)
     _amplitude(ax, V, found.mm_s)
 

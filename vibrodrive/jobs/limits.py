@@ -15,8 +15,9 @@ from vibrodrive.batch.sweep import sweep
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
+from vibrodrive.stability.criterion import SEVERAL, SOLUTION
 from vibrodrive.stability.limit import AXES, Limit, limits
-from vibrodrive.store.limits import CURVES, DONE, SHOWN, Limits, create, refuse_another, write_limit, writing
+from vibrodrive.store.limits import DONE, SHOWN, Limits, create, curves_of, refuse_another, write_limit, writing
 
 
 def run_limits(
@@ -61,10 +62,13 @@ def run_limits(
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
+    if criterion == SOLUTION and len(names) > 1:
+        raise ConfigError(bad("axes", ", ".join(names), f'one, with the criterion "{SOLUTION}"'))
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "dtau", "scan")}
     settings: dict[str, Any] = {"criterion": criterion, "threads": threads}
     first: dict[str, Any] = {name: values[:1] for name, values in plan.axes.items()}
-    limits(**first, **settings, **common)  # refuses before a file is made
+    ((disturbance, method), *_) = curves_of(criterion)
+    limits(disturbance=disturbance, method=method, **first, **settings, **common)  # refuses before a file is made
     path = Path(out)
     if overwrite or not path.exists():
         create(path, config, plan.axes, criterion)
@@ -89,7 +93,7 @@ def _missing_limits(
 ) -> Iterator[tuple[int, tuple[int, ...], Limit]]:
     """(curve, index of the point, Limit) of all that a file does not have yet, as they are found."""
     names = list(plan.axes)
-    for c, (disturbance, method) in enumerate(CURVES):
+    for c, (disturbance, method) in enumerate(curves_of(settings["criterion"])):
         # where ε = 0, the limits in Δτ know nothing of η: one search answers for all of its values
         free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
         along = names.index("eta") if free else None
@@ -124,9 +128,15 @@ def table(found: Limits) -> str:
     For a scene in SI units V stands there in mm/s, too. "-" is what is not known.
     """
     k2, V = found.numbers["k2"], found.numbers["velocity"]
-    heads = [*found.axes, "n", "k2(eps)", "V(eps)", "V(fixed)", "k2(muller)"]
-    columns = [k2[0], V[0], V[1], k2[2]]
-    if found.mm_s is not None:
+    if found.criterion == SOLUTION:
+        heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(k2)
+        meaning = "k1: how far this coordinate of the start may be off; inf where every start ends on one solution"
+    else:
+        k = "ku" if found.criterion == SEVERAL else "k2"
+        heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]
+        columns = [k2[0], V[0], V[1], k2[2]]
+        meaning = f"V is the velocity amplitude: {k}(eps) eta A, and {k}(dtau) for switches on the grid (fixed)"
+    if found.mm_s is not None and found.criterion != SOLUTION:
         heads += ["eps, mm/s", "fixed, mm/s"]
         columns += [found.mm_s * V[0], found.mm_s * V[1]]
     lines = ["  ".join(f"{head:>12}" for head in heads)]
@@ -135,7 +145,7 @@ def table(found: Limits) -> str:
         place = [f"{values[k]:.6g}" for values, k in zip(found.axes.values(), at, strict=True)]
         cells = [*place, str(n[at]) if n[at] else "-", *(_number(values[at]) for values in columns)]
         lines.append("  ".join(f"{cell:>12}" for cell in cells))
-    lines.append("V is the velocity amplitude: k2(eps) eta A, and k2(dtau) for switches on the grid (fixed)")
+    lines.append(meaning)
     return "\n".join(lines)
 
 

@@ -11,7 +11,7 @@
     [run]                  # transient, periods, section_phase, budget
     [figure]               # kind, quantity, x, limits: what `plot` draws
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
-    [limits]               # criterion ("impacts"): what must be kept, of impacts, gaps, order and word
+    [limits]               # criterion ("impacts"): what must be kept (stability/criterion.py)
     [orbits]               # max_period: longest period that `orbits` seeks
 
 A parameter is given once. Options of the command line replace what the file says, wherever it says it.

@@ -19,7 +19,9 @@ import numpy as np
 
 from vibrodrive.model.config import Config, ConfigError, parse
 from vibrodrive.model.parameters import PARAMETERS, bad
+from vibrodrive.stability.criterion import SOLUTION
 from vibrodrive.stability.limit import AXES, Limit
+from vibrodrive.stability.starts import COORDINATES
 from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
@@ -30,6 +32,15 @@ from vibrodrive.store.lock import Lock
 
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
 """Disturbance and path of each curve."""
+
+STARTS = tuple((coordinate, "certified") for coordinate in COORDINATES)
+"""The same where an error of the start is what disturbs (criterion "solution")."""
+
+
+def curves_of(criterion: str) -> tuple[tuple[str, str], ...]:
+    """Disturbance and path of each curve of a file with this criterion."""
+    return STARTS if criterion == SOLUTION else CURVES
+
 
 SCHEMA = 2
 
@@ -45,7 +56,7 @@ SHOWN = 120
 HOW_BYTES = 120
 
 NUMBERS = {
-    "k2": "first loss of the orbital structure; inf: none found up to searched_to",
+    "k2": "first loss of what the criterion asks for; inf: none found up to searched_to",
     "kept_below": "largest disturbance below k2 that was kept",
     "last_kept": "largest value kept together with its neighbour on the grid",
     "share_kept": "share of the values tried between k2 and last_kept that are kept",
@@ -105,6 +116,11 @@ class Limits:
             raise ValueError(bad("axes", ", ".join(self.axes), "A alone"))
         return self.axes["A"]
 
+    @property
+    def curves(self) -> tuple[tuple[str, str], ...]:
+        """Disturbance and path of each curve."""
+        return curves_of(self.criterion)
+
     def known(self, name: str = "k2") -> np.ndarray:
         """One of the numbers where k2 was found and is > 0, NaN elsewhere: where there is something to draw."""
         k2 = self.numbers["k2"]
@@ -163,7 +179,7 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         lines = [("axis", f"{name} = {v[0]:g} to {v[-1]:g}, {len(v)} values") for name, v in found.axes.items()]
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
         lines.append(("criterion", found.criterion))
-        for c, (disturbance, method) in enumerate(CURVES):
+        for c, (disturbance, method) in enumerate(found.curves):
             there = f"{found.done[c].sum()} of {found.done[c].size} limits"
             lines.append((disturbance, f"{method}: {there}{_spans(found, c)}"))
         return Summary(found.title, float(found.done.mean()), lines + provenance(file), faults)
@@ -258,9 +274,10 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], cr
         data[...] = fill  # now, not when it is first written: what is laid out does not grow
         return data
 
-    netcdf.dimension(file, "curve", np.arange(len(CURVES), dtype=np.int8), "disturbance and switching path")
-    file["curve"].attrs["flag_values"] = np.arange(len(CURVES), dtype=np.int8)
-    file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in CURVES)
+    curves = curves_of(criterion)
+    netcdf.dimension(file, "curve", np.arange(len(curves), dtype=np.int8), "disturbance and switching path")
+    file["curve"].attrs["flag_values"] = np.arange(len(curves), dtype=np.int8)
+    file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in curves)
     for name, values in axes.items():
         netcdf.dimension(file, name, values, PARAMETERS[name].meaning)
     for name, meaning in NUMBERS.items():
