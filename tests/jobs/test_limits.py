@@ -16,6 +16,8 @@ from vibrodrive.stability.limit import Limit, limit
 from vibrodrive.store.compare import Different
 from vibrodrive.store.limits import load_limits
 
+pytestmark = pytest.mark.jit
+
 CONFIG = """
 title = "A few limits"
 [sweep]

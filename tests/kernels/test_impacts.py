@@ -56,9 +56,11 @@ def computed(plan):
 
 
 @pytest.mark.parametrize("name", PATHS)
-@pytest.mark.parametrize(("transient", "periods"), [(0, 12), (40, 60)])
-def test_batches_record_what_is_picked_from_single_motions(name, transient, periods):
-    A = np.random.default_rng(11).uniform(1.0, 4.0, 24) * (1.2 * PATHS[name].get("B", 1 / 1.2))
+@pytest.mark.parametrize(
+    ("motions", "transient", "periods"), [(2, 1, 4), pytest.param(24, 40, 60, marks=pytest.mark.jit)]
+)
+def test_batches_record_what_is_picked_from_single_motions(name, motions, transient, periods):
+    A = np.random.default_rng(11).uniform(1.0, 4.0, motions) * (1.2 * PATHS[name].get("B", 1 / 1.2))
     plan = make_plan({"A": A, "transient": transient, "periods": periods, **PATHS[name]})
     for at, found in enumerate(computed(plan)):
         motion = simulate(**plan.arguments(at))

@@ -306,7 +306,7 @@ class _OneByOne:
         if found.n == 0:
             return replace(blank, how=NO_PERIOD)
         edges = {"below": found.below, "above": found.above}
-        near = min(edges.values(), key=lambda edge: edge.lost)
+        near = min(edges.values(), key=lambda edge: (edge.lost, -edge.searched_to))
         told = [f"{side} from {edge.lost:.6g} on" for side, edge in edges.items() if math.isfinite(edge.lost)]
         how = "another solution " + ", ".join(told) if told else f"the same solution up to {near.searched_to:.6g}"
         return replace(

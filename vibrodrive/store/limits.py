@@ -174,7 +174,7 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         status = file["status"][...]
         if not np.isin(status, (DONE, NOT_COMPUTED)).all():
             faults.append("status: a value that means nothing")
-        if (np.isnan(found.numbers["k2"]) & found.done & (found.n > 0)).any():
+        if (np.isnan(found.numbers["k2"]) & found.done & (found.how == "")).any():
             faults.append("k2: missing where it is marked as computed")
         lines = [("axis", f"{name} = {v[0]:g} to {v[-1]:g}, {len(v)} values") for name, v in found.axes.items()]
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
