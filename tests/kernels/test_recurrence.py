@@ -32,8 +32,8 @@ def evaluations(**arguments) -> float:
     w, k = new_lanes(1)
     run(
         w[0], k[0], plan.points(0, n), np.arange(n), np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods,
-        s.budget, np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
-        np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
+        s.budget, np.empty((n, s.periods, 2)), np.empty((n, 0, 4)), np.empty(n, np.int8), np.empty(n),
+        np.empty((n, 5), np.int64), work, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
     return float(work.sum())
 
