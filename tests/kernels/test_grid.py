@@ -136,22 +136,47 @@ LEAPS: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.jit
+@pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
-def test_a_leap_sees_what_the_scan_sees(name):
-    """Sweeps leap over Muller's scans at ε = 0; a single trajectory is scanned."""
-    scene = {"method": "muller", "transient": 0, **LEAPS[name]}
-    alone = vd.simulate(**scene)
+def test_a_leap_sees_what_the_scan_sees(name, method):
+    """Sweeps leap over scans at ε = 0; a single trajectory is scanned."""
+    scene = {"transient": 0, **LEAPS[name], "method": method}
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
-    assert np.array_equal(alone.section, swept.section[0], equal_nan=True)
-    assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[0])
-    assert (alone.margin, alone.status) == (swept.margin[0], swept.status[0])
+    assert _same(swept, 0, vd.simulate(**scene))
+
+
+def _same(swept, at, alone):
+    return (
+        np.array_equal(alone.section, swept.section[at], equal_nan=True)
+        and np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[at])
+        and (alone.margin, alone.status) == (swept.margin[at], swept.status[at])
+    )
 
 
 @pytest.mark.jit
-def test_a_leap_costs_the_same_for_every_step():
+@pytest.mark.parametrize("method", ["muller", "fixed"])
+@pytest.mark.parametrize("seed", range(20))
+def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
+    """Slopes steep and flat, starts in the air and in motion, steps from 1e-4 to half a period."""
+    rng = np.random.default_rng(seed)
+    B = float(rng.choice([0.0, 0.1, 0.985, 1.2, rng.uniform(0, 2)]))
+    scene = dict(
+        B=B, dtau=float(10 ** rng.uniform(-4, 0.5)),
+        transient=int(rng.integers(0, 40)), periods=int(rng.integers(1, 60)),
+        tau0=rng.uniform(0, 6.28), section_phase=rng.uniform(0, 6.28), xi0=float(rng.choice([0, rng.exponential()])),
+        dxi0=float(rng.choice([0, rng.normal()])), method=method, tol=float(10 ** rng.uniform(-12, -3)),
+    )  # fmt: skip
+    A = np.sort(rng.uniform(abs(1 - B) + 0.01, B + 4, 8))
+    swept = vd.sweep(A=A, **scene)
+    assert [a for k, a in enumerate(A) if not _same(swept, k, vd.simulate(A=a, **scene))] == []
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["muller", "fixed"])
+def test_a_leap_costs_the_same_for_every_step(method):
     """Where a scan takes some steps more or less, and none of these motions comes back within the record."""
-    steps = (1e-5, 1e-4, 1e-3, 0.05)
-    sweep = dict(method="muller", tol=1e-7, transient=0, periods=60)
+    steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
+    sweep = dict(method=method, tol=1e-7, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
     scanned = {vd.simulate(A=3.055, dtau=dtau, **sweep).evaluations for dtau in steps}
     assert len(leapt) == 1 < len(scanned)

@@ -16,8 +16,8 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 )
 
 
-MULLER_BRACKETED = CERTIFIED + 1
-"""`method` within the engine where Muller's path at ε = 0 is computed without scanning (switch_muller.py): in sweeps,
+MULLER_BRACKETED, FIXED_BRACKETED = CERTIFIED + 1, CERTIFIED + 2
+"""`method` within the engine where a path on a grid is computed without scanning at ε = 0 (switch_grid.py): in sweeps,
 unless a literal scan is asked for."""
 
 

@@ -2,7 +2,7 @@
 
 `run` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the search in every
 lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found (switch_undisturbed.py,
-switch_disturbed.py, switch_muller.py); both are loops over lanes that vectorise. Everything else, every switch on a
+switch_disturbed.py, switch_grid.py); both are loops over lanes that vectorise. Everything else, every switch on a
 grid and those of a single trajectory are processed one lane at a time (event.py). A motion that repeats itself is not
 computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
 another, so a trajectory's bits depend on nothing but its point.
@@ -17,8 +17,9 @@ from vibrodrive.kernels.codes import (
     AT_ONCE,
     CERTIFIED,
     CHECK_RECURRENCE,
+    FIXED,
+    FIXED_BRACKETED,
     LITERAL,
-    MULLER,
     MULLER_BRACKETED,
     NOTHING,
     STEPPED,
@@ -36,7 +37,7 @@ from vibrodrive.kernels.recurrence import detect_recurrence
 from vibrodrive.kernels.setup import is_disturbed, load
 from vibrodrive.kernels.switch import write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
-from vibrodrive.kernels.switch_muller import apply_switches_muller
+from vibrodrive.kernels.switch_grid import apply_switches_on_grid
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
 from vibrodrive.kernels.undisturbed import search_brackets, set_search_mode
 
@@ -111,8 +112,9 @@ def run(
     literal = grid and scan == LITERAL
     lanes = 1 if literal else LANES
     alone = rows_int.shape[0] > 0  # its switches are written down one by one
-    if method == MULLER and not (literal or alone):
-        method = MULLER_BRACKETED
+    leaps = grid and not (literal or alone)
+    if leaps:
+        method = FIXED_BRACKETED if method == FIXED else MULLER_BRACKETED
     if todo[PAUSED]:
         n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
     else:
@@ -143,7 +145,7 @@ def run(
                 todo[PAUSED] = 0
                 return True
             continue
-        bracketed = method == MULLER_BRACKETED and not fast
+        bracketed = leaps and not fast
         scans = grid and not bracketed
         if literal:
             scan_every(w, k, 0, g)
@@ -163,7 +165,7 @@ def run(
                 write_ahead(w, k, n, transient, section)
                 m = apply_switches_disturbed(w, k, n, transient, periods, budget)
             elif bracketed:
-                m = apply_switches_muller(w, k, n, transient, periods, budget)
+                m = apply_switches_on_grid(w, k, n, method == FIXED_BRACKETED, transient, periods, budget)
             else:
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
             if impacts.shape[1] > 0:

@@ -1,7 +1,7 @@
 """One lane over the end of its search, whatever it has met: the switch is recorded, the next state decided and begun.
 
 The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, every switch on a grid
-(but for Muller's at ε = 0) and those of a single trajectory come here. Both follow switch.py.
+(but for sweeps at ε = 0) and those of a single trajectory come here. Both follow switch.py.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from vibrodrive.kernels.codes import (
     END,
     FALLEN,
     FIXED,
+    FIXED_BRACKETED,
     IMPACT,
     LIMIT_MET,
     LITERAL,
@@ -156,7 +157,7 @@ def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
     commit_segment_fast(w, i, True, segment)
     set_search_mode(w, i, True, STEPPED)
     clear_dip(w, i)
-    if (method == CERTIFIED or method == MULLER_BRACKETED) and w[r.AF + i] == 0.0:
+    if (method == CERTIFIED or method == MULLER_BRACKETED or method == FIXED_BRACKETED) and w[r.AF + i] == 0.0:
         if s == 0.0:
             h, _, _, down = wait_end(w, i, state, w[r.PHI + i])
             set_bracket(w, k, i, True, terminating_function(state), h, h, h)
@@ -217,7 +218,7 @@ def certified_event(w, k, i, x):
 
 
 @part
-def grid_event(w, k, i, method):
+def grid_event(w, k, i, fixed):
     """(event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
     cursor = w[r.CURSOR + i]
     dtau = w[r.DTAU + i]
@@ -238,7 +239,7 @@ def grid_event(w, k, i, method):
         above = w[r.LAST_NONNEGATIVE + i]
         restart_search(w, k, i, S1, h, above + 1.0)
         return CONTINUE, h
-    if method == FIXED:
+    if fixed:
         hit = hit or met == BOTH
     else:
         if which == S2 and not hit:
@@ -261,10 +262,11 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
     certified = method == CERTIFIED
+    fixed = method == FIXED or method == FIXED_BRACKETED
     undisturbed = certified and w[r.AF + i] == 0.0
     # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are
     # written down one by one
-    may_repeat = w[r.AF + i] == 0.0 and method != FIXED and scan != LITERAL and rows_int.shape[0] == 0
+    may_repeat = w[r.AF + i] == 0.0 and not fixed and scan != LITERAL and rows_int.shape[0] == 0
     state = k[r.STATE + i]
     there = NOWHERE
     phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
@@ -282,7 +284,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
         event, h = certified_event(w, k, i, there.x)
         side = w[r.SIG + i]
     else:
-        event, h = grid_event(w, k, i, method)
+        event, h = grid_event(w, k, i, fixed)
         side = w[r.SIG + i]
     while True:
         if event == CONTINUE:
@@ -318,7 +320,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
             record_margin(w, k, i, wait_end_distance(w, i, side > 0.0), ROUNDING * magnitude_scale(w, i))
             p, q = (w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]), w[r.B + i] - side
             there = Arrival(x, v, 1.0 if later else 0.0, phase, 0.0, p, q, 0.0, 0.0, 0.0)
-        elif method == FIXED:
+        elif fixed:
             there = arrive_on_grid(w, k, i, x, v, w[r.CURSOR + i])
         elif not certified:
             there = arrive_later(w, k, i, x, v, h)

@@ -342,13 +342,19 @@ def arrive_later(w, k, i, x, v, h):
 
 
 @inline
-def arrive_on_grid(w, k, i, x, v, steps):
-    """Where `steps` grid steps lead: τ = τ0 + kΔτ from the integer k, never accumulated."""
-    k[GRID + i] += int(steps)
-    p, e = two_product(float(k[GRID + i]), w[DTAU + i])
+def grid_time(w, k, i, steps):
+    """(period, φ, low) of grid point number `steps`: τ = τ0 + kΔτ from the integer k, never accumulated."""
+    p, e = two_product(float(steps), w[DTAU + i])
     n, phi, low = turns(p, e)
     more, phi, low = advance_phase(w[PHI0 + i], low, phi)
-    period = k[PERIOD0 + i] + int(n + more)
+    return k[PERIOD0 + i] + int(n + more), phi, low
+
+
+@inline
+def arrive_on_grid(w, k, i, x, v, steps):
+    """Where `steps` grid steps lead."""
+    k[GRID + i] += int(steps)
+    period, phi, low = grid_time(w, k, i, k[GRID + i])
     return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
 
 

@@ -1,11 +1,13 @@
-"""Muller's refinement at ε = 0 in all lanes at once: what scanning, `refine` and `event.py` do, without branches.
+"""Switches on a grid at ε = 0 in all lanes at once: what scanning and `event.py` do, without branches.
 
 Where a state ends is found as on the certified path (undisturbed.py), for slides that begin at rest and for waits. That
 tells which grid points the scan would stop between, and a few values tell that it would stop nowhere else: the
 switching function rises to a known phase and falls from there, so if it is beyond rounding where the scan begins (a
 wait at its start, a slide one grid point later) and at the last grid point before the zero, it is at all between. The
-other side of S4 either grows all the way or is least where H passes its peak, at 1 + B - A. From the two points around
-it the zero is refined as ever, so the bits are those of the scan.
+other side of S4 either grows all the way or is least where H passes its peak, at 1 + B - A.
+
+The fixed path then switches at the grid point behind the zero, eq. (10). Muller's refines the zero from the two points
+around it, as ever. So the bits are those of the scan.
 
 Whatever is not that clear is scanned: a zero too close to a grid point, a refinement that takes longer, a decision
 within rounding.
@@ -16,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive.jit.branchless import choose, fma, wide
-from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
@@ -46,6 +48,7 @@ from vibrodrive.kernels.motion import (
     STRETCH,
     advance_phase,
     excitation,
+    grid_time,
     section_at,
     segment_of,
     shape,
@@ -89,8 +92,8 @@ from vibrodrive.kernels.undisturbed import (
     wait_end,
 )
 
-VALUES = 4.0
-"""Evaluations of a switching function that confirm and refine its zero here."""
+CONFIRMED, REFINED = 2.0, 4.0
+"""Evaluations of a switching function that confirm its zero here, and that refine it, too."""
 
 
 @inline
@@ -101,8 +104,27 @@ def value_at(base, sig, c0, d1, d2, c1, c2, al, be, h):
 
 
 @inline
-def apply_switch_muller(w, k, i, transient, periods, budget):
-    """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned."""
+def refine_briefly(base, sig, c0, d1, d2, c1, c2, al, be, low, high, g0, g1, tol):
+    """(h, whether that is what `muller.refine` comes to) in two of its steps at most, from the values at both ends."""
+    p0 = on_chord(low, high, g0, g1)
+    f0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p0)
+    below = f0 < 0.0
+    lo, hi = choose(below, low, p0), choose(below, p0, high)
+    p1 = on_parabola(lo, hi, low, g0, high, g1, p0, f0)
+    soon = abs(p1 - p0) < tol
+    f1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p1)
+    below = f1 < 0.0
+    p2 = on_parabola(choose(below, lo, p1), choose(below, p1, hi), high, g1, p0, f0, p1, f1)
+    refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
+    return choose(soon, p1, p2), refined
+
+
+@inline_each
+def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
+    """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned.
+
+    `fixed` is a literal: the switch is at the grid point behind the zero, or else refined by Muller's method.
+    """
     which = k[r.SEARCH + i]
     gap, falling, rising, waited = which == S1, which == S2, which == S3, which >= S4
     met = ((w[r.OUTCOME + i] != NOTHING) & (w[r.SEARCH_MODE + i] == BRACKETED)) | (w[r.SEARCH_MODE + i] == AT_ONCE)
@@ -125,23 +147,19 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     sure = met & (g0 > noise) & (g1 < 0.0) & (smaller(start, peak) > noise) & (low < TWO_PI)
     sure &= (high + dtau < STRETCH) & (cell < LONGEST_SCAN)
 
-    # refine, in two steps at most
-    p0 = on_chord(low, high, g0, g1)
-    f0 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p0)
-    below = f0 < 0.0
-    lo, hi = choose(below, low, p0), choose(below, p0, high)
-    p1 = on_parabola(lo, hi, low, g0, high, g1, p0, f0)
-    soon = abs(p1 - p0) < tol
-    f1 = value_at(base, sig, c0, d1, d2, c1, c2, al, be, p1)
-    below = f1 < 0.0
-    p2 = on_parabola(choose(below, lo, p1), choose(below, p1, hi), high, g1, p0, f0, p1, f1)
-    h = choose(soon, p1, p2)
-    refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
+    if fixed:
+        h, refined = high, True
+        steps = k[r.GRID + i] + int(cell + 1.0)
+        there, phi1, low1 = grid_time(w, k, i, steps)
+    else:
+        h, refined = refine_briefly(base, sig, c0, d1, d2, c1, c2, al, be, low, high, g0, g1, tol)
+        steps = k[r.GRID + i]
+        turned, phi1, _ = advance_phase(phi, w[r.LOW + i], h)
+        there, low1 = period + int(turned), 0.0
 
     # arrive
     x, v = state_at(w, i, h, False)
-    turned, phi1, _ = advance_phase(phi, w[r.LOW + i], h)
-    p, q = excitation(a, phi1, 0.0)
+    p, q = excitation(a, phi1, low1)
     force = q - b
 
     # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
@@ -163,7 +181,6 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     over &= (w[r.WORK + i] - w[r.WORK_BOOKED + i] < STEEP_COST) & ((x > slack) | (not falling))
 
     # decide
-    there = period + int(turned)
     end = k[r.PERIOD0 + i] + transient + periods
     to = decide(which, w[r.SIG + i], force)
     distance = abs(choose(gap, force, abs(force)) - 1.0)
@@ -189,16 +206,17 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
     # away from the obstacle, or at rest there: is this where the motion has been before?
     at_obstacle = over & (gap | (which == S5))
     since = commit_departure(k, i, at_obstacle)
-    look = at_obstacle & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
+    look = at_obstacle & (not fixed) & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
     leave_over(k, i, choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL)))
 
     note_impact(w, k, i, there, phi1, v)
-    w[r.WORK + i] += choose(met, VALUES, 0.0)
-    left = time_between(there, phi1, 0.0, end, w[r.PHI0 + i])
+    w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
+    left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)
-    commit_time(w, k, i, over, there, phi1, 0.0, left, p, q)
+    commit_time(w, k, i, over, there, phi1, low1, left, p, q)
+    k[r.GRID + i] = choose(over, steps, k[r.GRID + i])
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)
@@ -211,11 +229,20 @@ def apply_switch_muller(w, k, i, transient, periods, budget):
 
 
 @part
-def apply_switches_muller(w, k, n, transient, periods, budget):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
+def apply_switches_on_grid(w, k, n, fixed, transient, periods, budget):
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot.
+
+    Two loops, so that each is free of branches.
+    """
     wide()
+    m = full(n)
+    if fixed:
+        for i in range(m):
+            apply_switch_on_grid(w, k, i, True, transient, periods, budget)
+    else:
+        for i in range(m):
+            apply_switch_on_grid(w, k, i, False, transient, periods, budget)
     left = 0
-    for i in range(full(n)):
-        apply_switch_muller(w, k, i, transient, periods, budget)
-        left += choose((i < n) & (k[r.LEFT_OVER + i] == UNUSUAL), 1, 0)
+    for i in range(n):
+        left += 1 if k[r.LEFT_OVER + i] == UNUSUAL else 0
     return left
