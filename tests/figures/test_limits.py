@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,8 +19,8 @@ def of(axes, k2, factor=100.0, mm_s=None, **options):
     numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
     some = {"n": np.ones(k2.shape, int), "done": np.ones(k2.shape, bool), "how": np.full(k2.shape, "")}
     fixed = {name: 1.0 for name in ("A", "B", "eta") if name not in axes}
-    return Limits(**({"axes": axes, "fixed": fixed, "numbers": numbers, "criterion": "", "title": "", "mm_s": mm_s}
-                     | some | options))  # fmt: skip
+    some |= {"axes": axes, "fixed": fixed, "numbers": numbers, "criterion": "impacts", "title": "", "mm_s": mm_s}
+    return Limits(**(some | options))
 
 
 def drawn(ax):
@@ -134,3 +136,15 @@ def test_a_figure_of_nothing_is_drawn_and_says_what_is_missing(axes, tmp_path):
     save(fig, tmp_path / "x.png")
     total = int(np.prod(shape))
     assert any(f"{total} of {total} limits not computed" in ax.get_title(loc="right") for ax in fig.axes)
+
+
+def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
+    near = replace(over_A, criterion="rho < 0.1")
+    top, velocity, *_ = limits_figure(near).axes
+    assert top.get_legend().get_title().get_text() == "kept: rho < 0.1"
+    assert velocity.get_title(loc="right") == "gaps: not lost", "at A = 2.6 the limit in Δτ is infinite"
+    assert limits_figure(over_A).axes[0].get_legend().get_title().get_text() == ""
+    eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="gaps")
+    assert "kept: gaps" in limits_figure(eta).axes[0].get_title(loc="right")
+    two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="gaps")
+    assert "kept: gaps" in limits_figure(two).axes[0].get_title(loc="right")

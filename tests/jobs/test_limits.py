@@ -14,7 +14,7 @@ from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit, limit
 from vibrodrive.store.compare import Different
-from vibrodrive.store.limits import load_limits
+from vibrodrive.store.limits import load_limits, summary
 
 pytestmark = pytest.mark.jit
 
@@ -223,14 +223,21 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
     assert starts.numbers["k2"][2, 1] == limit(3.04, "tau0").k2
     assert np.isinf(starts.numbers["k2"][:, 0]).all(), "one solution: nothing else to end on"
-    assert np.isnan(starts.numbers["velocity"]).all()
+    assert np.isnan([starts.numbers["velocity"], starts.numbers["velocity_last"]]).all(), "it acts once"
+    assert "V =" not in str(summary(tmp_path / "starts.h5").lines)
     assert "k1(tau0)" in table(starts)
-    (axes,) = limits_figure(starts).axes
-    assert [line.get_label()[:8] for line in axes.lines] == 3 * ["$k_1$ in"]
+    top, bottom = limits_figure(starts).axes
+    assert len(top.lines) == 3
+    assert top.get_title(loc="right") == "gaps: one solution only"
+    assert bottom.get_images(), "the undisturbed motion"
+    with pytest.raises(TypeError, match=r"eta = 'array of 2 values': .* with xi0 disturbed, ε = 0"):
+        run_limits(parse("[sweep]\neta = [9.5, 101.3]\nA = 3.04"), tmp_path / "eta.h5", criterion="solution")
     with pytest.raises(ConfigError, match='one, with the criterion "solution"'):
         run_limits(parse("[sweep]\nA = [1.5, 2]\nB = [0.1, 0.2]\n"), tmp_path / "two.h5", criterion="solution")
 
     several = load_limits(run_limits(config, tmp_path / "several.h5", criterion="several"))
     assert several.numbers["k2"][0].tolist() == [0.0, limit(3.04, criterion="several", transient=100, periods=100).k2]
     top = limits_figure(several).axes[0]
+    assert top.get_legend().get_title().get_text() == "from $k_u$ on all starts end on one motion"
+    assert limits_figure(several).axes[1].get_title(loc="right") == "gaps: one solution only"
     assert all("k_u" in line.get_label() for line in top.lines if not line.get_label().startswith("_"))

@@ -223,6 +223,14 @@ def test_a_start_and_several_starts_are_judged_by_the_same_call():
     assert math.isnan(limit(0.5, "xi0").k2)
 
 
+@pytest.mark.jit
+def test_a_start_is_disturbed_from_where_it_is():
+    """An error of τ0 counts from τ0: its limits begin elsewhere, and end at the same edges."""
+    at = {tau0: nearest_other({"A": 3.04, "tau0": tau0}, "tau0") for tau0 in (0.0, 0.3)}
+    assert limit(3.04, "tau0", tau0=0.3).k2 == at[0.3].k1
+    assert 0.3 + at[0.3].above.lost == pytest.approx(at[0.0].above.lost, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("arguments", "key"),
     [

@@ -19,6 +19,10 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     """Find the limits of practically orbital stability over A, B or eta, in ε and in Δτ, list and draw them.
 
     One or two of these are axes. The figure stands beside the result file. A file that is there is gone on with.
+
+    What must be kept is [limits] criterion in CONFIG: "impacts" (the default), "gaps", "order", "word" or "rho < x",
+    joined by "and"; "several", the disturbance from which all starts end on one motion; or "solution", how far the
+    start may be off, in xi0, dxi0 and tau0.
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")

@@ -64,39 +64,50 @@ def _over_A(found: Limits) -> Figure:
     for c, curve in enumerate(found.curves):
         _band(top, found, c, *_look(found, curve))
     _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
-    top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4)
+    top.set_ylabel(_named(found, "$k_2$"), rotation=0, labelpad=9, va="center")
+    named = {"title": _judged(found), "alignment": "right", "title_fontsize": "medium"} if _judged(found) else {}
+    top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4, **named)
     _name_periods(top, found)
     letter(top, 0)
     _velocities(velocity, found)
     letter(velocity, 1, _named(found, ", ".join(VELOCITY.values())))
+    note(velocity, _gaps(found, 2))
     _ratios(ratio, found)
     letter(ratio, 2, _named(found, RATIO))
-    if found.fine is not None and found.diagram is not None:
-        several = slice(None) if np.ptp(found.A) > 0 else slice(1)
-        density(bottom, found.fine[several], found.diagram[several])
-    letter(bottom, 3)
-    note(
-        bottom,
-        _missing(found) or "undisturbed" + ("" if found.criterion == "impacts" else f" ({found.criterion} above)"),
-    )
-    name_axes(bottom, None, "dxi")
-    _abscissa(bottom, "A", found.A)
+    _undisturbed(bottom, found, 3)
     return fig
 
 
+def _undisturbed(ax: Axes, found: Limits, panel: int) -> None:
+    """The diagram of the undisturbed motion, below limits over A."""
+    if found.fine is not None and found.diagram is not None:
+        several = slice(None) if np.ptp(found.A) > 0 else slice(1)
+        density(ax, found.fine[several], found.diagram[several])
+    letter(ax, panel)
+    note(ax, _missing(found) or "undisturbed")
+    name_axes(ax, None, "dxi")
+    _abscissa(ax, "A", found.A)
+
+
 def _starts(found: Limits) -> Figure:
-    """k₁ in each coordinate of the start over the one axis."""
+    """k₁ in each coordinate of the start over the one axis; over A with the diagram of the undisturbed motion."""
     ((x, values),) = found.axes.items()
-    fig, axes = new(1, 1, height=3.2)
+    fig, axes = new(2, 1, height=4.9, sharex=True) if x == "A" else new(1, 1, height=3.2)
     ax = axes[0, 0]
     k1 = found.known()
     for c, (name, _) in enumerate(found.curves):
-        _line(ax, values, k1[c], LINES[c], INK, f"$k_1$ in {symbol(name)}")
+        _line(ax, values, k1[c], LINES[c], INK, symbol(name))
     _logarithmic(ax, k1, (1e-3, 1.0))
-    ax.legend(loc="best")
-    alone = "" if np.isfinite(k1).all() else "no line: no other solution"
-    note(ax, ", ".join(part for part in (_conditions(found), alone) if part))
-    _abscissa(ax, x, values)
+    ax.set_ylabel("$k_1$", rotation=0, labelpad=9, va="center")
+    ax.legend(loc="best", title="start off in")
+    letter(ax, 0)
+    if x == "A":
+        note(ax, _gaps(found, 3))
+        _undisturbed(axes[1, 0], found, 1)
+    else:
+        said = equation("A", found.fixed["A"]), _gaps(found, 3), _missing(found)
+        note(ax, ", ".join(part for part in said if part))
+        _abscissa(ax, x, values)
     return fig
 
 
@@ -239,7 +250,26 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 def _conditions(found: Limits) -> str:
     """What all points share, and what is missing."""
     shared = [equation(name, value) for name, value in found.fixed.items()]
-    return ", ".join(shared + ([_missing(found)] if _missing(found) else []))
+    return ", ".join(part for part in (*shared, _judged(found), _missing(found)) if part)
+
+
+def _judged(found: Limits) -> str:
+    """What must be kept, where that is not the default."""
+    texts = {"impacts": "", SEVERAL: "from $k_u$ on all starts end on one motion"}
+    return texts.get(found.criterion, f"kept: {found.criterion}")
+
+
+def _gaps(found: Limits, curves: int) -> str:
+    """Why the first so many curves have gaps, as far as anything was computed there."""
+    k2, n, done = found.numbers["k2"][:curves], found.n[:curves], found.done[:curves]
+    one = (k2 == 0) if found.criterion == SEVERAL else np.isposinf(k2) & (found.criterion == SOLUTION)
+    reasons = {
+        "one solution only": done & one,
+        "no periodic motion": done & (n == 0),
+        "not lost": done & np.isposinf(k2) & ~one,
+    }
+    there = [reason for reason, where in reasons.items() if where.any()]
+    return f"gaps: {', '.join(there)}" if there else ""
 
 
 def _missing(found: Limits) -> str:

@@ -41,7 +41,7 @@ def run_limits(
     progress : callable, optional
         called with (limits known, of how many).
     criterion : str
-        see `limits.limit`.
+        see `vd.limit`; "solution" has one axis, A or B.
     overwrite : bool
         begin anew, in the place of a result file that is there.
 
@@ -66,9 +66,9 @@ def run_limits(
         raise ConfigError(bad("axes", ", ".join(names), f'one, with the criterion "{SOLUTION}"'))
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "dtau", "scan")}
     settings: dict[str, Any] = {"criterion": criterion, "threads": threads}
-    first: dict[str, Any] = {name: values[:1] for name, values in plan.axes.items()}
+    axes: dict[str, Any] = dict(plan.axes)
     ((disturbance, method), *_) = curves_of(criterion)
-    limits(disturbance=disturbance, method=method, **first, **settings, **common)  # refuses before a file is made
+    limits(disturbance=disturbance, method=method, **axes, **settings, **common)  # refuses before a file is made
     path = Path(out)
     if overwrite or not path.exists():
         create(path, config, plan.axes, criterion)

@@ -20,7 +20,10 @@ STRUCTURE = ("impacts", "gaps", "order", "word")
 
 SOLUTION, SEVERAL = "solution", "several"
 
-ALLOWED = '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and", or "several"'
+ALLOWED = (
+    '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and"; or alone "several", or '
+    '"solution", of starts'
+)
 
 NEAR = re.compile(r"rho\s*<\s*(\S+)")
 

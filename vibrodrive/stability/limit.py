@@ -103,8 +103,6 @@ class Limit:
     @property
     def velocity(self) -> float:
         """k2 as a velocity amplitude, dimensionless as ξ' (velocity.py), one unit for both disturbances; else NaN."""
-        if self.disturbance not in GRIDS:
-            return math.nan
         return float(as_velocity(self.disturbance, self.k2, self.A, self.eta))
 
 
@@ -150,7 +148,7 @@ def limit(
         that the start decides between. A start is judged by "solution" alone.
     eps, dtau : float
         the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
-        whose limit in Δτ is sought.
+        whose limit in Δτ is sought. Where the start is disturbed, xi0, dxi0 and tau0 are what it is disturbed from.
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
         as in `simulate`, of each disturbed motion.
     threads : int, optional
@@ -183,7 +181,7 @@ def limit(
     >>> round(vd.limit(3.04, "tau0").k2, 6)
     0.818096
     """
-    if isinstance(disturbance, str) and written.get(disturbance) is not None:
+    if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
     check("A", A)
     search = _planned(disturbance, method, criterion, threads, _of_simulate(written), axes=())
@@ -266,6 +264,9 @@ def _planned(
         if name not in axes:
             only = f" (axes may be {', '.join(axes)})" if axes else ""
             raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{only}"))
+    if start and "eta" in plan.axes:
+        allowed = f"a single number: with {disturbance} disturbed, ε = 0"
+        raise TypeError(bad("eta", f"array of {len(plan.axes['eta'])} values", allowed))
     chosen = Method(plan.settings.method)
     if disturbance == "dtau" and chosen == Method.CERTIFIED:
         raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 
 def as_velocity(disturbance: str, value: ArrayLike, A: ArrayLike, eta: ArrayLike) -> np.ndarray:
-    """The velocity amplitude V of values of ε (`disturbance` "eps": V = εηA) or of Δτ ("dtau": V = Δτ).
+    """The velocity amplitude V of values of ε (`disturbance` "eps": V = εηA) or of Δτ ("dtau": V = Δτ), else NaN.
 
-    Everything is dimensionless; arrays are broadcast. `Physical.velocity` turns V into m/s.
+    Everything is dimensionless; arrays are broadcast. `Physical.velocity` turns V into m/s. An error of the start acts
+    once and has no amplitude.
 
     Examples
     --------
@@ -23,6 +24,5 @@ def as_velocity(disturbance: str, value: ArrayLike, A: ArrayLike, eta: ArrayLike
     >>> as_velocity("dtau", 0.05, A=3.0, eta=100.0).tolist()
     0.05
     """
-    amplitude = np.asarray(value, dtype=np.float64)
-    factor = np.multiply(A, eta) if disturbance == "eps" else np.ones(np.broadcast(A, eta).shape)
-    return amplitude * factor
+    unit = np.multiply(A, eta) if disturbance == "eps" else np.ones(np.broadcast(A, eta).shape)
+    return np.asarray(value, dtype=np.float64) * (unit if disturbance in ("eps", "dtau") else np.nan)

@@ -61,10 +61,10 @@ NUMBERS = {
     "last_kept": "largest value kept together with its neighbour on the grid",
     "share_kept": "share of the values tried between k2 and last_kept that are kept",
     "searched_to": "largest disturbance tried",
-    "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau",
+    "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau, none in a start",
     "velocity_last": "last_kept as a velocity amplitude V",
-    "rho_kept": "largest distance from the orbit at kept_below",
-    "rho_lost": "largest distance from the orbit at k2",
+    "rho_kept": "largest distance from the orbit at kept_below, of one disturbed motion",
+    "rho_lost": "largest distance from the orbit at k2, of one disturbed motion",
 }
 """float64 variables over curve and axes, dimensionless."""
 
@@ -90,7 +90,7 @@ class Limits:
     numbers : dict of str to float64 array
         by the names of NUMBERS.
     done, how
-        what has been computed, and how the structure was lost.
+        what has been computed, and what was lost at k2, or why there is no k2.
     fine, diagram : float64 array (fine A), (fine A, periods), or None
         ξ' of the undisturbed motion, over A alone.
     mm_s : float or None
@@ -192,7 +192,10 @@ def _spans(found: Limits, c: int) -> str:
     if not some.any():
         return ""
     V = found.numbers["velocity"][c][some]
-    text = f", {k2[some].min():.3g} to {k2[some].max():.3g}, V = {V.min():.3g} to {V.max():.3g}"
+    text = f", {k2[some].min():.3g} to {k2[some].max():.3g}"
+    if np.isnan(V).all():
+        return text
+    text += f", V = {V.min():.3g} to {V.max():.3g}"
     return text if found.mm_s is None else f"{text} ({found.mm_s * V.min():.3g} to {found.mm_s * V.max():.3g} mm/s)"
 
 
@@ -287,7 +290,7 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], cr
             data = variable(other, "<f8", np.nan, f"{name} of the scene in SI units", units="mm s-1")
             data.attrs[UNIT] = 1e3 * config.physical.velocity(1.0)
     variable("n", "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
-    variable("how", f"S{HOW_BYTES}", b"", "how the structure was lost")
+    variable("how", f"S{HOW_BYTES}", b"", "what was lost at k2, or why there is no k2")
     variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
     if list(axes) == ["A"]:
         fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
