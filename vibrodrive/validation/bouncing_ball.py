@@ -1,0 +1,166 @@
+"""The limit B → ∞: the completely inelastic bouncing ball (A. Mehta, J. M. Luck, Phys. Rev. Lett. 65, 393, 1990).
+
+The ball falls under gravity onto a vibrating table, and its impacts are plastic. Its one parameter Γ is the largest
+acceleration of the table over that of gravity. Here gravity along the incline is B, in units of the friction, and the
+largest acceleration is A: so Γ = A/B, and friction is δ = 1/B of gravity. With ξ = B y the slides are
+
+    y'' = Γ sin τ - 1 - δ  (up),    y'' = Γ sin τ - 1 + δ  (down),
+
+and sticking, which takes |Γ sin τ - 1| <= δ, lasts no longer than some δ: for δ = 0 this is the ball, at phase τ of the
+table.
+
+**The ball.** Launched at the phase φ it is back after one period where 2πΓ cos φ = 2π². It hits the table at the speed
+2π, and d(next φ)/dφ = 1 - Γ sin φ. With s = Γ sin φ, Γ cos φ = π: s² = Γ² - π². It leaves the table at once for
+s >= 1 and is stable for s < 2; between Γ = √(1+π²) and √(4+π²) it does both.
+
+**A little friction.** Let the slide up last h and the slide down u = 2π - h. To first order in δ the velocity and the
+gap after one period change by δ(u - h) and δD, D = u²/2 - hu - h²/2, where h is that of the ball: as y' = 0 at the
+turn, the shift of h counts in second order only. So cos φ = (π - δD/2π)/Γ; a launch takes Γ sin φ > 1 + δ; and the
+derivative of the flight (periodic/flight.py) is -(Γ sin φ - 1 - δ) (2π - 2δu/f) / (2π + δ(h - u)), where
+f = 1 - Γ sin(φ + h) is how fast the ball is pulled back at the turn. `laws` gives each quantity as its limit and the
+factor of δ that follows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrodrive.periodic.bifurcations import bifurcations
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING
+from vibrodrive.periodic.search import orbits
+
+DECADES = tuple(10.0**k for k in range(2, 9))
+"""Values of B. At B = 10 the first-order shift is as large as the interval of the orbit; A ends at 1e9."""
+
+MIDDLE = 3.5
+"""Γ at which the orbit itself is looked at, between √(1+π²) = 3.297 and √(4+π²) = 3.724."""
+
+SEARCHED = (3.25, 3.8)
+"""Γ between which the ends of the orbit are sought: both, at every one of DECADES."""
+
+SLOPE_WITHIN = 0.01
+"""Of the slope of log(error) over log(B), which is to be -1: what is of second order at B = 100 counts in it."""
+
+FACTOR_WITHIN = 1e-5
+"""Of error × B at the largest B, relatively to what the first order in 1/B gives. At B = 1e8 rounding, some 1e-15, is a
+millionth of the least error, and the second order less."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A quantity of the ball: its limit for B → ∞, and the factor of 1/B by which it is missed at finite B."""
+
+    quantity: str
+    formula: str
+    limit: float
+    factor: float
+
+
+def _turn(gamma: float, phase: float) -> float:
+    """How long the ball rises from its launch at `phase` on, of a flight of one period.
+
+    y' grows until Γ sin τ is back at 1, falls from there on until it is at 1 again, after the period: one zero.
+    """
+    low, high = math.pi - math.asin(1.0 / gamma) - phase, 2.0 * math.pi
+    while low < (middle := 0.5 * (low + high)) < high:
+        rises = gamma * (math.cos(phase) - math.cos(phase + middle)) > middle
+        low, high = (middle, high) if rises else (low, middle)
+    return low
+
+
+def _first_order(s: float) -> tuple[float, float, float]:
+    """Factors of 1/B at Γ² = s² + π²: of phase, speed over B and multiplier of the orbit."""
+    gamma, phase = math.hypot(s, math.pi), math.atan2(s, math.pi)
+    h = _turn(gamma, phase)
+    u = 2.0 * math.pi - h
+    gap = 0.5 * u**2 - h * u - 0.5 * h**2
+    deceleration = 1.0 - gamma * math.sin(phase + h)
+    multiplier = 1.0 - gap / (2.0 * s) + (s - 1.0) * (u / (math.pi * deceleration) + (h - u) / (2.0 * math.pi))
+    return gap / (2.0 * math.pi * s), h - u, multiplier
+
+
+def laws() -> tuple[Law, ...]:
+    """The five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at Γ = MIDDLE."""
+    s = math.sqrt(MIDDLE**2 - math.pi**2)
+    phase, speed, multiplier = _first_order(s)
+    first, second = math.hypot(1.0, math.pi), math.hypot(2.0, math.pi)
+    at_first = 2.0 * math.pi * _first_order(1.0)[0]
+    at_second = _first_order(2.0)[2]
+    return (
+        Law("Γ at which the rest vanishes", "√(1 + π²)", first, (1.0 - 0.5 * at_first) / first),
+        Law("Γ of the first period doubling", "√(4 + π²)", second, 2.0 * at_second / second),
+        Law(f"phase of the impact at Γ = {MIDDLE:g}", "arccos(π/Γ)", math.acos(math.pi / MIDDLE), phase),
+        Law(f"impact speed over B at Γ = {MIDDLE:g}", "2π", 2.0 * math.pi, speed),
+        Law(f"multiplier at Γ = {MIDDLE:g}", "1 − √(Γ² − π²)", 1.0 - s, multiplier),
+    )
+
+
+def measure(B: float) -> tuple[float, ...]:
+    """The quantities of `laws` as the program finds them at one B: from `bifurcations` and `orbits`."""
+    low, high = SEARCHED
+    kinds = {b.kind: b.A / B for b in bifurcations((low * B, high * B), B=B, max_period=1)}
+    (orbit,) = orbits(MIDDLE * B, B, max_period=1)
+    ends = float(kinds[BORDER_COLLISION]), float(kinds[DOUBLING])
+    return (*ends, float(orbit.phases[0]), float(orbit.speeds[0] / B), orbit.multiplier)
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """How one quantity goes to its limit. B and found: float64 (n,)."""
+
+    law: Law
+    B: np.ndarray
+    found: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """Relative error of the limit at each B, float64 (n,)."""
+        return np.abs(self.found / self.law.limit - 1.0)
+
+    @property
+    def slope(self) -> float:
+        """Of log(error) over log(B), by least squares."""
+        return float(np.polyfit(np.log(self.B), np.log(self.error), 1)[0])
+
+    @property
+    def factor(self) -> float:
+        """(found - limit) × B at the largest B."""
+        return float((self.found[-1] - self.law.limit) * self.B[-1])
+
+    @property
+    def beyond(self) -> np.ndarray:
+        """What the limit and the first order leave of the quantity, relatively, at each B: float64 (n,)."""
+        return np.abs((self.found - self.law.limit - self.law.factor / self.B) / self.law.limit)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the error falls as 1/B, with the derived factor."""
+        rate = abs(self.slope + 1.0) <= SLOPE_WITHIN
+        return rate and abs(self.factor / self.law.factor - 1.0) <= FACTOR_WITHIN
+
+
+def approach(B: Sequence[float] = DECADES) -> list[Approach]:
+    """Measure all quantities at each B, ascending: a second each."""
+    values = np.array(B, dtype=float)
+    found = np.array([measure(b) for b in values.tolist()])
+    return [Approach(law, values, found[:, k]) for k, law in enumerate(laws())]
+
+
+def table(found: Sequence[Approach]) -> Iterator[str]:
+    """What was found, as lines of Markdown: the verdicts, then a row for each quantity and B."""
+    yield "| quantity | law | slope of the error | (found − law) · B, largest B | from the first order | verdict |"
+    yield "|---|---|---|---|---|---|"
+    for a in found:
+        verdict = "holds" if a.holds else "**fails**"
+        law = f"{a.law.formula} = {a.law.limit:.10f}"
+        yield f"| {a.law.quantity} | {law} | {a.slope:.4f} | {a.factor:.6f} | {a.law.factor:.6f} | {verdict} |"
+    yield ""
+    yield "| quantity | B | found | relative error of the law | left by law and first order |"
+    yield "|---|---|---|---|---|"
+    for a in found:
+        for B, value, error, beyond in zip(a.B, a.found, a.error, a.beyond, strict=True):
+            yield f"| {a.law.quantity} | {B:.0e} | {value:.15f} | {error:.3e} | {beyond:.1e} |"
