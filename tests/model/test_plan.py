@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from vibrodrive.model import config
 from vibrodrive.model.parameters import COLUMNS, ETA, Method
+from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, Plan, Settings, make_plan
 
 
@@ -123,7 +124,7 @@ def test_the_arguments_of_a_point_make_its_plan_again():
 def test_there_is_one_table_of_settings():
     """A configuration knows every setting and parameter, and takes and refuses the same values as `make_plan`."""
     known = {key for keys in config.HOMES.values() for key in keys}
-    assert known == {*COLUMNS, *SETTINGS}
+    assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES}
     assert set(SETTINGS) == set(vars(Settings()))
     for table, keys in config.HOMES.items():
         for key in keys:
@@ -142,7 +143,7 @@ def test_there_is_one_table_of_settings():
     ("option", "table"),
     [("periods=3", "run"), ("scan=literal", "switching"), ("mu=0.5", "physical"), ("x=eps", "figure"),
      ("curves=['time']", "trajectory"), ("criterion=gaps", "limits"), ("max_period=2", "orbits"),
-     ("A=[1, 2]", "sweep")],
+     ("A=[1, 2]", "sweep"), ("mu=[0.5, 0.6]", "sweep")],
 )  # fmt: skip
 def test_a_key_without_its_table_finds_it(option, table):
     tables = {}

@@ -57,6 +57,7 @@ def _tell(file: Path, kind: str, found: Summary) -> None:
 
 def _sweep_info(file: Path) -> None:
     from vibrodrive.model.parameters import Method, Scan
+    from vibrodrive.model.physical import SCENE_AXES
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import look
 
@@ -67,7 +68,8 @@ def _sweep_info(file: Path) -> None:
     click.echo("holds     a sweep (vibrodrive sweep)")
     click.echo(f"computed  {100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)")
     for name, values in plan.axes.items():
-        click.echo(f"axis      {name} = {values[0]:g} to {values[-1]:g}, {len(values)} values")
+        unit = f" {SCENE_AXES[name].shown}".rstrip() if name in SCENE_AXES else ""
+        click.echo(f"axis      {name} = {values[0]:g} to {values[-1]:g}{unit}, {len(values)} values")
     scalars = {k: v for k, v in plan.scalars.items() if k not in plan.axes}
     click.echo("fixed     " + ", ".join(f"{k} = {v:g}" for k, v in scalars.items() if v == v))
     click.echo(f"switches  {Method(s.method).name.lower()}, scan {Scan(s.scan).name.lower()}")

@@ -162,25 +162,21 @@ FOLLOW_SECONDS = 1.0
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
     """Follow one motion and draw its phase curve and its course in time."""
-    import numpy as np
-
     from vibrodrive.model.config import ConfigError
     from vibrodrive.model.parameters import Status, bad
 
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
-    arguments = dict(settings.arguments)
-    for name, value in arguments.items():
-        if isinstance(value, np.ndarray):
-            if len(value) > 1:
-                several = f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
-                raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={value[0]:g})"))
-            arguments[name] = float(value[0])
+    plan = settings.plan()
+    for name, values in plan.axes.items():
+        if len(values) > 1:
+            several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
+            raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
+    arguments = plan.arguments(0)
     if "periods" in drawn:
         arguments["periods"] = drawn.pop("periods")
     target = output or Path(config.stem + ".png")
     check_figure(target, {"configuration": config})
-    settings.plan()
     from vibrodrive import simulate
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.figures.style import save

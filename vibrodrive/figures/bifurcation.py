@@ -210,7 +210,7 @@ def some(items: list[Any]) -> list[Any]:
 def conditions(results: Any, apart: Iterable[str]) -> str:
     """What all points share, without the axes `apart`, for the corner of a figure."""
     method = Method(results.settings.method)
-    shown = ["B", "eps"] + (["dtau"] if method != Method.CERTIFIED else [])
+    shown = ["B", "a0", "omega0", "mu", "alpha", "eps"] + (["dtau"] if method != Method.CERTIFIED else [])
     shared = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
     s = results.settings
     return ", ".join([*shared, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])

@@ -19,6 +19,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.store.draft import drafted
 
 INK = "black"
@@ -72,11 +73,19 @@ SYMBOLS = {
     "dxi0": r"\xi\mathrm{′}_0",
     "tau0": r"\tau_0",
     "section_phase": r"\varphi_s",
+    "a0": "a_0",
+    "omega0": r"\Omega_0",
+    "mu": r"\mu",
+    "alpha": r"\alpha",
+    "mass": "m",
     "xi": r"\xi",
     "dxi": r"\xi\mathrm{′}",
     "tau": r"\tau",
 }
 """The paper's symbol (as mathtext) for every parameter and quantity."""
+
+UNITS = {name: quantity.shown for name, quantity in SCENE_AXES.items() if quantity.shown}
+"""Of what is not dimensionless."""
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -114,7 +123,8 @@ def equation(name: str, value: float) -> str:
     """“ε = 2·10⁻⁴” as mathtext."""
     if name not in SYMBOLS:
         return f"{name} = ${number(value)}$"
-    return f"${SYMBOLS[name]} = {number(value)}$"
+    unit = UNITS.get(name, "")
+    return f"${SYMBOLS[name]} = {number(value)}$" + (unit if unit == "°" else f" {unit}".rstrip())
 
 
 @styled
@@ -126,9 +136,9 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = WIDTH, **
 
 
 def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
-    """Label the axes with the symbols of two quantities (None: leave as it is)."""
+    """Label the axes with the symbols of two quantities, with their units (None: leave as it is)."""
     if x is not None:
-        ax.set_xlabel(symbol(x))
+        ax.set_xlabel(symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
     if y is not None:
         ax.set_ylabel(symbol(y), rotation=0, labelpad=9, va="center")
 

@@ -6,7 +6,8 @@
                            # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
                            # maybe as an axis: the rest of the scene gives B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}
+                           # or {start, stop, num, scale = "linear" | "log"}; in the place of an entry of
+                           # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget
     [figure]               # kind, quantity, x, limits: what `plot` draws
@@ -30,15 +31,13 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
-from vibrodrive.model.physical import Physical
+from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import SETTINGS, Plan, make_plan
 from vibrodrive.model.size import refuse_large_axis
 
-PHYSICAL = ("a0", "omega0", "mu", "alpha", "mass", "g")
-
 HOMES: dict[str, tuple[str, ...]] = {
     "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
-    "sweep": tuple(PARAMETERS),
+    "sweep": (*PARAMETERS, *SCENE_AXES),
     "switching": ("method", "scan", "dtau", "tol"),
     "run": ("transient", "periods", "budget", "section_phase"),
 }
@@ -54,7 +53,8 @@ class Config:
     """A checked configuration.
 
     `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` the options
-    KEY=VALUE that replaced parts of it. `physical` has a0 = 0 where A is given in its place.
+    KEY=VALUE that replaced parts of it. `physical` has a0 = 0 where A is given in its place, and is None where a
+    quantity of the scene is an axis: those and the rest of the scene are among the arguments then.
     """
 
     text: str
@@ -127,10 +127,8 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
                 raise ValueError(bad(f"key of [{name}]", key, "one of " + ", ".join(_TABLES[name])))
 
     arguments: dict[str, Any] = {}
-    physical = None
-    if "physical" in tables:
-        physical, arguments = _physical(tables["physical"])
-    at = dict.fromkeys(arguments, "physical")
+    scene = _given_by_scene(tables)
+    at = dict.fromkeys(scene, "physical")
     for name in HOMES:
         for key, value in tables.get(name, {}).items():
             if key in at:
@@ -143,34 +141,56 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
                 arguments[key] = _axis(key, value)
             else:
                 arguments[key] = check(key, value)
+    physical = _take_scene(tables.get("physical", {}), arguments) if scene else None
     extras = {name: {k: keys[k](v) for k, v in tables.get(name, {}).items()} for name, keys in _EXTRAS.items()}
     return Config(text, overrides, arguments, title, physical, **extras)
 
 
-def _physical(table: Mapping[str, object]) -> tuple[Physical, dict[str, Any]]:
-    """The scene, and the arguments that it gives: B, and A unless a0 is left out."""
+def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
+    """What may stand nowhere else: the keys of [physical], and B and A as far as the scene gives them."""
+    scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
+    if not scene and "physical" not in tables:
+        return []
+    return [*tables.get("physical", {}), "B", *(["A"] if "a0" in scene else [])]
+
+
+def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Physical | None:
+    """Complete the arguments by [physical]; a scene without an axis gives A and B in its place, and is returned."""
+    swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
     for key in ("omega0", "mu", "alpha"):
-        if key not in table:
+        if key not in table and key not in swept:
             needed = "omega0, mu and alpha, and a0 unless A is given"
             raise ValueError(f"physical.{key} is missing: [physical] must give {needed}")
-    try:
-        scene = Physical(**{"a0": 0.0, **table})  # type: ignore[arg-type]
-    except (TypeError, ValueError) as error:
-        raise type(error)(f"physical.{error}") from None
-    given = {"A": scene.A, "B": scene.B} if "a0" in table else {"B": scene.B}
-    return scene, {name: check(name, value) for name, value in given.items()}
+    for key, value in table.items():
+        try:
+            arguments[key] = check_scene(key, value)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"physical.{error}") from None
+    if any(isinstance(value, np.ndarray) for value in swept.values()):
+        if "a0" not in arguments and isinstance(swept.get("omega0"), np.ndarray):
+            raise ValueError("physical.a0 is missing: must be given where omega0 is an axis, for A to follow it")
+        return None
+    scene = {key: arguments.pop(key) for key in SCENE if key in arguments}
+    physical = Physical(**({"a0": 0.0} | scene))
+    for name in ("A", "B") if "a0" in scene else ("B",):
+        arguments[name] = check(name, getattr(physical, name))
+    return physical
+
+
+def _check(key: str, value: object) -> float:
+    return check_scene(key, value) if key in SCENE_AXES else check(key, value)
 
 
 def _axis(key: str, value: object) -> float | np.ndarray:
     if isinstance(value, dict):
         return _range(key, value)
     if not isinstance(value, list):
-        return check(key, value)
+        return _check(key, value)
     if not value:
         raise ValueError(bad(f"sweep.{key}", value, "a list with at least one value"))
     for i, v in enumerate(value):
         try:
-            check(key, v)
+            _check(key, v)
         except (TypeError, ValueError) as error:
             raise type(error)(str(error).replace(key, f"{key}[{i}]", 1)) from None
     return np.array([float(v) for v in value])
@@ -188,7 +208,7 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     ends = []
     for k in ("start", "stop"):
         try:
-            ends.append(check(key, table[k]))
+            ends.append(_check(key, table[k]))
         except (TypeError, ValueError) as error:
             raise type(error)(str(error).replace(key, f"{where}.{k}", 1)) from None
     num = check_count(f"{where}.num", table["num"], 1)
@@ -242,7 +262,7 @@ _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "figure": {
         "kind": _choice("figure.kind", "bifurcation", "poincare"),
         "quantity": _choice("figure.quantity", "dxi", "xi"),
-        "x": _choice("figure.x", *PARAMETERS),
+        "x": _choice("figure.x", *HOMES["sweep"]),
         "limits": _limits,
     },
     "trajectory": {
@@ -269,8 +289,8 @@ def _override(tables: dict[str, Any], option: str) -> None:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
     if path[0] not in _TABLES and path != ["title"]:
         path = [_home(tables, path[0], value["value"], option), *path]
-    if len(path) > 1 and path[0] in HOMES:
-        for name in HOMES:
+    if len(path) > 1 and path[0] in (*HOMES, "physical"):
+        for name in (*HOMES, "physical"):
             if name != path[0] and isinstance(tables.get(name), dict):
                 tables[name].pop(path[1], None)  # given once: here
     table = tables
@@ -283,13 +303,13 @@ def _override(tables: dict[str, Any], option: str) -> None:
     table[path[-1]] = value["value"]
 
 
-_TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": PHYSICAL, **HOMES, **_EXTRAS}
+_TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}
 """Every table, and what may stand in it."""
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> str:
     """The table of a key given without one: where it stands already, else the first where it may."""
-    if key in PARAMETERS and isinstance(value, (list, dict)):
+    if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:
         if isinstance(tables.get(name), dict) and key in tables[name]:

@@ -3,13 +3,104 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.parameters import bad, real_array, real_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+
+class Quantity(NamedTuple):
+    """A quantity of the scene that may be an axis: its unit in files (UDUNITS) and in figures, and its meaning."""
+
+    unit: str
+    shown: str
+    meaning: str
+
+
+SCENE_AXES = {
+    "a0": Quantity("m", "m", "amplitude a0 of the excitation"),
+    "omega0": Quantity("rad s-1", "rad/s", "angular frequency Ω0 of the excitation"),
+    "mu": Quantity("1", "", "coefficient of friction μ"),
+    "alpha": Quantity("degree", "°", "angle α of the incline"),
+    "mass": Quantity("kg", "kg", "mass m"),
+}
+"""What of the scene may be an axis of a sweep; A and B follow point by point."""
+
+TINY = 5e-324
+"""In the place of what is positive and underflows to 0."""
+
+
+def check_scene(key: str, value: object) -> float:
+    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the one sentence."""
+    if key == "alpha":
+        allowed = "an angle in degrees >= 0 and < 90"
+        x = real_number(key, value, allowed)
+        if not 0 <= x < 90:
+            raise ValueError(bad(key, value, allowed))
+        return x + 0.0  # -0.0 becomes 0.0
+    x = real_number(key, value, "a finite number > 0")
+    if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
+        raise ValueError(bad(key, value, "a finite number > 0"))
+    return x
+
+
+def friction(mu: Any, alpha: Any, g: Any) -> Any:
+    """μ g cos α, the acceleration of sliding friction (m/s²); numbers, or arrays of one length, to the same bits."""
+    return _at_least_tiny(mu * g * _each(_cosine, alpha))
+
+
+def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
+    """Excitation amplitude A = Ω0² a0 / (μ g cos α), as `friction`."""
+    return _each(_square, omega0) * a0 / friction(mu, alpha, g)
+
+
+def incline(mu: Any, alpha: Any) -> Any:
+    """Incline over friction B = tan α / μ, as `friction`."""
+    return _each(_tangent, alpha) / mu
+
+
+def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name, of one point or of many, and with them A and B where they are not given but follow from these."""
+    known = dict(values)
+    if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
+        known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))
+    if "B" not in known and {"mu", "alpha"} <= known.keys():
+        known["B"] = incline(known["mu"], known["alpha"])
+    return known
+
+
+def _each(function: Callable[[float], float], x: Any) -> Any:
+    """The function of a number, or of each in an array: not NumPy's own, whose last bits are others."""
+    if isinstance(x, float):
+        return function(x)
+    import numpy as np
+
+    values, where = np.unique(x, return_inverse=True)  # few: those of an axis
+    return np.array([function(v) for v in values.tolist()])[where]
+
+
+def _square(x: float) -> float:
+    return (x**2 or TINY) if x < 1e150 else math.inf
+
+
+def _cosine(degrees: float) -> float:
+    return math.cos(math.radians(degrees))
+
+
+def _tangent(degrees: float) -> float:
+    return math.tan(math.radians(degrees))
+
+
+def _at_least_tiny(x: Any) -> Any:
+    if isinstance(x, float):
+        return max(x, TINY)
+    import numpy as np
+
+    return np.maximum(x, TINY)
 
 
 @dataclass(frozen=True)
@@ -48,40 +139,27 @@ class Physical:
     g: float = 9.80665
 
     def __post_init__(self) -> None:
-        for key in ("a0", "omega0", "mu", "mass", "g"):
-            value = getattr(self, key)
-            x = real_number(key, value, "a finite number > 0")
-            if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
-                raise ValueError(bad(key, value, "a finite number > 0"))
-            object.__setattr__(self, key, x)
-        allowed = "an angle in degrees >= 0 and < 90"
-        alpha = real_number("alpha", self.alpha, allowed)
-        if not 0 <= alpha < 90:
-            raise ValueError(bad("alpha", self.alpha, allowed))
-        object.__setattr__(self, "alpha", alpha)
+        for key in SCENE:
+            object.__setattr__(self, key, check_scene(key, getattr(self, key)))
 
     @property
     def friction(self) -> float:
         """μ g cos α, the acceleration of sliding friction (m/s²)."""
-        return self.mu * self.g * math.cos(math.radians(self.alpha)) or 5e-324  # never 0, however small
+        return friction(self.mu, self.alpha, self.g)
 
     @property
     def A(self) -> float:
         """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
-        return self._omega0_squared * self.a0 / self.friction
-
-    @property
-    def _omega0_squared(self) -> float:
-        return (self.omega0**2 or 5e-324) if self.omega0 < 1e150 else math.inf
+        return amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g)
 
     @property
     def B(self) -> float:
         """Incline over friction B = tan α / μ."""
-        return math.tan(math.radians(self.alpha)) / self.mu
+        return incline(self.mu, self.alpha)
 
     def length(self, xi: ArrayLike) -> Any:
         """Gap x in m from dimensionless ξ = Ω0² x / (μ g cos α), number or array; TypeError for what is neither."""
-        return _numbers("xi", xi) * self.friction / self._omega0_squared
+        return _numbers("xi", xi) * self.friction / _square(self.omega0)
 
     def velocity(self, dxi: ArrayLike) -> Any:
         """Relative velocity in m/s from dimensionless ξ', as `length`."""
@@ -94,6 +172,10 @@ class Physical:
     def force(self, h: ArrayLike) -> Any:
         """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
         return _numbers("h", h) * self.mass * self.friction
+
+
+SCENE = tuple(f.name for f in fields(Physical))
+"""What makes up a scene."""
 
 
 def _numbers(key: str, value: object) -> Any:

@@ -24,6 +24,7 @@ from vibrodrive.model.parameters import (
     check_choice,
     check_count,
 )
+from vibrodrive.model.physical import SCENE, Physical, check_scene, with_A_and_B
 
 BLOCK_BYTES = 4 << 20
 """Section data of one block, at most (unless one point alone is larger): large enough that writing is
@@ -66,6 +67,9 @@ SETTINGS: dict[str, Callable[[str, object], int]] = {f.name: f.metadata["check"]
 class Plan:
     """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point.
 
+    Axes may be quantities of the scene (SCENE_AXES). Then `scalars` has the rest of the scene, and A, or A and B, are
+    neither axes nor scalars: they follow for each point.
+
     `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
     version that would cut it differently.
     """
@@ -91,9 +95,10 @@ class Plan:
         """Rows of the flattened product by their numbers: int64 (n,) -> float64 (n, len(COLUMNS))."""
         out = np.empty((len(which), len(COLUMNS)))
         index = np.unravel_index(which, self.shape) if self.axes else ()
-        position = {name: k for k, name in enumerate(self.axes)}
+        along = {name: axis[k] for (name, axis), k in zip(self.axes.items(), index, strict=True)}
+        values = with_A_and_B({**self.scalars, **along})
         for c, name in enumerate(COLUMNS):
-            out[:, c] = self.axes[name][index[position[name]]] if name in position else self.scalars[name]
+            out[:, c] = values[name]
         return out
 
     def arguments(self, at: int) -> dict[str, Any]:
@@ -140,6 +145,8 @@ class Plan:
 def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check every argument of a sweep (keys as in `simulate`; sequences become axes) and lay it out.
 
+    In the place of A and B there may be a scene, as in `Physical`: without `a0` it gives B alone.
+
     Raises
     ------
     TypeError, ValueError
@@ -152,6 +159,11 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     for key, value in arguments.items():
         if key in SETTINGS:
             chosen[key] = SETTINGS[key](key, value)
+        elif key in SCENE:
+            if _is_scalar(key, value):
+                scalars[key] = check_scene(key, value)
+            else:
+                axes[key] = np.array([check_scene(key, v) for v in np.asarray(value).tolist()])
         elif key not in COLUMNS:
             raise TypeError(bad("argument", key, "one of " + ", ".join(known)))
         elif value is None:
@@ -161,14 +173,37 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             scalars[key] = check(key, value if not isinstance(value, np.ndarray) else value.item())
         else:
             axes[key] = _axis(key, value)
-    if "A" not in scalars and "A" not in axes:
+    if not {"A", "a0"} & {*scalars, *axes}:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
+    if {*SCENE} & {*scalars, *axes}:
+        _follow_scene(axes, scalars)
     plan = Plan(axes, scalars, Settings(**chosen))
     method = plan.settings.method
     if method != Method.CERTIFIED and "dtau" not in axes and math.isnan(scalars["dtau"]):
         name = Method(method).name.lower()
         raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
     return plan
+
+
+def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
+    """Check the A and B of a scene, and leave to the points what varies. Raises ValueError."""
+    scalars.setdefault("g", Physical.g)
+    scene = {name: value for name, value in scalars.items() if name in SCENE}
+    # A and B are largest where friction is least
+    ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in axes.items() if name in SCENE}
+    extreme = Physical(**({"a0": 0.0} | scene | ends))
+    for name, sources in (("A", ("a0", "omega0", "mu", "alpha")), ("B", ("mu", "alpha"))):
+        if name == "A" and "a0" not in scene | ends:
+            continue
+        try:
+            value = check(name, getattr(extreme, name))
+        except ValueError as error:
+            place = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
+            raise ValueError(f"{error}, at {place}") from None
+        if set(sources) & set(axes):
+            scalars.pop(name, None)
+        else:
+            scalars[name] = value
 
 
 def _is_scalar(key: str, value: object) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrodrive.model.parameters import Method, Status, bad, real_number
+from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.size import refuse_large_results
 
@@ -33,9 +34,10 @@ class Results:
     Attributes
     ----------
     axes : dict[str, float64 array]
-        the swept parameters, in order, dimensionless.
+        the swept parameters, in order: dimensionless, or quantities of a `[physical]` scene in SI units (alpha in
+        degrees), along which A, or A and B, follow point by point.
     scalars : dict[str, float]
-        the parameters that have one value.
+        the parameters that have one value; where an axis is in SI units, the rest of the scene, too.
     settings : Settings
         method, scan, transient, periods, budget.
     title : str
@@ -176,6 +178,7 @@ class Results:
             index[list(self.axes).index(name)] = nearest
             scalars[name] = float(axes.pop(name)[nearest])
         chosen = tuple(index)
+        scalars = with_A_and_B(scalars)
         part = Results(axes, scalars, self.settings, functools.partial(_read_part, self._source, chosen), self.title)
         part._arrays.update({name: array[chosen] for name, array in self._arrays.items()})
         return part

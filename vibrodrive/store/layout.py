@@ -22,6 +22,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status
+from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
@@ -130,7 +131,7 @@ def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
     """Write everything but the results into an empty file, and room for all of them."""
     for name, values in coordinates(plan).items():
-        netcdf.dimension(file, name, values, _meaning(name))
+        netcdf.dimension(file, name, values, *_meaning(name))
     file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
     file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
     where = tiles(plan)
@@ -150,14 +151,18 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     file.attrs.update(_attributes(plan, origin))
 
 
-def _meaning(name: str) -> str:
+def _meaning(name: str) -> tuple[str, str]:
+    """Long name and unit of a coordinate."""
     if name in PARAMETERS:
-        return PARAMETERS[name].meaning
-    return {
+        return PARAMETERS[name].meaning, "1"
+    if name in SCENE_AXES:
+        return SCENE_AXES[name].meaning, SCENE_AXES[name].unit
+    meanings = {
         "period": "recorded excitation period, counted from 1 after the transient",
         "state": "state of the motion (Fig. 2)",
         "point": "the one point of this sweep",
-    }[name]
+    }
+    return meanings[name], "1"
 
 
 def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:

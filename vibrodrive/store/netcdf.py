@@ -14,13 +14,13 @@ MOST = 1 << 16
 """Entries of a chunk where none is given, at most."""
 
 
-def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str) -> h5py.Dataset:
+def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
     """A dimension with its values (a coordinate), or a mere count of them: np.arange."""
     data = _create(file, name, values.shape, values.dtype)
     if data.size:
         data[...] = values
     data.make_scale(name)
-    return _describe(data, long_name)
+    return _describe(data, long_name, units)
 
 
 def variable(

@@ -1,0 +1,183 @@
+"""Quantities of a scene in SI units as axes: every point has the A and B that `Physical` gives it, to the bit."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.parameters import COLUMNS, Status
+from vibrodrive.model.physical import SCENE_AXES, Physical
+from vibrodrive.model.results import Results
+
+SCENE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}
+
+VALUES = {
+    "a0": np.linspace(0.0, 1e-3, 7),
+    "omega0": np.geomspace(100.0, 200.0, 9),
+    "mu": np.array([0.55, 0.6, 0.7]),
+    "alpha": np.linspace(0.0, 12.0, 5),
+    "mass": np.array([200.0, 300.0]),
+}
+
+
+def listed(values):
+    return "[" + ", ".join(map(repr, values.tolist())) + "]"
+
+
+def text(*names, scene=SCENE, more=""):
+    """A configuration with some quantities as axes, in this order, and the others in [physical]."""
+    fixed = "".join(f"{key} = {value!r}\n" for key, value in scene.items() if key not in names)
+    swept = "".join(f"{name} = {listed(VALUES[name])}\n" for name in names)
+    return f"[physical]\n{fixed}[sweep]\n{swept}{more}[run]\ntransient = 3\nperiods = 4\n"
+
+
+@pytest.mark.parametrize("names", [*itertools.permutations(SCENE_AXES, 2), *((name,) for name in SCENE_AXES)])
+def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
+    plan = parse(text(*names)).plan()
+    assert list(plan.axes) == list(names)
+    points = plan.points(0, plan.n_points)
+    scenes = [
+        Physical(**(SCENE | dict(zip(names, v, strict=True)))) for v in itertools.product(*map(VALUES.get, names))
+    ]
+    assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
+    assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
+    assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # whatever the block
+
+
+def test_physical_gives_what_the_paper_defines():
+    scene = Physical(**SCENE)
+    friction = 0.6 * 9.81 * math.cos(math.radians(3.4))
+    assert pytest.approx(150.0**2 * 0.8e-3 / friction, rel=1e-15) == scene.A
+    assert pytest.approx(math.tan(math.radians(3.4)) / 0.6, rel=1e-15) == scene.B
+
+
+def test_all_at_once_and_beside_other_parameters_in_the_order_written():
+    plan = parse(text("mu", "omega0", more="eps = [0, 1e-4]\na0 = [1e-4, 2e-4]\n", scene={"alpha": 3.4})).plan()
+    assert list(plan.axes) == ["mu", "omega0", "eps", "a0"]
+    point = plan.arguments(plan.n_points - 1)
+    scene = Physical(a0=2e-4, omega0=200.0, mu=0.7, alpha=3.4)
+    assert (point["A"], point["B"], point["eps"]) == (scene.A, scene.B, 1e-4)
+
+
+def test_what_does_not_vary_stays_one_number():
+    scalars = parse(text("omega0", "a0")).plan().scalars
+    assert scalars["B"] == Physical(**SCENE).B
+    assert "A" not in scalars
+    assert {name: scalars[name] for name in ("mu", "alpha", "mass", "g")} == {
+        name: SCENE[name] for name in ("mu", "alpha", "mass", "g")
+    }
+    assert scalars.keys() & {"A", "B"} == {"B"}
+    assert parse(text("alpha")).plan().scalars.keys().isdisjoint({"A", "B"})
+    both = parse(text("mass")).plan().scalars  # which changes forces, and not the motion
+    assert (both["A"], both["B"]) == (Physical(**SCENE).A, Physical(**SCENE).B)
+
+
+def test_a_scene_without_a0_leaves_a_to_an_axis():
+    scene = {"omega0": 150.0, "mu": 0.6}
+    plan = parse(text("alpha", scene=scene, more="A = [1.5, 3.0]\n")).plan()
+    assert list(plan.axes) == ["alpha", "A"]
+    points = plan.points(0, 10)
+    assert points[:, COLUMNS.index("A")].tolist() == [1.5, 3.0] * 5
+    expected = [Physical(a0=1.0, omega0=150.0, mu=0.6, alpha=a).B for a in VALUES["alpha"].tolist() for _ in range(2)]
+    assert points[:, COLUMNS.index("B")].tolist() == expected
+
+
+def test_numbers_in_the_table_of_axes_are_a_scene_like_another():
+    one = parse("[sweep]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
+    other = parse("[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
+    assert one.physical == other.physical
+    assert one.arguments == other.arguments
+    assert parse(text("omega0")).physical is None  # it has no single scene
+
+
+def test_options_move_a_quantity_between_the_tables():
+    plain = "[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n"
+    plan = parse(plain, ["omega0={start = 100, stop = 200, num = 5}"]).plan()
+    assert plan.axes["omega0"].tolist() == [100.0, 125.0, 150.0, 175.0, 200.0]
+    assert parse(text("omega0"), ["omega0=160"]).plan().scalars["A"] == Physical(**(SCENE | {"omega0": 160.0})).A
+    assert parse(text("omega0"), ["physical.omega0=160"]).plan().axes == {}
+
+
+def test_selecting_leaves_the_numbers_of_the_scene():
+    plan = parse(text("omega0", "alpha")).plan()
+    results = Results.uncomputed(plan)
+    results.status[:] = Status.OK
+    part = results.select(omega0=110.0)
+    assert list(part.axes) == ["alpha"]
+    assert part.scalars["omega0"] == VALUES["omega0"][1]
+    assert part.scalars.keys().isdisjoint({"A", "B"})
+    one = part.select(alpha=3.0)
+    scene = Physical(**(SCENE | {"omega0": VALUES["omega0"][1], "alpha": 3.0}))
+    assert (one.scalars["A"], one.scalars["B"]) == (scene.A, scene.B)
+    with pytest.raises(ValueError, match=r"^omega0 = 300: must be a number between 100 and 200"):
+        results.select(omega0=300)
+
+
+WHOLE = "[physical]\na0 = 1e-3\nomega0 = 150\nmu = 0.6\nalpha = 3\n"
+NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            WHOLE + "[sweep]\nomega0 = [100, 200]\n",
+            "sweep.omega0 = [100, 200]: must be left out, as [physical] gives omega0",
+        ),
+        (WHOLE + "[sweep]\nmu = 0.5\n", "sweep.mu = 0.5: must be left out, as [physical] gives mu already"),
+        (
+            NO_OMEGA0 + "[sweep]\nomega0 = [100]\nA = [1, 2]\n",
+            "sweep.A = [1, 2]: must be left out, as [physical] gives A",
+        ),
+        (
+            NO_OMEGA0 + "[sweep]\nomega0 = [100]\nB = 0.1\n",
+            "sweep.B = 0.1: must be left out, as [physical] gives B already",
+        ),
+        (
+            NO_OMEGA0 + "[sweep]\nomega0 = [100]\n[model]\nA = 2\n",
+            "model.A = 2: must be left out, as [physical] gives A",
+        ),
+        ("[sweep]\na0 = [1e-3]\nA = 2\nomega0 = 1\nmu = 1\nalpha = 1\n", "sweep.A = 2: must be left out"),
+        (NO_OMEGA0 + "[sweep]\neps = [0]\n", "physical.omega0 is missing: [physical] must give omega0, mu and alpha"),
+        ("[sweep]\nomega0 = [100, 200]\n", "physical.mu is missing: [physical] must give omega0, mu and alpha"),
+        (
+            "[physical]\nmu = 0.6\nalpha = 3\n[sweep]\nomega0 = [9]\nA = 2\n",
+            "physical.a0 is missing: must be given where",
+        ),
+        ("[physical]\nomega0 = 9\nmu = 0.6\n[sweep]\nalpha = [9]\n", "A is missing: must be given, a number >= 0"),
+        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "omega0[1] = 0: must be a finite number > 0"),
+        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 'x']\n", "omega0[1] = 'x': must be a finite number > 0"),
+        (NO_OMEGA0 + "[sweep]\nomega0 = -1\n", "omega0 = -1: must be a finite number > 0"),
+        (NO_OMEGA0 + "[sweep]\nomega0 = []\n", "sweep.omega0 = []: must be a list with at least one value"),
+        (
+            NO_OMEGA0 + "[sweep]\nomega0 = {start = 1, stop = inf, num = 2}\n",
+            "sweep.omega0.stop = inf: must be a finite",
+        ),
+        (NO_OMEGA0 + "[sweep]\ng = [9, 10]\n", "key of [sweep] = 'g': must be one of A, B"),
+        (
+            "[physical]\nomega0 = 9\nmu = -1\n[sweep]\nalpha = [9]\nA = 1\n",
+            "physical.mu = -1: must be a finite number > 0",
+        ),
+        (
+            "[physical]\nomega0 = 9\nmu = 1\n[sweep]\nalpha = [9, 90]\nA = 1\n",
+            "alpha[1] = 90: must be an angle in degrees",
+        ),
+        (WHOLE.replace("150", "[100, 200]"), "physical.omega0 = [100, 200]: must be a finite number > 0"),
+    ],
+)
+def test_bad_input_is_one_line(text, message):
+    with pytest.raises(ConfigError) as caught:
+        parse(text).plan()
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_where_the_numbers_become_too_large_is_said():
+    with pytest.raises(ConfigError, match=r"A = .*: must be .* <= 1e\+09, at a0 = 0.001, omega0 = 1e\+09, mu = 0.6"):
+        parse(NO_OMEGA0 + "[sweep]\nomega0 = [1e9, 1]\n").plan()
+    with pytest.raises(ConfigError, match=r"B = .*: must be .* <= 1e\+09, at mu = 1e-12, alpha = 3"):
+        parse("[physical]\nomega0 = 1\nalpha = 3\n[sweep]\nmu = [1, 1e-12]\nA = 1\n").plan()

@@ -1,0 +1,80 @@
+"""A sweep over quantities in SI units in its file: coordinates with units, resumed, refused, read back to the bit."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.support import fake
+from vibrodrive.model.config import parse
+from vibrodrive.model.physical import Physical
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.reader import load, look
+from vibrodrive.store.writer import Different, open_writer
+
+TEXT = (
+    "[physical]\nmu = 0.6\nmass = 250\n"
+    "[sweep]\nomega0 = {start = 100, stop = 200, num = 1500}\nalpha = [2, 3.4]\na0 = [8e-4]\n"
+    "[run]\ntransient = 0\nperiods = 3\n"
+)
+
+
+def write(path, plan, count=None):
+    writer = open_writer(path, plan, Origin(TEXT))
+    writer.check()
+    todo = writer.missing()
+    for block in fake.run_blocks(writer.plan, todo[:count]):
+        writer.write(block)
+    writer.close()
+    return len(todo)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "x.h5"
+
+
+def test_the_file_has_coordinates_with_units_and_the_rest_of_the_scene(path):
+    plan = parse(TEXT).plan()
+    write(path, plan)
+    with h5py.File(path) as file:
+        units = {name: file[name].attrs["units"] for name in ("omega0", "alpha", "a0", "period", "margin")}
+        assert units == {"omega0": "rad s-1", "alpha": "degree", "a0": "m", "period": "1", "margin": "1"}
+        assert "angular frequency" in file["omega0"].attrs["long_name"]
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data.margin.dims == ("omega0", "alpha", "a0")
+        assert data.omega0.values.tolist() == plan.axes["omega0"].tolist()
+    results = load(path)
+    assert {name: axis.tolist() for name, axis in results.axes.items()} == {k: v.tolist() for k, v in plan.axes.items()}
+    assert (results.scalars["mu"], results.scalars["mass"]) == (0.6, 250.0)
+    assert results.scalars.keys().isdisjoint({"A", "B"})
+    at = results.select(omega0=120.0, alpha=3.4, a0=8e-4).scalars
+    scene = Physical(a0=8e-4, omega0=at["omega0"], mu=0.6, alpha=3.4)
+    assert (at["A"], at["B"]) == (scene.A, scene.B)
+    again = look(path).header.plan
+    assert again.points(0, plan.n_points).tobytes() == plan.points(0, plan.n_points).tobytes()
+
+
+def test_an_unfinished_file_is_gone_on_with(path):
+    plan = parse(TEXT).plan()
+    blocks = write(path, plan, count=1)
+    assert blocks == 3
+    assert 0 < load(path).computed < 1
+    assert write(path, plan) == blocks - 1
+    results, section = load(path), np.concatenate([fake.block(plan, k).section for k in range(blocks)])
+    assert results.section.reshape(section.shape).tobytes() == section.tobytes()
+
+
+def test_another_scene_is_refused_in_one_line(path):
+    write(path, parse(TEXT).plan(), count=1)
+    for option, words in (
+        ("mu=0.7", "mu is 0.6 there and 0.7 here"),
+        ("mass=1", "mass is 250.0 there and 1.0 here"),
+        ("alpha=[2, 3]", "alpha is 2.0, 3.4 there and 2.0, 3.0 here"),
+        ("physical.g=9.81", "g is 9.80665 there and 9.81 here"),
+    ):
+        with pytest.raises(Different, match=words) as caught:
+            write(path, parse(TEXT, [option]).plan())
+        assert "\n" not in str(caught.value)
