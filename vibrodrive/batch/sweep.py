@@ -22,6 +22,7 @@ import numpy as np
 
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.kernels.engine import run
+from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.model.block import Block
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
@@ -67,33 +68,40 @@ def fill(
     margin: np.ndarray,
     counts: np.ndarray,
     impacts: np.ndarray | None = None,
+    summary: np.ndarray | None = None,
 ) -> None:
     """Compute points (rows of COLUMNS) into arrays with a row for each.
 
     impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/impacts.py).
+    summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
     """
     s, n = settings, len(points)
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # disturbed (expensive) points first, so that the last points, when lanes run empty, are cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
-    arguments = (
+    before = (
         points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
-        section, np.empty((n, 0, 4)) if impacts is None else impacts, status, margin, counts, np.empty(n),
+        section, np.empty((n, 0, 4)) if impacts is None else impacts,
+    )  # fmt: skip
+    behind = (
+        np.empty((n, 0)) if summary is None else summary, status, margin, counts, np.empty(n),
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
     w, k = new_lanes(threads)
+    history, totals = new_history(threads, summary is not None)
 
     def work(thread: int) -> None:
         lanes = k[thread]
 
         def advance(passes: int) -> bool:
             lanes[1, PASSES] = passes
-            return run(w[thread], lanes, *arguments)
+            return run(w[thread], lanes, *before, history[thread], totals[thread], *behind)
 
         in_slices(advance, halt)
 
     if threads > 1:
-        run(w[0], k[0], points, order[:0], np.zeros(1, np.int64), *arguments[3:])  # compiled before there are threads
+        # compiled before there are threads
+        run(w[0], k[0], points, order[:0], np.zeros(1, np.int64), *before[3:], history[0], totals[0], *behind)
     _in_threads(work, threads, halt)
 
 

@@ -28,6 +28,7 @@ from vibrodrive.kernels.codes import (
 )
 from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
+from vibrodrive.kernels.history import assign_slots, begin_history, leave_slot, note_states, write_switches
 from vibrodrive.kernels.impacts import note_impacts, write_impacts
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
@@ -71,12 +72,12 @@ def list_ended(w, todo, n):
 
 
 @part
-def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts):
+def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts, history, totals):
     """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences."""
     for i in range(n):
         write_points(w, k, i, section)
         if k[r.LEFT_OVER + i] & CHECK_RECURRENCE:
-            detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts)
+            detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals)
 
 
 @inline
@@ -91,7 +92,7 @@ def list_unusual(k, todo, n):
 @jit(_nrt=False)
 def run(
     lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
-    section, impacts, status, margin, counts, work, rows_int, rows_float, stored,
+    section, impacts, history, totals, summary, status, margin, counts, work, rows_int, rows_float, stored,
 ):  # fmt: skip
     """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
 
@@ -99,6 +100,8 @@ def run(
     points float64 (n, columns), order int64 (n,), counter int64 (1,)
     section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
     impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
+    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
+    summary float64 (n, OUT): what each motion comes to; not computed where totals is (LANES, 0)
     work float64 (n,): evaluations of switching functions
     rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
     the last one before the record, as many as fit, and how many there were.
@@ -115,10 +118,12 @@ def run(
     leaps = grid and not (literal or alone)
     if leaps:
         method = FIXED_BRACKETED if method == FIXED else MULLER_BRACKETED
+    summarised = totals.shape[1] > 0
     if todo[PAUSED]:
         n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
     else:
         n, c, fast = 0, next_index(counter), False
+        assign_slots(k)
     passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
     while True:
         passes -= 1
@@ -131,6 +136,7 @@ def run(
             if n > 0 and disturbed != fast:
                 break
             fast = disturbed
+            begin_history(k, n, totals)
             if load(
                 w, k, n, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
             ):  # fmt: skip
@@ -138,7 +144,7 @@ def run(
                     fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
                 n += 1
             else:
-                finish(w, k, n, section, impacts, status, margin, counts, work)
+                finish(w, k, n, section, impacts, history, totals, summary, status, margin, counts, work)
             c = next_index(counter)
         if n == 0:
             if c >= order.shape[0]:
@@ -158,8 +164,9 @@ def run(
         if alone or scans:
             m = list_ended(w, todo, n)
         else:
-            if impacts.shape[1] > 0:
-                note_impacts(w, k, n, not bracketed)
+            if impacts.shape[1] > 0 or summarised:
+                note_impacts(w, k, n, not bracketed, not fast)
+                note_states(k, n)
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)
@@ -170,8 +177,10 @@ def run(
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
             if impacts.shape[1] > 0:
                 write_impacts(w, k, n, impacts)
+            if summarised:
+                write_switches(w, k, n, bracketed, not (fast or bracketed), history, totals)
             if not fast:
-                follow_up(w, k, n, not bracketed, transient, periods, budget, section, impacts)
+                follow_up(w, k, n, not bracketed, transient, periods, budget, section, impacts, history, totals)
             if m > 0:
                 list_unusual(k, todo, n)
         ended = 0
@@ -183,9 +192,10 @@ def run(
                 set_search_mode(w, i, True, STEPPED)
                 continue
             if not process_event(
-                w, k, i, method, scan, transient, periods, budget, section, impacts, rows_int, rows_float, stored
+                w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals,
+                rows_int, rows_float, stored,
             ):  # fmt: skip
-                finish(w, k, i, section, impacts, status, margin, counts, work)
+                finish(w, k, i, section, impacts, history, totals, summary, status, margin, counts, work)
                 todo[ended] = i  # never ahead of j
                 ended += 1
         # close the gaps from the back, so that the lane moved in is never one of the gaps itself
@@ -193,7 +203,9 @@ def run(
             i = todo[j]
             n -= 1
             if i != n:
+                slot = k[r.HISTORY_SLOT + i]
                 for row in range(ROWS_W):
                     w[row * STRIDE + i] = w[row * STRIDE + n]
                 for row in range(ROWS_K):
                     k[row * STRIDE + i] = k[row * STRIDE + n]
+                leave_slot(k, n, slot)

@@ -256,7 +256,10 @@ def grid_event(w, k, i, fixed):
 
 
 @inline
-def process_event(w, k, i, method, scan, transient, periods, budget, section, impacts, rows_int, rows_float, stored):
+def process_event(
+    w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals,
+    rows_int, rows_float, stored,
+):  # fmt: skip
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
     An impact leaves ξ = ξ' = 0, eq. (7).
@@ -338,7 +341,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
         to = decide(event, side, force)
         if event == S1:
             x = 0.0 if certified else x
-            record(w, k, i, state, IMPACT, x, v, transient, impacts, rows_int, rows_float, stored)
+            record(w, k, i, state, IMPACT, x, v, transient, impacts, history, totals, rows_int, rows_float, stored)
             record_margin_of_impact(w, k, i, h, force, v)
             state, x, v = IMPACT, 0.0, 0.0
         elif sliding:
@@ -348,7 +351,7 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
             if certified and x <= 0.0:
                 x = SMALLEST  # it has gone up, by less than a double can tell
             record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
-        record(w, k, i, state, to, x, v, transient, impacts, rows_int, rows_float, stored)
+        record(w, k, i, state, to, x, v, transient, impacts, history, totals, rows_int, rows_float, stored)
         waiting = waits(to)
         if waiting and not can_leave(w, i, to):
             commit_wait(w, k, i, to, x, x_off)
@@ -362,7 +365,9 @@ def process_event(w, k, i, method, scan, transient, periods, budget, section, im
             if state == REST or state == IMPACT:
                 commit_departure(k, i, True)
                 if may_repeat:
-                    detect_recurrence(w, k, i, certified, transient, periods, budget, section, impacts)
+                    detect_recurrence(
+                        w, k, i, certified, transient, periods, budget, section, impacts, history, totals
+                    )  # fmt: skip
             return True
         commit_wait(w, k, i, to, x, x_off)
         h, phase, later, down = wait_end(w, i, to, w[r.PHI + i])

@@ -60,12 +60,15 @@ def note_impact(w, k, i, period, phi, v):
 
 
 @part
-def note_impacts(w, k, n, known):
-    """What the lanes 0..n-1 have counted before a batch of switches; where its time is `known`, the impact there."""
+def note_impacts(w, k, n, known, all_slides):
+    """What the lanes 0..n-1 have counted before a batch of switches; where its time is `known`, the impact there.
+
+    With `all_slides` the end of any slide is noted.
+    """
     for i in range(n):
         k[r.IMPACTS_BEFORE + i] = k[r.SWITCHES + IMPACT * STRIDE + i]
         k[r.SWITCHES_BEFORE + i] = count_switches(k, i, r.SWITCHES)
-        if known and w[r.OUTCOME + i] != NOTHING and k[r.SEARCH + i] == S1:
+        if known and w[r.OUTCOME + i] != NOTHING and (all_slides or k[r.SEARCH + i] == S1):
             there, _ = propagate(w, k, i, False, 0.0)
             note_impact(w, k, i, k[r.PERIOD + i] + int(there.turned), there.phi, there.v)
 

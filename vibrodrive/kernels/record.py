@@ -17,6 +17,7 @@ from vibrodrive.kernels.codes import (
     INFINITY,
     UP,
 )
+from vibrodrive.kernels.history import end_history, write_switch
 from vibrodrive.kernels.impacts import count_switches, end_impacts, write_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import section_at, state_at
@@ -72,7 +73,7 @@ def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
 
 
 @inline
-def record(w, k, i, before, after, x, v, transient, impacts, rows_int, rows_float, stored):
+def record(w, k, i, before, after, x, v, transient, impacts, history, totals, rows_int, rows_float, stored):
     """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
 
     Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
@@ -82,19 +83,22 @@ def record(w, k, i, before, after, x, v, transient, impacts, rows_int, rows_floa
         if after == IMPACT and impacts.shape[1] > 0:
             write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -v, count_switches(k, i, r.SWITCHES), impacts)
         count_into(k, i, after)
+        if totals.shape[1] > 0:
+            write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
     if rows_int.shape[0] > 0:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
         stored[0] += 1 if recorded else 0
 
 
 @part
-def finish(w, k, i, section, impacts, status, margin, counts, work):
+def finish(w, k, i, section, impacts, history, totals, summary, status, margin, counts, work):
     """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
     row = k[r.POINT + i]
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[row, m, 0] = math.nan
         section[row, m, 1] = math.nan
     end_impacts(k, i, impacts)
+    end_history(w, k, i, history, totals, summary)
     for state in range(5):
         counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
     status[row] = k[r.STATUS + i]

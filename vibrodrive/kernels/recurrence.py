@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.history import copy_switches, may_copy_switches, set_reference_history
 from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
@@ -67,10 +68,11 @@ def set_reference(w, k, i, impacts):
     k[r.REFERENCE_SECTIONS + i] = k[r.SECTIONS + i]
     k[r.SINCE + i] = 0
     set_reference_impact(w, k, i, impacts)
+    set_reference_history(k, i)
 
 
 @part
-def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts):
+def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals):
     """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
 
     guessed: whether the bits of a switch depend on where its search began.
@@ -96,6 +98,7 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
         and points == cycle
         and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
         and impacts_repeat(w, k, i, cycle, impacts)
+        and may_copy_switches(k, i, totals)
     ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
         row = k[r.POINT + i]
@@ -105,6 +108,7 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
         k[r.SECTIONS + i] += cycles * cycle
         switches = count_switches(k, i, r.SWITCHES) - count_switches(k, i, r.REFERENCE_SWITCHES)
         copy_impacts(k, i, cycles, cycle, switches, impacts)
+        copy_switches(w, k, i, cycles, cycle, history, totals)
         for state in range(5):
             switches = r.SWITCHES + state * STRIDE + i
             k[switches] += cycles * (k[switches] - k[r.REFERENCE_SWITCHES + state * STRIDE + i])

@@ -20,6 +20,7 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.event import SMALLEST
+from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.model.parameters import COLUMNS, Method
 from vibrodrive.model.plan import Plan, make_plan
@@ -52,8 +53,10 @@ class Certified:
         self._lanes = new_lanes(1)
         self._order = np.zeros(1, np.int64)
         self._counters = np.zeros((2, 1), np.int64)
+        history, totals = new_history(1, False)
+        none = history[0], totals[0], np.empty((1, 0))
         self._results = (
-            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), np.empty(1, np.int8), np.empty(1),
+            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), *none, np.empty(1, np.int8), np.empty(1),
             np.zeros((1, 5), np.int64), np.empty(1),
         )  # fmt: skip
         self._rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3))

@@ -1,0 +1,386 @@
+"""What a recorded motion comes to in a few numbers, from its switches alone.
+
+A motion that repeats itself is measured over one of its periods, from an impact to the same impact n excitation periods
+later; any other from the first switch recorded to the last. Every segment in between is whole: it begins at rest
+(ξ' = 0) and has a closed form, so all that is summed is exact:
+
+* friction takes |Δξ| from each slide, an impact ½ξ'² (§2: friction force and mass are 1);
+* the excitation F = A sin τ + A ε η² sin ητ gives ∫ F ξ' dτ. With G the integral of F, and ξ'' = F + L, L = -(B + s),
+
+      ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
+
+  which uses nothing of the balance drive = friction + impacts, so that this can be checked;
+* a small delay δφ of the beginning of a slide, and δξ of the gap there, become, with a = ξ'' at both ends and h the
+  time between them,
+
+      δξ₁ = δξ₀ - a₀ h δφ₀,    δφ₁ = a₀ δφ₀ / a₁   at a zero of ξ',    δφ₁ = -δξ₁ / ξ'   at an impact
+
+  A wait ends at a known phase: behind it δφ = 0. From impact to impact this is the derivative of the impact-phase map,
+  and the mean of log |δφ₁ / δφ₀| a period the Lyapunov exponent (ε = 0).
+
+Main impacts are those of impacts.py; the first and the last of a record are left out, as what comes before and behind
+them is not known.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import PI, TWO_PI, sincos
+from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
+from vibrodrive.kernels.motion import fast_phase
+
+PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
+"""Columns of a switch: those of `Trajectory.switches`."""
+
+(
+    # time in each of four states; impacts, the fastest, Σ|ξ'|, Σ½ξ'²; friction loss, work of the excitation; ξ and ξ'
+    TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
+    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, when the first and the last one were
+    GROWTH, LATE, OFF, FIRST, LAST,
+    # main impacts: the one that may still be replaced by a faster one, the one before, and how many there were
+    MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
+    # the last GAPS gaps between them, and for each length up to GAPS whether they repeat with it
+    GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
+    TOTALS,
+) = range(39)  # fmt: skip
+
+GAPS = 8
+"""The longest cycle of gaps that is looked for."""
+
+(
+    OUT_PERIOD, OUT_SEQUENCE, OUT_GAPS, OUT_IMPACTS, OUT_SPEED_MAX, OUT_SPEED_MEAN,
+    OUT_XI_MAX, OUT_DXI_MIN, OUT_DXI_MAX, OUT_MOMENTUM, OUT_ENERGY, OUT_FRICTION, OUT_DRIVE, OUT_LYAPUNOV,
+    OUT_UP, OUT_DOWN, OUT_STICK, OUT_REST, OUT,
+) = range(19)  # fmt: skip
+"""Columns of a summary; model/records.py says what each is."""
+
+LONGEST = 64
+"""The longest period of a motion that is looked for, in excitation periods."""
+
+REACH = 1024
+"""Switches, from the last one back, among which it is looked for."""
+
+SAME = 1e-6
+"""How far two switches a period apart may differ in time, ξ and ξ'. Motions come to their orbit as |multiplier|ⁿ."""
+
+
+@inline
+def between(rows, a, b):
+    """Time from switch a to switch b."""
+    return (rows[b, PERIOD] - rows[a, PERIOD]) * TWO_PI + (rows[b, PHASE] - rows[a, PHASE])
+
+
+@inline
+def clear_totals(totals):
+    """Nothing is summed yet."""
+    for n in range(TOTALS):
+        totals[n] = 0.0
+    totals[HIGHEST] = -INFINITY
+    totals[LEAST] = INFINITY
+    totals[MOST] = -INFINITY
+    totals[LATE] = UNKNOWN
+    totals[FIRST] = UNKNOWN
+    for n in range(GAPS):
+        totals[REPEATS + n] = 1.0
+
+
+@inline
+def forces(row, rows, a, af, eta, frac):
+    """(A sin φ + AF sin θ, -G, -∫G) at a switch: F, and what its integrals are made of."""
+    s, c = sincos(rows[row, PHASE])
+    force, first, second = a * s, a * c, a * s
+    if af > 0.0:
+        theta = fast_phase(eta, frac, rows[row, PERIOD], rows[row, PHASE], 0.0)
+        sf, cf = sincos(theta)
+        force += af * sf
+        first += af * cf / eta
+        second += af * sf / (eta * eta)
+    return force, first, second
+
+
+@inline
+def slow_peak(s, phi, h, g, a, b):
+    """(ξ', h there) where |ξ'| of a slide of direction s that begins at φ is largest, the fast excitation left out.
+
+    `g` is -G at its beginning. H falls back to s at a known phase: there, or at the slide's end.
+    """
+    level = (b + s) / a if a > 0.0 else 2.0
+    end = g - (b + s) * h - a * sincos(phi + h)[1]
+    best, at = end, h
+    if abs(level) < 1.0:
+        rising = math.asin(level)
+        turn = (PI - rising if s > 0.0 else rising) - phi
+        turn -= math.floor(turn / TWO_PI) * TWO_PI
+        if turn < h:
+            if s * (b + s) < 0.0:  # each turn is faster than the one before
+                turn += math.floor((h - turn) / TWO_PI) * TWO_PI
+            v = g - (b + s) * turn - a * sincos(phi + turn)[1]
+            if s * v > s * best:
+                best, at = v, turn
+    return best, at
+
+
+@part
+def fastest(s, row, rows, h, g, a, b, af, eta, frac, least):
+    """The largest s ξ' of a slide from switch `row`, if it is above `least`; or else `least`.
+
+    Without a disturbance it is at a known phase. With one it is looked for, where the slow part is near enough to its
+    own largest value, at eight points of each fast period, and put right by Newton's method on ξ'' = H - s.
+    """
+    phi = rows[row, PHASE]
+    best, _ = slow_peak(s, phi, h, g, a, b)
+    if af == 0.0:
+        return max(least, s * best)
+    ripple = af / eta
+    if s * best + ripple <= least:
+        return least
+    theta = fast_phase(eta, frac, rows[row, PERIOD], phi, 0.0)
+    step = TWO_PI / (8.0 * max(eta, 1.0))
+    count = int(h / step) + 1
+    at, best = 0.0, -INFINITY
+    for n in range(count + 1):
+        x = min(n * step, h)
+        v = s * (g - (b + s) * x - a * sincos(phi + x)[1] - ripple * sincos(theta + eta * x)[1])
+        if v > best:
+            best, at = v, x
+    for _ in range(5):
+        sn, cs = sincos(phi + at)
+        sf, cf = sincos(theta + eta * at)
+        bend = a * cs + af * eta * cf
+        if bend * s < 0.0:
+            at = min(max(at - (a * sn + af * sf - b - s) / bend, 0.0), h)
+    v = s * (g - (b + s) * at - a * sincos(phi + at)[1] - ripple * sincos(theta + eta * at)[1])
+    return max(least, best, v)
+
+
+@part
+def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
+    """Add what happens from a switch to the next one, that one included."""
+    state, h = int(rows[row0, AFTER]), between(rows, row0, row1)
+    if state == IMPACT:
+        return
+    totals[state] += h
+    x0, x1 = rows[row0, XI], rows[row1, XI]
+    landed = int(rows[row1, AFTER]) == IMPACT
+    if landed:
+        x1 = 0.0
+    totals[HIGHEST] = max(totals[HIGHEST], x0, x1)
+    if state == STICK or state == REST:
+        totals[LATE] *= 0.0
+        return
+    s = 1.0 if state == UP else -1.0
+    v = rows[row1, DXI]
+    f0, g0, i0 = forces(row0, rows, a, af, eta, frac)
+    f1, g1, i1 = forces(row1, rows, a, af, eta, frac)
+    totals[FRICTION] += abs(x1 - x0)
+    totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - (b + s) * (i1 - i0)
+    if s > 0.0:
+        totals[MOST] = fastest(s, row0, rows, h, g0, a, b, af, eta, frac, totals[MOST])
+    else:
+        totals[LEAST] = -fastest(s, row0, rows, h, g0, a, b, af, eta, frac, -totals[LEAST])
+    a0, a1 = f0 - b - s, f1 - b - s
+    totals[OFF] -= a0 * h * totals[LATE]
+    if not landed:
+        totals[LATE] *= a0 / a1
+        return
+    totals[LATE] = -totals[OFF] / v
+    totals[OFF] = 0.0
+    add_impact(rows[row1, PERIOD] * TWO_PI + rows[row1, PHASE], -v, totals)
+
+
+@inline
+def add_impact(time, speed, totals):
+    """An impact, and by how much a delay has grown since the one before."""
+    totals[LANDED] += 1.0
+    totals[FASTEST] = max(totals[FASTEST], speed)
+    totals[MOMENTUM] += speed
+    totals[ENERGY] += 0.5 * speed * speed
+    if totals[FIRST] != totals[FIRST]:
+        totals[FIRST] = time
+    else:
+        late = abs(totals[LATE])
+        totals[GROWTH] += math.log(late) if late > 0.0 else -INFINITY
+    totals[LAST] = time
+    totals[LATE] = 1.0
+
+
+@part
+def add_gap(rows, row, totals):
+    """Look at a switch for a main impact; what is known of the gaps between them goes on."""
+    if int(rows[row, AFTER]) != IMPACT:
+        return
+    time, speed = rows[row, PERIOD] * TWO_PI + rows[row, PHASE], -rows[row, DXI]
+    if totals[MAINS] > 0.0 and time - totals[MAIN_TIME] <= PI:
+        if speed > totals[MAIN_SPEED]:
+            totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
+        return
+    if totals[MAINS] > 2.0:  # neither the first one nor the last
+        gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
+        known = int(totals[MAINS]) - 3
+        for n in range(GAPS):
+            if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
+                totals[REPEATS + n] = 0.0
+        totals[GAP + known % GAPS] = gap
+    totals[MAIN_BEFORE] = totals[MAIN_TIME]
+    totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
+    totals[MAINS] += 1.0
+
+
+@inline
+def gap_cycle(totals):
+    """The gaps as digits of their shortest cycle, the least of its rotations; 0 where they have not repeated."""
+    known = int(totals[MAINS]) - 3
+    for length in range(1, GAPS + 1):
+        if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
+            least = INFINITY
+            for turn in range(length):
+                digits = 0.0
+                for n in range(length):
+                    gap = totals[GAP + (known - 1 - (turn + n) % length) % GAPS]
+                    digits = 10.0 * digits + gap
+                    if gap < 1.0 or gap > 9.0:
+                        return 0.0
+                least = min(least, digits)
+            return least
+    return 0.0
+
+
+@inline
+def alike(rows, a, b, size, n):
+    """Whether switch b is switch a, n periods later."""
+    a, b = a % size, b % size
+    return (
+        rows[a, AFTER] == rows[b, AFTER]
+        and abs(between(rows, a, b) - n * TWO_PI) <= SAME
+        and abs(rows[a, XI] - rows[b, XI]) <= SAME
+        and abs(rows[a, DXI] - rows[b, DXI]) <= SAME
+    )
+
+
+@part
+def find_period(rows, first, last, size):
+    """(n, switches in n periods): after how many periods the switches first … last repeat; (0, 0) if they do not.
+
+    Switch k is in row k mod `size`. All that are there are compared: of a long period perhaps not all of it twice.
+    """
+    for j in range(last - 1, first - 1, -1):
+        n = math.floor(between(rows, j % size, last % size) / TWO_PI + 0.5)
+        if n > LONGEST:
+            break
+        if n >= 1 and alike(rows, j, last, size, n):
+            back = 1
+            while j - back >= first and back < REACH and alike(rows, j - back, last - back, size, n):
+                back += 1
+            if j - back < first or back >= REACH:
+                return int(n), last - j
+    return 0, 0
+
+
+MODULUS = 9007199254740881
+"""Numbers of sequences are below it: the largest prime below 2⁵³. Up to 20 states they are exact, of 6 digits each."""
+
+
+@part
+def sequence_number(rows, last, count, size):
+    """A number for the cycle of states that the last `count` switches lead through; equal for equal cycles.
+
+    The shortest sequence that the cycle repeats is taken, in its least rotation.
+    """
+    length = count
+    for m in range(1, count // 2 + 1):
+        if count % m == 0:
+            same = True
+            for n in range(m, count):
+                if rows[(last - n) % size, AFTER] != rows[(last - n + m) % size, AFTER]:
+                    same = False
+                    break
+            if same:
+                length = m
+                break
+    start = 0
+    for turn in range(1, length):  # the least rotation, beginning `turn` switches later
+        for n in range(length):
+            one = rows[(last - (length - 1 - (start + n) % length)) % size, AFTER]
+            other = rows[(last - (length - 1 - (turn + n) % length)) % size, AFTER]
+            if one != other:
+                if other < one:
+                    start = turn
+                break
+    number = 0
+    for n in range(length):
+        state = int(rows[(last - (length - 1 - (start + n) % length)) % size, AFTER])
+        number = (number * 6 + state + 1) % MODULUS
+    return number
+
+
+@inline
+def leaves(state, a, b, af):
+    """Whether H can reach a boundary of a wait at all, as `can_leave`."""
+    return (a + af > 1.0 + b) or (state == STICK and a + af > abs(1.0 - b))
+
+
+@part
+def summarise(rows, added, count, size, state, x, a, b, af, eta, frac, totals, out):
+    """The summary of a motion whose switches 0 … count - 1 were recorded; switch k is in row k mod `size`.
+
+    What lies before switch `added` is in `totals` already, and need not be in a row any more. state, x: the one the
+    motion ends in, and ξ where that began.
+    """
+    last = count - 1
+    for k in range(added, count):
+        add_gap(rows, k % size, totals)
+    n, switches = 0, 0
+    resting = (state == STICK or state == REST) and not leaves(state, a, b, af)
+    if resting:
+        n = 1
+    elif count > 0:
+        n, switches = find_period(rows, max(0, count - REACH), last, size)
+    gaps = gap_cycle(totals)
+    if resting:
+        clear_totals(totals)
+        totals[HIGHEST], totals[LEAST], totals[MOST] = x, 0.0, 0.0
+        totals[state], totals[GROWTH] = TWO_PI, -INFINITY
+        duration, totals[FIRST], totals[LAST] = 1.0, 0.0, TWO_PI
+        gaps = 0.0
+    elif n > 0:
+        for back in range(min(switches, last - switches + 1)):  # from an impact on, if there is one
+            if int(rows[(last - back) % size, AFTER]) == IMPACT:
+                last -= back
+                break
+        clear_totals(totals)
+        if int(rows[last % size, AFTER]) == IMPACT:
+            start = rows[(last - switches) % size, PERIOD] * TWO_PI + rows[(last - switches) % size, PHASE]
+            totals[LATE], totals[FIRST] = 1.0, start
+        for k in range(last - switches + 1, last + 1):
+            add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+        duration = float(n)
+    else:
+        for k in range(max(1, added), count):
+            add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+        duration = totals[TIME_UP] + totals[TIME_DOWN] + totals[TIME_STICK] + totals[TIME_REST]
+        duration = duration / TWO_PI if duration > 0.0 else UNKNOWN
+    write_summary(
+        n, 0 if switches == 0 else sequence_number(rows, last, switches, size), gaps, duration, af, totals, out
+    )
+
+
+@inline
+def write_summary(n, sequence, gaps, duration, af, totals, out):
+    """Sums become what they are per excitation period."""
+    out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
+    out[OUT_IMPACTS] = totals[LANDED] / duration
+    out[OUT_SPEED_MAX] = totals[FASTEST]
+    out[OUT_SPEED_MEAN] = totals[MOMENTUM] / totals[LANDED] if totals[LANDED] > 0.0 else 0.0
+    known = totals[HIGHEST] >= 0.0
+    out[OUT_XI_MAX] = totals[HIGHEST] if known else UNKNOWN
+    out[OUT_DXI_MIN] = totals[LEAST] if totals[LEAST] < INFINITY else (0.0 if known else UNKNOWN)
+    out[OUT_DXI_MAX] = totals[MOST] if totals[MOST] > -INFINITY else (0.0 if known else UNKNOWN)
+    out[OUT_MOMENTUM], out[OUT_ENERGY] = totals[MOMENTUM] / duration, totals[ENERGY] / duration
+    out[OUT_FRICTION], out[OUT_DRIVE] = totals[FRICTION] / duration, totals[DRIVE] / duration
+    span = (totals[LAST] - totals[FIRST]) / TWO_PI
+    grown = totals[GROWTH] / span if span > 0.0 else UNKNOWN
+    out[OUT_LYAPUNOV] = grown if af == 0.0 else UNKNOWN
+    for k in range(4):
+        out[OUT_UP + k] = totals[TIME_UP + k] / (duration * TWO_PI)
