@@ -28,7 +28,7 @@ from vibrodrive.kernels.codes import (
 )
 from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
-from vibrodrive.kernels.history import assign_slots, begin_history, leave_slot, note_states, write_switches
+from vibrodrive.kernels.history import assign_slots, begin_history, leave_slot, write_switches
 from vibrodrive.kernels.impacts import note_impacts, write_impacts
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
@@ -165,8 +165,7 @@ def run(
             m = list_ended(w, todo, n)
         else:
             if impacts.shape[1] > 0 or summarised:
-                note_impacts(w, k, n, not bracketed, not fast)
-                note_states(k, n)
+                note_impacts(w, k, n, not bracketed, summarised and not fast, periods)
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)

@@ -13,13 +13,14 @@ import numpy as np
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, STICK, UP
-from vibrodrive.kernels.impacts import count_switches
+from vibrodrive.kernels.impacts import NONE, count_switches
 from vibrodrive.kernels.lane import LANES, STRIDE
 from vibrodrive.kernels.summary import (
     AFTER,
     BEFORE,
     COLUMNS,
     DXI,
+    LONGEST,
     PERIOD,
     PHASE,
     REACH,
@@ -88,13 +89,6 @@ def add_rows(w, k, i, to, rows, totals):
 
 
 @part
-def note_states(k, n):
-    """The states that the lanes 0..n-1 are in before a batch of switches."""
-    for i in range(n):
-        k[r.STATE_BEFORE + i] = k[r.STATE + i]
-
-
-@part
 def write_switches(w, k, n, on_grid, waits_are_known, history, totals):
     """Write the switches that a batch has counted: one that ends a state, an impact before it, a wait behind it.
 
@@ -102,6 +96,8 @@ def write_switches(w, k, n, on_grid, waits_are_known, history, totals):
     where the slide ended, which was noted.
     """
     for i in range(n):
+        if k[r.STATE_BEFORE + i] == NONE:
+            continue
         counted = count_switches(k, i, r.SWITCHES) - k[r.SWITCHES_BEFORE + i]
         if counted == 0:
             continue
@@ -133,17 +129,24 @@ def may_copy_switches(k, i, totals):
 
 @part
 def copy_switches(w, k, i, cycles, cycle, history, totals):
-    """Repeat the switches since the reference `cycles` times."""
+    """Repeat the switches since the reference `cycles` times, each time a `cycle` later.
+
+    Of a motion whose period is one that is looked for, two cycles tell all: the others are passed over by moving all
+    switches so far on in time.
+    """
     if totals.shape[1] == 0:
         return
     rows = history[k[r.HISTORY_SLOT + i]]
     more = k[r.HISTORY_COUNT + i] - k[r.REFERENCE_HISTORY + i]
-    for _ in range(cycles * more):
+    copied = min(cycles, 1) if cycle <= LONGEST else cycles
+    for _ in range(copied * more):
         old = (k[r.HISTORY_COUNT + i] - more) % ROWS
         write_switch(
             w, k, i, int(rows[old, PERIOD]) + cycle, rows[old, PHASE], int(rows[old, BEFORE]), int(rows[old, AFTER]),
             rows[old, XI], rows[old, DXI], history, totals,
         )  # fmt: skip
+    for row in range(min(k[r.HISTORY_COUNT + i], ROWS) if cycles > copied else 0):
+        rows[row, PERIOD] += float((cycles - copied) * cycle)
 
 
 @inline

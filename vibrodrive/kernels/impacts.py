@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive.jit.compile import inline, part
-from vibrodrive.jit.trig import PI
+from vibrodrive.jit.trig import PI, TWO_PI
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import IMPACT, NOTHING, S1
 from vibrodrive.kernels.lane import STRIDE
@@ -59,13 +59,24 @@ def note_impact(w, k, i, period, phi, v):
     w[r.IMPACT_SPEED + i] = -v
 
 
-@part
-def note_impacts(w, k, n, known, all_slides):
-    """What the lanes 0..n-1 have counted before a batch of switches; where its time is `known`, the impact there.
+NONE = -1
+"""`STATE_BEFORE` of a lane that cannot come to a switch of the record by this batch."""
 
-    With `all_slides` the end of any slide is noted.
+AHEAD = TWO_PI + 1.0
+"""By how much longer than the search ahead of it a batch may follow a motion: a wait is shorter than a period."""
+
+
+@part
+def note_impacts(w, k, n, known, all_slides, periods):
+    """What the lanes 0..n-1 are in and have counted before a batch of switches, where that may lead into the record.
+
+    Where its time is `known`, the impact there is noted; with `all_slides` the end of any slide.
     """
     for i in range(n):
+        if w[r.LEFT + i] - w[r.CURSOR + i] > float(periods) * TWO_PI + AHEAD:
+            k[r.STATE_BEFORE + i] = NONE
+            continue
+        k[r.STATE_BEFORE + i] = k[r.STATE + i]
         k[r.IMPACTS_BEFORE + i] = k[r.SWITCHES + IMPACT * STRIDE + i]
         k[r.SWITCHES_BEFORE + i] = count_switches(k, i, r.SWITCHES)
         if known and w[r.OUTCOME + i] != NOTHING and (all_slides or k[r.SEARCH + i] == S1):
@@ -77,6 +88,8 @@ def note_impacts(w, k, n, known, all_slides):
 def write_impacts(w, k, n, impacts):
     """Write those of the impacts noted that the batch has counted."""
     for i in range(n):
+        if k[r.STATE_BEFORE + i] == NONE:
+            continue
         if k[r.SWITCHES + IMPACT * STRIDE + i] > k[r.IMPACTS_BEFORE + i]:
             period, before = k[r.IMPACT_PERIOD + i], k[r.SWITCHES_BEFORE + i]
             write_impact(k, i, period, w[r.IMPACT_PHI + i], w[r.IMPACT_SPEED + i], before, impacts)

@@ -72,9 +72,9 @@ LINE = 64
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
     # main impacts written, and at the reference; impacts and switches counted before a batch of switches (impacts.py)
     IMPACTS, IMPACT_PERIOD, IMPACTS_BEFORE, SWITCHES_BEFORE, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
-    # where a lane keeps its switches, how many, of which added to its totals, and at the reference; its state before a
-    # batch of switches (history.py)
-    HISTORY_SLOT, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY, STATE_BEFORE,
+    # its state before that; where it keeps its switches, how many, of which added to its totals, and at the reference
+    # (history.py)
+    STATE_BEFORE, HISTORY_SLOT, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 PASSES, PAUSED, IN_USE, DRAWN, DISTURBED = (LANES + row for row in range(5))

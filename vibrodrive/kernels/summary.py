@@ -206,6 +206,16 @@ def add_impact(time, speed, totals):
     totals[LATE] = 1.0
 
 
+@inline
+def keep_gap(known, totals):
+    """The gap before the last main impact, in whole periods, is the next behind as many as are known."""
+    gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
+    for n in range(GAPS):
+        if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
+            totals[REPEATS + n] = 0.0
+    totals[GAP + known % GAPS] = gap
+
+
 @part
 def add_gap(rows, row, totals):
     """Look at a switch for a main impact; what is known of the gaps between them goes on."""
@@ -217,33 +227,75 @@ def add_gap(rows, row, totals):
             totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
         return
     if totals[MAINS] > 2.0:  # neither the first one nor the last
-        gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
-        known = int(totals[MAINS]) - 3
-        for n in range(GAPS):
-            if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
-                totals[REPEATS + n] = 0.0
-        totals[GAP + known % GAPS] = gap
+        keep_gap(int(totals[MAINS]) - 3, totals)
     totals[MAIN_BEFORE] = totals[MAIN_TIME]
     totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
     totals[MAINS] += 1.0
 
 
 @inline
+def digits_of(gaps, length, last):
+    """A cycle of gaps as a number of as many digits, the least of its rotations; 0 where one is no digit.
+
+    Gap k is in place k mod GAPS; the cycle ends with gap `last`.
+    """
+    least = INFINITY
+    for turn in range(length):
+        digits = 0.0
+        for n in range(length):
+            gap = gaps[(last - (turn + n) % length) % GAPS]
+            if gap < 1.0 or gap > 9.0:
+                return 0.0
+            digits = 10.0 * digits + gap
+        least = min(least, digits)
+    return least
+
+
+@inline
 def gap_cycle(totals):
-    """The gaps as digits of their shortest cycle, the least of its rotations; 0 where they have not repeated."""
+    """The gaps of a whole record as digits of their shortest cycle; 0 where they have not repeated all along."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
-            least = INFINITY
-            for turn in range(length):
-                digits = 0.0
-                for n in range(length):
-                    gap = totals[GAP + (known - 1 - (turn + n) % length) % GAPS]
-                    digits = 10.0 * digits + gap
-                    if gap < 1.0 or gap > 9.0:
-                        return 0.0
-                least = min(least, digits)
-            return least
+            return digits_of(totals[GAP : GAP + GAPS], length, known - 1)
+    return 0.0
+
+
+@part
+def gap_cycle_of_period(rows, last, count, n, size, totals):
+    """The same of a motion of period n, whose last `count` switches are one period; from its fastest impact on."""
+    main, speed = -1, 0.0
+    for back in range(count):
+        row = (last - back) % size
+        if int(rows[row, AFTER]) == IMPACT and -rows[row, DXI] > speed:
+            main, speed = count - 1 - back, -rows[row, DXI]
+    if main < 0:
+        return 0.0
+    clear_totals(totals)
+    start = rows[(last - (count - 1 - main)) % size, PERIOD] * TWO_PI + rows[(last - (count - 1 - main)) % size, PHASE]
+    totals[MAINS] = 3.0  # gaps are kept from the next one on
+    totals[MAIN_TIME], totals[MAIN_BEFORE], totals[MAIN_SPEED] = start, start - TWO_PI, speed
+    kept = 0
+    for step in range(main + 1, main + count + 1):
+        row = (last - (count - 1 - step % count)) % size
+        if int(rows[row, AFTER]) == IMPACT:
+            turned = float(n) if step >= count else 0.0
+            time, fast = (rows[row, PERIOD] + turned) * TWO_PI + rows[row, PHASE], -rows[row, DXI]
+            if time - totals[MAIN_TIME] <= PI:
+                if fast > totals[MAIN_SPEED]:
+                    totals[MAIN_TIME], totals[MAIN_SPEED] = time, fast
+                continue
+            if kept > 0:
+                keep_gap(kept - 1, totals)
+            kept += 1
+            totals[MAIN_BEFORE] = totals[MAIN_TIME]
+            totals[MAIN_TIME], totals[MAIN_SPEED] = time, fast
+    if kept == 0:
+        return 0.0
+    keep_gap(kept - 1, totals)
+    for length in range(1, min(kept, GAPS) + 1):
+        if kept % length == 0 and totals[REPEATS + length - 1] == 1.0:
+            return digits_of(totals[GAP : GAP + GAPS], length, kept - 1)
     return 0.0
 
 
@@ -263,7 +315,7 @@ def alike(rows, a, b, size, n):
 def find_period(rows, first, last, size):
     """(n, switches in n periods): after how many periods the switches first … last repeat; (0, 0) if they do not.
 
-    Switch k is in row k mod `size`. All that are there are compared: of a long period perhaps not all of it twice.
+    Switch k is in row k mod `size`. The last n periods are compared with the n before, or with what is there of them.
     """
     for j in range(last - 1, first - 1, -1):
         n = math.floor(between(rows, j % size, last % size) / TWO_PI + 0.5)
@@ -271,9 +323,9 @@ def find_period(rows, first, last, size):
             break
         if n >= 1 and alike(rows, j, last, size, n):
             back = 1
-            while j - back >= first and back < REACH and alike(rows, j - back, last - back, size, n):
+            while j - back >= first and back < last - j and alike(rows, j - back, last - back, size, n):
                 back += 1
-            if j - back < first or back >= REACH:
+            if j - back < first or back == last - j:
                 return int(n), last - j
     return 0, 0
 
@@ -328,42 +380,40 @@ def summarise(rows, added, count, size, state, x, a, b, af, eta, frac, totals, o
     What lies before switch `added` is in `totals` already, and need not be in a row any more. state, x: the one the
     motion ends in, and ξ where that began.
     """
-    last = count - 1
-    for k in range(added, count):
-        add_gap(rows, k % size, totals)
-    n, switches = 0, 0
+    last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not leaves(state, a, b, af)
     if resting:
         n = 1
-    elif count > 0:
-        n, switches = find_period(rows, max(0, count - REACH), last, size)
-    gaps = gap_cycle(totals)
-    if resting:
         clear_totals(totals)
         totals[HIGHEST], totals[LEAST], totals[MOST] = x, 0.0, 0.0
         totals[state], totals[GROWTH] = TWO_PI, -INFINITY
-        duration, totals[FIRST], totals[LAST] = 1.0, 0.0, TWO_PI
-        gaps = 0.0
-    elif n > 0:
+        totals[FIRST], totals[LAST] = 0.0, TWO_PI
+    elif count > 0:
+        n, switches = find_period(rows, max(0, count - REACH), last, size)
+    if switches > 0:
         for back in range(min(switches, last - switches + 1)):  # from an impact on, if there is one
             if int(rows[(last - back) % size, AFTER]) == IMPACT:
                 last -= back
                 break
+        gaps = gap_cycle_of_period(rows, last, switches, n, size, totals)
+        sequence = sequence_number(rows, last, switches, size)
         clear_totals(totals)
         if int(rows[last % size, AFTER]) == IMPACT:
             start = rows[(last - switches) % size, PERIOD] * TWO_PI + rows[(last - switches) % size, PHASE]
             totals[LATE], totals[FIRST] = 1.0, start
         for k in range(last - switches + 1, last + 1):
             add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
-        duration = float(n)
-    else:
-        for k in range(max(1, added), count):
-            add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+    elif not resting:
+        for k in range(added, count):
+            add_gap(rows, k % size, totals)
+            if k > 0:
+                add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+        gaps = gap_cycle(totals)
+    duration = float(n)
+    if n == 0:
         duration = totals[TIME_UP] + totals[TIME_DOWN] + totals[TIME_STICK] + totals[TIME_REST]
         duration = duration / TWO_PI if duration > 0.0 else UNKNOWN
-    write_summary(
-        n, 0 if switches == 0 else sequence_number(rows, last, switches, size), gaps, duration, af, totals, out
-    )
+    write_summary(n, sequence, gaps, duration, af, totals, out)
 
 
 @inline
