@@ -35,12 +35,15 @@ from vibrodrive.kernels.summary import (
 ROWS = 2 * REACH
 """Switches that a lane has room for."""
 
+APART = ROWS + 11
+"""Rows from one lane to the next: a multiple of a page apart they would share the same lines of the cache."""
+
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
     """Memory (history, totals) for the lanes of each thread: switches, and what they come to; none, if not wanted."""
     if not wanted:
         return np.empty((threads, LANES, 0, COLUMNS)), np.empty((threads, LANES, 0))
-    return np.empty((threads, LANES, ROWS, COLUMNS)), np.empty((threads, LANES, TOTALS))
+    return np.empty((threads, LANES, APART, COLUMNS)), np.empty((threads, LANES, TOTALS))
 
 
 @part

@@ -25,6 +25,7 @@ from vibrodrive.kernels.switch import (
     count_into,
     in_record,
     section_due,
+    section_row,
 )
 
 
@@ -37,7 +38,7 @@ def write_point(w, k, i, count, hs, section):
             x, v = state_at(w, i, hs, True)
         else:
             x, v = section_at(w, i, hs)
-    row = k[r.POINT + i]
+    row = section_row(k, i, section)
     section[row, count, 0] = x
     section[row, count, 1] = v
 
@@ -93,10 +94,10 @@ def record(w, k, i, before, after, x, v, transient, impacts, history, totals, ro
 @part
 def finish(w, k, i, section, impacts, history, totals, summary, status, margin, counts, work):
     """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
-    row = k[r.POINT + i]
+    row, line = k[r.POINT + i], section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
-        section[row, m, 0] = math.nan
-        section[row, m, 1] = math.nan
+        section[line, m, 0] = math.nan
+        section[line, m, 1] = math.nan
     end_impacts(k, i, impacts)
     end_history(w, k, i, history, totals, summary)
     for state in range(5):

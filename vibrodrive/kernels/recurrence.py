@@ -26,7 +26,7 @@ from vibrodrive.kernels.history import copy_switches, may_copy_switches, set_ref
 from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
-from vibrodrive.kernels.switch import in_record
+from vibrodrive.kernels.switch import in_record, section_row
 from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16
@@ -101,7 +101,7 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
         and may_copy_switches(k, i, totals)
     ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
-        row = k[r.POINT + i]
+        row = section_row(k, i, section)
         for m in range(count, count + cycles * cycle):
             section[row, m, 0] = section[row, m - cycle, 0]
             section[row, m, 1] = section[row, m - cycle, 1]

@@ -37,6 +37,8 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 (
     # time in each of four states; impacts, the fastest, Σ|ξ'|, Σ½ξ'²; friction loss, work of the excitation; ξ and ξ'
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
+    # at the last switch, if that is known: its time, F, -G and -∫G
+    AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
     # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, when the first and the last one were
     GROWTH, LATE, OFF, FIRST, LAST,
     # main impacts: the one that may still be replaced by a faster one, the one before, and how many there were
@@ -44,7 +46,7 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     # the last GAPS gaps between them, and for each length up to GAPS whether they repeat with it
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
-) = range(39)  # fmt: skip
+) = range(43)  # fmt: skip
 
 GAPS = 8
 """The longest cycle of gaps that is looked for."""
@@ -80,8 +82,7 @@ def clear_totals(totals):
     totals[HIGHEST] = -INFINITY
     totals[LEAST] = INFINITY
     totals[MOST] = -INFINITY
-    totals[LATE] = UNKNOWN
-    totals[FIRST] = UNKNOWN
+    totals[AT], totals[LATE], totals[FIRST] = UNKNOWN, UNKNOWN, UNKNOWN
     for n in range(GAPS):
         totals[REPEATS + n] = 1.0
 
@@ -172,8 +173,13 @@ def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
         return
     s = 1.0 if state == UP else -1.0
     v = rows[row1, DXI]
-    f0, g0, i0 = forces(row0, rows, a, af, eta, frac)
+    if totals[AT] == rows[row0, PERIOD] * TWO_PI + rows[row0, PHASE]:
+        f0, g0, i0 = totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL]
+    else:
+        f0, g0, i0 = forces(row0, rows, a, af, eta, frac)
     f1, g1, i1 = forces(row1, rows, a, af, eta, frac)
+    totals[AT] = rows[row1, PERIOD] * TWO_PI + rows[row1, PHASE]
+    totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
     totals[FRICTION] += abs(x1 - x0)
     totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - (b + s) * (i1 - i0)
     if s > 0.0:

@@ -254,13 +254,19 @@ def count_switch(k, i, recorded, impact, to):
 
 
 @inline
+def section_row(k, i, section):
+    """The row of `section` that belongs to lane i: one for each point; or one for all of them, if it is not wanted."""
+    return min(k[r.POINT + i], section.shape[0] - 1)
+
+
+@inline
 def write_points(w, k, i, section):
     """The section points that a switch applied in a batch has passed: on the way to it, and in a wait after it.
 
     The first is written whether it was passed or not: a branch that goes either way costs more, and
     the right one is written over it.
     """
-    row, slot = k[r.POINT + i], k[r.SLOT + i]
+    row, slot = section_row(k, i, section), k[r.SLOT + i]
     if slot < section.shape[1]:
         section[row, slot, 0] = w[r.POINT_X + i]
         section[row, slot, 1] = w[r.POINT_V + i]

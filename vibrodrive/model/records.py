@@ -1,0 +1,100 @@
+"""What a sweep records of each motion: its section, its main impacts, or a summary in a few numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.model.parameters import bad
+
+SECTION, IMPACTS, SUMMARY = "section", "impacts", "summary"
+
+RECORDS = (SECTION, IMPACTS, SUMMARY)
+"""In the order in which a plan holds them."""
+
+
+class Quantity(NamedTuple):
+    """An array that a record has for each point: its name, type, what stands where there is nothing, unit, meaning."""
+
+    name: str
+    dtype: str
+    fill: Any
+    unit: str
+    meaning: str
+
+
+SUMMARIES = (
+    Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64"),
+    Quantity("sequence", "<i8", -1, "1", "number of the cycle of states; equal for equal cycles, 0: none"),
+    Quantity("gaps", "<i4", -1, "1", "whole periods between main impacts, the digits of their shortest cycle, 0: none"),
+    Quantity("impacts", "<f8", math.nan, "1", "impacts an excitation period"),
+    Quantity("impact_speed_max", "<f8", math.nan, "1", "largest impact speed"),
+    Quantity("impact_speed_mean", "<f8", math.nan, "1", "mean impact speed"),
+    Quantity("xi_max", "<f8", math.nan, "1", "largest gap ξ"),
+    Quantity("dxi_min", "<f8", math.nan, "1", "least velocity ξ'"),
+    Quantity("dxi_max", "<f8", math.nan, "1", "largest velocity ξ'"),
+    Quantity("momentum", "<f8", math.nan, "1", "momentum of the impacts, sum of |ξ'|, an excitation period"),
+    Quantity("energy", "<f8", math.nan, "1", "energy of the impacts, sum of ξ'²/2, an excitation period"),
+    Quantity("friction_loss", "<f8", math.nan, "1", "energy lost to friction an excitation period"),
+    Quantity("drive_work", "<f8", math.nan, "1", "work of the excitation an excitation period"),
+    Quantity("lyapunov", "<f8", math.nan, "1", "Lyapunov exponent an excitation period, at ε = 0; -inf: rests"),
+    Quantity("share_up", "<f4", math.nan, "1", "share of time sliding up"),
+    Quantity("share_down", "<f4", math.nan, "1", "share of time sliding down"),
+    Quantity("share_stick", "<f4", math.nan, "1", "share of time sticking in the air"),
+    Quantity("share_rest", "<f4", math.nan, "1", "share of time resting at the obstacle"),
+)
+"""In the order of the columns of kernels/summary.py."""
+
+MAIN_IMPACTS = (
+    Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact"),
+    Quantity("impact_phase", "<f8", math.nan, "rad", "phase of the excitation at a main impact"),
+    Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact"),
+    Quantity("impact_states", "<i4", -1, "1", "states between the main impact before and this one"),
+)
+"""Each for the main impacts of a point, one behind the other: at most two a period."""
+
+
+def check_record(record: object) -> tuple[str, ...]:
+    """What is to be recorded, one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
+    names: Sequence[object] = [record] if isinstance(record, str) else record  # type: ignore[assignment]
+    allowed = "one or several of " + ", ".join(RECORDS)
+    if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):
+        raise TypeError(bad("record", record, allowed))
+    if not names or set(names) - set(RECORDS) or len(set(names)) < len(names):
+        raise ValueError(bad("record", record, allowed))
+    return tuple(name for name in RECORDS if name in names)
+
+
+def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
+    """The arrays that these records have, beside the section."""
+    return (SUMMARIES if SUMMARY in record else ()) + (MAIN_IMPACTS if IMPACTS in record else ())
+
+
+def point_bytes(record: tuple[str, ...], periods: int) -> int:
+    """Bytes that these records take for each point."""
+    size = 16 * periods if SECTION in record else 0
+    size += sum(np.dtype(q.dtype).itemsize for q in SUMMARIES) if SUMMARY in record else 0
+    return size + (2 * periods * sum(np.dtype(q.dtype).itemsize for q in MAIN_IMPACTS) if IMPACTS in record else 0)
+
+
+def as_quantities(summary: np.ndarray | None, impacts: np.ndarray | None) -> dict[str, np.ndarray]:
+    """What the kernels have written, float64 (points, columns) and (points, 2 periods, 4), as named arrays."""
+    found: dict[str, np.ndarray] = {}
+    if summary is not None:
+        for column, q in enumerate(SUMMARIES):
+            found[q.name] = summary[:, column].astype(q.dtype)
+    if impacts is not None:
+        missing = np.isnan(impacts[..., 0])
+        between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
+        columns: Mapping[str, np.ndarray] = dict(
+            zip((q.name for q in MAIN_IMPACTS), (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True)
+        )
+        for q in MAIN_IMPACTS:
+            values = columns[q.name]
+            if np.dtype(q.dtype).kind == "i":
+                values = np.where(missing | np.isnan(values), q.fill, values)
+            found[q.name] = values.astype(q.dtype)
+    return found
