@@ -24,10 +24,12 @@ from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import PASSES, new_lanes
+from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings, make_plan
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, as_quantities
 from vibrodrive.model.results import Results
 
 RETRIES = 3
@@ -47,15 +49,35 @@ def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -
     """Several blocks at once, so that all threads stay busy from one to the next. Raises Halted if that is called."""
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
-    section, status = np.empty((n, plan.settings.periods, 2)), np.empty(n, np.int8)
-    margin, counts = np.empty(n), np.empty((n, 5), np.int64)
-    fill(plan.settings, points, threads, halt, section, status, margin, counts)
+    section = np.empty((n, plan.settings.periods, 2)) if SECTION in plan.record else None
+    status, margin, counts = np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64)
+    records = fill_records(plan, points, threads, halt, section, status, margin, counts)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)
-        out.append(Block(index, start, stop, section[part], status[part], margin[part], counts[part]))
+        own = {name: values[part] for name, values in records.items()}
+        there = None if section is None else section[part]
+        out.append(Block(index, start, stop, there, status[part], margin[part], counts[part], own))
         at += stop - start
     return out
+
+
+def fill_records(
+    plan: Plan,
+    points: np.ndarray,
+    threads: int,
+    halt: Halt,
+    section: np.ndarray | None,
+    status: np.ndarray,
+    margin: np.ndarray,
+    counts: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """`fill`, and what a plan records of each point beside its section, by the names of records.py."""
+    n, periods = len(points), plan.settings.periods
+    impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
+    summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
+    fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary)
+    return as_quantities(summary, impacts)
 
 
 def fill(
@@ -63,7 +85,7 @@ def fill(
     points: np.ndarray,
     threads: int,
     halt: Halt,
-    section: np.ndarray,
+    section: np.ndarray | None,
     status: np.ndarray,
     margin: np.ndarray,
     counts: np.ndarray,
@@ -72,6 +94,7 @@ def fill(
 ) -> None:
     """Compute points (rows of COLUMNS) into arrays with a row for each.
 
+    section float64 (points, periods, 2), or None where it is not wanted.
     impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/impacts.py).
     summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
     """
@@ -79,14 +102,13 @@ def fill(
     disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
     # disturbed (expensive) points first, so that the last points, when lanes run empty, are cheap
     order = np.argsort(disturbance == 0.0, kind="stable")
-    before = (
-        points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget,
-        section, np.empty((n, 0, 4)) if impacts is None else impacts,
-    )  # fmt: skip
+    sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
+    before = points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget
     behind = (
         np.empty((n, 0)) if summary is None else summary, status, margin, counts, np.empty(n),
         np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
     )  # fmt: skip
+    main = np.empty((n, 0, 4)) if impacts is None else impacts
     w, k = new_lanes(threads)
     history, totals = new_history(threads, summary is not None)
 
@@ -95,13 +117,14 @@ def fill(
 
         def advance(passes: int) -> bool:
             lanes[1, PASSES] = passes
-            return run(w[thread], lanes, *before, history[thread], totals[thread], *behind)
+            return run(w[thread], lanes, *before, sections[thread], main, history[thread], totals[thread], *behind)
 
         in_slices(advance, halt)
 
     if threads > 1:
         # compiled before there are threads
-        run(w[0], k[0], points, order[:0], np.zeros(1, np.int64), *before[3:], history[0], totals[0], *behind)
+        none = points, order[:0], np.zeros(1, np.int64), *before[3:]
+        run(w[0], k[0], *none, sections[0], main, history[0], totals[0], *behind)
     _in_threads(work, threads, halt)
 
 
@@ -248,6 +271,7 @@ def sweep(
     section_phase: Axis = 0.0,
     scan: ScanLike = "skip",
     budget: int = 100_000,
+    record: str | Sequence[str] = "section",
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Results:
@@ -263,6 +287,9 @@ def sweep(
         are in the order in which the keywords are written.
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
+    record : "section", "impacts" or "summary", or several of them
+        what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
+        Lyapunov exponent, …), computed while it is followed, however long that is.
     threads : int, optional
         threads to use; all by default.
     executor : concurrent.futures.Executor, optional
@@ -271,7 +298,8 @@ def sweep(
     Returns
     -------
     Results
-        with section (axes…, periods, 2), status, margin (axes…), switches (axes…, 5), axes. It does not depend on the
+        with status, margin (axes…), switches (axes…, 5), axes, and what is recorded: section (axes…, periods, 2), and
+        the arrays that `Results` lists. It does not depend on the
         number of threads or on the executor, to the bit.
 
     Raises
@@ -302,5 +330,5 @@ def sweep(
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
-        fill(plan.settings, plan.points(start, stop), count, halt, *results.rows(start, stop))
+        results.put(start, stop, fill_records(plan, plan.points(start, stop), count, halt, *results.rows(start, stop)))
     return results

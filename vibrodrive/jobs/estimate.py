@@ -12,6 +12,7 @@ import numpy as np
 
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import point_bytes
 from vibrodrive.model.size import file_bytes
 
 SAMPLE_POINTS = 1024
@@ -74,7 +75,11 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
     loading = monotonic() - began - (compilation.seconds - before)
     count, blocks = check_threads(threads), len(plan.blocks())
     computing, waves = _computing(plan, count)
-    writing = FIRST_SECONDS + 16 * plan.settings.periods * plan.n_points / BYTES_PER_SECOND + BLOCK_SECONDS * blocks
+    writing = (
+        FIRST_SECONDS
+        + point_bytes(plan.record, plan.settings.periods) * plan.n_points / BYTES_PER_SECOND
+        + BLOCK_SECONDS * blocks
+    )
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if count < cores:  # one is left for the writer, which works on one wave while the next is computed
         writing -= min(writing, computing) * (1 - 1 / waves)
@@ -159,7 +164,7 @@ def _clock(plan: Plan, rows: np.ndarray, threads: int) -> float:
     """Seconds for some points of a plan."""
     from vibrodrive.batch.sweep import compute
 
-    sample = _Sample({}, plan.scalars, plan.settings, None, rows)
+    sample = _Sample({}, plan.scalars, plan.settings, record=plan.record, some=rows)
     shortest, began = math.inf, monotonic()
     for _ in range(REPEATS):  # what takes milliseconds is easily disturbed
         start = monotonic()

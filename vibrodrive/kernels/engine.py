@@ -98,7 +98,8 @@ def run(
 
     lanes_w, lanes_k : memory of the lanes, and for tables and lists (lane.py)
     points float64 (n, columns), order int64 (n,), counter int64 (1,)
-    section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted, status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
+    section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
+    status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
     impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
     history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): what each motion comes to; not computed where totals is (LANES, 0)

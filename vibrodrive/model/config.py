@@ -9,7 +9,8 @@
                            # or {start, stop, num, scale = "linear" | "log"}; in the place of an entry of
                            # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
     [switching]            # method, tol, dtau, scan
-    [run]                  # transient, periods, section_phase, budget
+    [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
+                           # "summary", or a list of some of them
     [figure]               # kind, quantity, x, limits: what `plot` draws
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
     [limits]               # criterion ("impacts"): what must be kept (stability/criterion.py)
@@ -33,13 +34,14 @@ import numpy as np
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import SETTINGS, Plan, make_plan
+from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
 
 HOMES: dict[str, tuple[str, ...]] = {
     "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
     "sweep": (*PARAMETERS, *SCENE_AXES),
     "switching": ("method", "scan", "dtau", "tol"),
-    "run": ("transient", "periods", "budget", "section_phase"),
+    "run": ("transient", "periods", "budget", "section_phase", "record"),
 }
 """Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
 
@@ -137,6 +139,8 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
             if key in SETTINGS:
                 SETTINGS[key](key, value)
                 arguments[key] = value
+            elif key == "record":
+                arguments[key] = check_record(value)
             elif name == "sweep":
                 arguments[key] = _axis(key, value)
             else:

@@ -25,13 +25,14 @@ from vibrodrive.model.parameters import (
     check_count,
 )
 from vibrodrive.model.physical import SCENE, Physical, check_scene, with_A_and_B
+from vibrodrive.model.records import SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
 """Section data of one block, at most (unless one point alone is larger): large enough that writing is
 sequential, small enough that little is lost if the process is killed, and that memory use stays constant."""
 
-BLOCK_POINTS = 1024
-"""Points of one block, at most."""
+BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
+"""Points of one block, at most: with sections or impacts, and where a point is a few numbers."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
@@ -70,6 +71,8 @@ class Plan:
     Axes may be quantities of the scene (SCENE_AXES). Then `scalars` has the rest of the scene, and A, or A and B, are
     neither axes nor scalars: they follow for each point.
 
+    `record` is what is kept of each motion (records.py).
+
     `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
     version that would cut it differently.
     """
@@ -78,6 +81,7 @@ class Plan:
     scalars: dict[str, float]
     settings: Settings
     tiling: tuple[int, ...] | None = None
+    record: tuple[str, ...] = (SECTION,)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -114,7 +118,8 @@ class Plan:
         """Shape of a block over the axes: leading axes 1, one axis cut, trailing axes whole."""
         if self.tiling is not None:
             return self.tiling
-        rows = max(1, min(BLOCK_POINTS, BLOCK_BYTES // (16 * self.settings.periods)))
+        most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
+        rows = max(1, min(most, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
             chunk[k] = min(self.shape[k], rows)
@@ -126,7 +131,7 @@ class Plan:
     @property
     def wave_points(self) -> int:
         """Points of the blocks that are computed together, at most; a larger block is computed alone."""
-        return max(1, min(WAVE_POINTS, WAVE_BYTES // (16 * self.settings.periods)))
+        return max(1, min(WAVE_POINTS, WAVE_BYTES // point_bytes(self.record, self.settings.periods)))
 
     def blocks(self) -> list[tuple[int, int]]:
         """(start, stop) of every block, in C-order of the points."""
@@ -152,13 +157,16 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
     """
-    known = [*COLUMNS, *SETTINGS]
+    known = [*COLUMNS, *SETTINGS, "record"]
     chosen: dict[str, int] = {}
+    record: tuple[str, ...] = (SECTION,)
     axes: dict[str, np.ndarray] = {}
     scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
     for key, value in arguments.items():
         if key in SETTINGS:
             chosen[key] = SETTINGS[key](key, value)
+        elif key == "record":
+            record = check_record(value)
         elif key in SCENE:
             if _is_scalar(key, value):
                 scalars[key] = check_scene(key, value)
@@ -177,7 +185,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if {*SCENE} & {*scalars, *axes}:
         _follow_scene(axes, scalars)
-    plan = Plan(axes, scalars, Settings(**chosen))
+    plan = Plan(axes, scalars, Settings(**chosen), record=record)
     method = plan.settings.method
     if method != Method.CERTIFIED and "dtau" not in axes and math.isnan(scalars["dtau"]):
         name = Method(method).name.lower()

@@ -17,13 +17,15 @@ RECORDS = (SECTION, IMPACTS, SUMMARY)
 
 
 class Quantity(NamedTuple):
-    """An array that a record has for each point: its name, type, what stands where there is nothing, unit, meaning."""
+    """An array that a record has for each point: its name, type, what stands where there is nothing, unit, meaning, and
+    what it is along, beside the axes."""
 
     name: str
     dtype: str
     fill: Any
     unit: str
     meaning: str
+    along: str = ""
 
 
 SUMMARIES = (
@@ -49,10 +51,10 @@ SUMMARIES = (
 """In the order of the columns of kernels/summary.py."""
 
 MAIN_IMPACTS = (
-    Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact"),
-    Quantity("impact_phase", "<f8", math.nan, "rad", "phase of the excitation at a main impact"),
-    Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact"),
-    Quantity("impact_states", "<i4", -1, "1", "states between the main impact before and this one"),
+    Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact", "impact"),
+    Quantity("impact_phase", "<f8", math.nan, "rad", "phase of the excitation at a main impact", "impact"),
+    Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact", "impact"),
+    Quantity("impact_states", "<i4", -1, "1", "states between the main impact before and this one", "impact"),
 )
 """Each for the main impacts of a point, one behind the other: at most two a period."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from vibrodrive.model.parameters import Method, Status, bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.records import IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY, quantities
 from vibrodrive.model.size import refuse_large_results
 
 if TYPE_CHECKING:
@@ -29,6 +30,12 @@ class Results:
     The arrays are read on first access and kept. In what has not been computed yet the section and
     the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
 
+    What else there is depends on `record`. A summary has, over the axes, and per excitation period where it adds up:
+    period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
+    xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
+    (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. What each of
+    them is stands in records.py and in the files.
+
     Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 
     Attributes
@@ -40,6 +47,8 @@ class Results:
         the parameters that have one value; where an axis is in SI units, the rest of the scene, too.
     settings : Settings
         method, scan, transient, periods, budget.
+    record : tuple of str
+        what was recorded: "section", "impacts", "summary".
     title : str
         that of the configuration, "" where there was none.
     section : float64 (axes…, periods, 2)
@@ -75,7 +84,9 @@ class Results:
         settings: Settings,
         source: Mapping[str, np.ndarray] | Read,
         title: str = "",
+        record: tuple[str, ...] = (SECTION,),
     ) -> None:
+        self.record = record
         self.axes = dict(axes)
         self.scalars = dict(scalars)
         self.settings = settings
@@ -94,11 +105,14 @@ class Results:
         results = cls.uncomputed(plan)
         section, status, margin, switches = results.rows(0, plan.n_points)
         for b in blocks:
-            section[b.start : b.stop] = b.section
+            if section is not None:
+                section[b.start : b.stop] = b.section
+            results.put(b.start, b.stop, b.records)
             status[b.start : b.stop] = b.status
             margin[b.start : b.stop] = b.margin
             switches[b.start : b.stop] = b.switches
-        section[status == int(Status.NOT_COMPUTED)] = np.nan
+        if section is not None:
+            section[status == int(Status.NOT_COMPUTED)] = np.nan
         return results
 
     @classmethod
@@ -106,22 +120,42 @@ class Results:
         """Memory for all points of a plan, their sections not set yet. Raises TooLarge where it does not fit."""
         refuse_large_results(plan)
         shape = plan.shape
+        extra = {"": (), "impact": (2 * plan.settings.periods,)}
         arrays: dict[str, np.ndarray] = {
-            "section": np.empty((*shape, plan.settings.periods, 2)),
+            **{q.name: np.full((*shape, *extra[q.along]), q.fill, q.dtype) for q in quantities(plan.record)},
             "status": np.full(shape, int(Status.NOT_COMPUTED), np.int8),
             "margin": np.full(shape, np.nan),
             "switches": np.full((*shape, 5), -1, np.int64),
         }
-        return cls(plan.axes, plan.scalars, plan.settings, arrays)
+        if SECTION in plan.record:
+            arrays["section"] = np.empty((*shape, plan.settings.periods, 2))
+        return cls(plan.axes, plan.scalars, plan.settings, arrays, record=plan.record)
 
-    def rows(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Views of section, status, margin and switches of the points start..stop, flattened over the axes."""
+    def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
+        """Views of section (if it is recorded), status, margin and switches of the points start..stop, flattened."""
+        wanted = SECTION in self.record
         return (
-            self.section.reshape(-1, self.settings.periods, 2)[start:stop],
+            self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
             self.status.reshape(-1)[start:stop],
             self.margin.reshape(-1)[start:stop],
             self.switches.reshape(-1, 5)[start:stop],
         )
+
+    def put(self, start: int, stop: int, records: Mapping[str, np.ndarray]) -> None:
+        """Take what was recorded of the points start..stop, by the names of records.py."""
+        for name, values in records.items():
+            array = self._arrays[name]
+            array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name.startswith("_") or name not in _WHERE:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        if name not in (q.name for q in quantities(self.record)):
+            raise AttributeError(bad("record", ", ".join(self.record), f'with "{_WHERE[name]}" for {name} to be known'))
+        return self._array(name)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(q.name for q in quantities(self.record))]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -130,7 +164,9 @@ class Results:
 
     @property
     def section(self) -> np.ndarray:
-        """float64 (axes…, periods, 2): ξ and ξ' at the instants of the section."""
+        """float64 (axes…, periods, 2): ξ and ξ' at the instants of the section. ValueError if it is not recorded."""
+        if SECTION not in self.record:
+            raise ValueError(bad("record", ", ".join(self.record), f'with "{SECTION}" for the section to be known'))
         return self._array("section")
 
     @property
@@ -179,7 +215,9 @@ class Results:
             scalars[name] = float(axes.pop(name)[nearest])
         chosen = tuple(index)
         scalars = with_A_and_B(scalars)
-        part = Results(axes, scalars, self.settings, functools.partial(_read_part, self._source, chosen), self.title)
+        part = Results(
+            axes, scalars, self.settings, functools.partial(_read_part, self._source, chosen), self.title, self.record
+        )
         part._arrays.update({name: array[chosen] for name, array in self._arrays.items()})
         return part
 
@@ -196,6 +234,10 @@ class Results:
         return (
             f"<Results {axes or 'of one point'}: {Method(s.method).name.lower()}, {s.transient} + {s.periods} periods>"
         )
+
+
+_WHERE = {q.name: record for record, known in ((SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS)) for q in known}
+"""The record that each quantity is of."""
 
 
 def _no_more(name: str, index: Index) -> np.ndarray:

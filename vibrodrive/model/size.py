@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 from vibrodrive.model.plan import IN_FLIGHT, Plan
+from vibrodrive.model.records import point_bytes, quantities
 
 PERIODS_MAX = 2**29 - 1
 """One point's ξ (or ξ') is at most one HDF5 chunk, and a chunk is smaller than 4 GiB."""
@@ -42,7 +43,7 @@ def available_memory() -> int:
 
 def result_bytes(plan: Plan) -> int:
     """Bytes of all arrays of a Results."""
-    return plan.n_points * (16 * plan.settings.periods + POINT_BYTES)
+    return plan.n_points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)
 
 
 def file_bytes(plan: Plan) -> int:
@@ -53,9 +54,9 @@ def file_bytes(plan: Plan) -> int:
         chunks *= -(-n // c)
         points *= c
     rows = chunks * points
-    per_chunk = 6 * (4 + 40)  # six variables: a checksum and an index entry each
+    per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
-    return rows * (16 * plan.settings.periods + POINT_BYTES) + chunks * per_chunk + axes + 40_000
+    return rows * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES) + chunks * per_chunk + axes + 40_000
 
 
 def block_bytes(plan: Plan) -> int:
@@ -63,7 +64,7 @@ def block_bytes(plan: Plan) -> int:
     points = 1
     for c in plan.chunk:
         points *= c
-    return points * (16 * plan.settings.periods + POINT_BYTES)
+    return points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)
 
 
 def working_bytes(plan: Plan, remote: bool = False) -> int:
@@ -73,7 +74,7 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     if remote:
         return IN_FLIGHT * block + block // 2
     points = min(plan.n_points, plan.wave_points)
-    return 2 * max(block, points * (16 * plan.settings.periods + POINT_BYTES)) + block // 2
+    return 2 * max(block, points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)) + block // 2
 
 
 def refuse_large_axis(key: str, num: int) -> None:

@@ -7,14 +7,17 @@ of a block and lost its data, or with a damaged chunk index, only the latter sho
 
 from __future__ import annotations
 
+import hashlib
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
 from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import VARIABLES, Tile
+from vibrodrive.store.layout import Tile, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -40,6 +43,14 @@ def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.
 def section_sums(values: np.ndarray, column: int) -> np.ndarray:
     """What a column (0: ξ, 1: ξ') of a section, float64 (points, periods), adds to the checksums."""
     return np.add.reduce(_words(values), axis=1) * _SECTION[column]
+
+
+def record_sums(name: str, values: np.ndarray) -> np.ndarray:
+    """What another variable, (points, …) of any type, adds to the checksums."""
+    weight = np.frombuffer(hashlib.sha256(name.encode()).digest()[:8], "<u8") | np.uint64(1)
+    rows = np.ascontiguousarray(values).reshape(len(values), -1)
+    words = rows.view(f"<u{rows.dtype.itemsize}").astype(np.uint64)
+    return np.add.reduce(words, axis=1) * weight
 
 
 def _words(array: np.ndarray) -> np.ndarray:
@@ -75,11 +86,11 @@ def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
     return Marks(status, done, wrong)
 
 
-def check_block(file: h5py.File, tile: Tile) -> str | None:
+def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     """What is wrong with a block that is marked as computed, or None."""
     values = {}
     n = tile.stop - tile.start
-    for variable in VARIABLES:
+    for variable in variables_of(plan):
         try:
             read = file[variable.name][tile.slab]
         except BROKEN:
@@ -87,9 +98,11 @@ def check_block(file: h5py.File, tile: Tile) -> str | None:
         values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
     if not np.isin(values["status"], _ENDINGS).all():
         return "status: a value that means nothing"
-    sums = point_sums(tile.start, values["margin"], values["switches"], values["status"])
+    sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
     for column, name in enumerate(("section_xi", "section_dxi")):
-        sums += section_sums(values[name], column)
+        sums += section_sums(values[name], column) if name in values else np.uint64(0)
+    for q in quantities(plan.record):
+        sums += record_sums(q.name, values[q.name])
     if not np.array_equal(values["checksum"], sums):
         return "the values do not add up to their checksum"
     return None

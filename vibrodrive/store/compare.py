@@ -67,6 +67,7 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
         "method": Method(plan.settings.method).name.lower(),
         "scan": Scan(plan.settings.scan).name.lower(),
     }
+    settings["record"] = ", ".join(plan.record)
     return plan.axes | scalars | {k: np.asarray(v) for k, v in settings.items()}
 
 

@@ -12,8 +12,9 @@ import h5py
 import numpy as np
 
 from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.records import SECTION
 from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
-from vibrodrive.store.layout import SCHEMA_VERSION, VARIABLES, Origin, chunk_of, coordinates, digest
+from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
 """What h5py raises for bytes that it cannot interpret."""
@@ -163,8 +164,8 @@ def read_header(file: h5py.File) -> Header:
                 raise Damaged(f"{path}: damaged: axis {name} is not what was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling)
-        for variable in VARIABLES:
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, tuple(outline.get("record", (SECTION,))))
+        for variable in variables_of(plan):
             data = file[variable.name]
             if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")

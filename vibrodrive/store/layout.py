@@ -24,6 +24,7 @@ import numpy as np
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 
@@ -45,17 +46,37 @@ class Variable(NamedTuple):
     extra: str  # the dimension after the axes, if any
     fill: Any
     long_name: str
+    units: str = "1"
 
 
-VARIABLES = (
+SECTIONS = (
     Variable("section_xi", "<f8", "period", math.nan, "gap ξ at the instants of the Poincaré section"),
     Variable("section_dxi", "<f8", "period", math.nan, "velocity ξ' at the instants of the Poincaré section"),
+)
+
+POINTS = (
     Variable("margin", "<f8", "", math.nan, "how close the closest decision came to going the other way"),
     Variable("switches", "<i8", "state", -1, "switches into each state within the recorded periods"),
     Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
     Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "how the trajectory ended"),
 )
-"""In the order in which a block is written: the status is the mark that commits it."""
+"""What every file has. The status is written last: it is the mark that commits a block."""
+
+COUNTS_MAX = 2**31
+"""So many switches are more than the small integers hold in which a file without sections counts them."""
+
+
+def variables_of(plan: Plan) -> tuple[Variable, ...]:
+    """The variables of a file, in the order in which a block is written."""
+    recorded = [Variable(q.name, q.dtype, q.along, q.fill, q.meaning, q.unit) for q in quantities(plan.record)]
+    few = SECTION not in plan.record and plan.settings.periods * plan.settings.budget < COUNTS_MAX
+    points = [v._replace(dtype="<i4") if v.name == "switches" and few else v for v in POINTS]
+    return (*(SECTIONS if SECTION in plan.record else ()), *recorded, *points)
+
+
+def dimension_of(along: str, plan: Plan) -> str:
+    """The dimension of the file that a variable has beside the axes; `period` is a quantity in a summary."""
+    return "section_period" if along == "period" and SUMMARY in plan.record else along
 
 
 class Origin(NamedTuple):
@@ -92,8 +113,13 @@ def axes_of(plan: Plan) -> dict[str, np.ndarray]:
 
 def coordinates(plan: Plan) -> dict[str, np.ndarray]:
     """All dimensions of the file and their values."""
-    periods = np.arange(1, plan.settings.periods + 1)
-    return {**axes_of(plan), "period": periods, "state": np.array(list(State), np.int8)}
+    periods = plan.settings.periods
+    found = {**axes_of(plan)}
+    if SECTION in plan.record:
+        found[dimension_of("period", plan)] = np.arange(1, periods + 1)
+    if IMPACTS in plan.record:
+        found["impact"] = np.arange(1, 2 * periods + 1)
+    return {**found, "state": np.array(list(State), np.int8)}
 
 
 class Tile(NamedTuple):
@@ -124,7 +150,8 @@ def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
 
 def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
     """Shape of a chunk of a variable: a block of points, and the extra dimension whole."""
-    extra = {"": (), "period": (plan.settings.periods,), "state": (len(State),)}[variable.extra]
+    periods = plan.settings.periods
+    extra = {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[variable.extra]
     return (plan.chunk or (1,)) + extra
 
 
@@ -135,16 +162,18 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
     file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
     where = tiles(plan)
-    for n, variable in enumerate(VARIABLES):
+    variables = variables_of(plan)
+    for n, variable in enumerate(variables):
         chunk = chunk_of(variable, plan)
-        names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
+        names = (*axes_of(plan), *([dimension_of(variable.extra, plan)] if variable.extra else []))
         data = netcdf.variable(
-            file, variable.name, names, variable.dtype, variable.long_name, fill=variable.fill, chunks=chunk
-        )
+            file, variable.name, names, variable.dtype, variable.long_name,
+            fill=variable.fill, chunks=chunk, units=variable.units,
+        )  # fmt: skip
         empty = blank(variable, chunk)
         for k, tile in enumerate(where):
             put_chunk(data, tile, empty)
-            progress(n * len(where) + k + 1, len(VARIABLES) * len(where))
+            progress(n * len(where) + k + 1, len(variables) * len(where))
     flags = [s for s in Status if s is not Status.NOT_COMPUTED]
     file["status"].attrs["flag_values"] = np.array([*flags, Status.NOT_COMPUTED], np.int8)
     file["status"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in [*flags, Status.NOT_COMPUTED])
@@ -159,6 +188,8 @@ def _meaning(name: str) -> tuple[str, str]:
         return SCENE_AXES[name].meaning, SCENE_AXES[name].unit
     meanings = {
         "period": "recorded excitation period, counted from 1 after the transient",
+        "section_period": "recorded excitation period, counted from 1 after the transient",
+        "impact": "main impact, counted from 1 after the transient",
         "state": "state of the motion (Fig. 2)",
         "point": "the one point of this sweep",
     }
@@ -174,7 +205,7 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> No
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
-    outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings)})
+    outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings), **_recorded(plan)})
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         "schema_version": SCHEMA_VERSION,
         "method": Method(plan.settings.method).name.lower(),
@@ -182,6 +213,11 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
         "plan": outline,
         "plan_sha256": digest(outline),
     }
+
+
+def _recorded(plan: Plan) -> dict[str, Any]:
+    """What is recorded, if it is not the section alone: earlier versions knew nothing else."""
+    return {} if plan.record == (SECTION,) else {"record": plan.record}
 
 
 def _versions() -> dict[str, str]:

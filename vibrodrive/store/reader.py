@@ -65,6 +65,7 @@ def load(path: str | Path) -> Results:
         plan.settings,
         functools.partial(_read, path.absolute(), plan),
         title=header.origin.title,
+        record=plan.record,
     )
 
 
@@ -92,7 +93,7 @@ def _gather(
             return np.asarray(data[index])
         return _blockwise(data, index, finished)
     except OSError:
-        faults = ((k, check_block(file, tile)) for k, tile in finished)
+        faults = ((k, check_block(file, tile, plan)) for k, tile in finished)
         k, fault = next(((k, f) for k, f in faults if f), (-1, "unreadable"))
         raise Damaged(_damaged(Path(file.filename), k, fault)) from None
 
@@ -173,7 +174,7 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
         where = tiles(plan)
         status, done, wrong = read_marks(file, where)
         for k in np.flatnonzero(done).tolist():
-            fault = check_block(file, where[k])
+            fault = check_block(file, where[k], plan)
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(where))

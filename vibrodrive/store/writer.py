@@ -19,8 +19,9 @@ import h5py
 import numpy as np
 
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
-from vibrodrive.store.checksums import check_block, point_sums, read_marks, section_sums
+from vibrodrive.store.checksums import check_block, point_sums, read_marks, record_sums, section_sums
 from vibrodrive.store.compare import Different, compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import Unwritable, unwritable
@@ -33,7 +34,6 @@ from vibrodrive.store.header import (
     refuse_foreign,
 )
 from vibrodrive.store.layout import (
-    VARIABLES,
     Origin,
     Progress,
     blank,
@@ -42,6 +42,7 @@ from vibrodrive.store.layout import (
     put_chunk,
     quiet,
     tiles,
+    variables_of,
 )
 from vibrodrive.store.lock import Busy, Lock
 
@@ -82,9 +83,10 @@ class Writer:
         self._mutex = Mutex()
         self._pending: dict[int, np.ndarray] = {}
         self._committed_at = time.monotonic()
-        self._data = {v.name: file[v.name] for v in VARIABLES}
+        self._data = {v.name: file[v.name] for v in variables_of(plan)}
         points = math.prod(plan.chunk)
-        self._chunk = np.empty(8 * points * plan.settings.periods + 4, np.uint8)
+        sections = 8 * points * plan.settings.periods if SECTION in plan.record else 0
+        self._chunk = np.empty(sections + 4, np.uint8)
 
     def missing(self) -> list[int]:
         """Indices into plan.blocks() of what is still to compute."""
@@ -98,8 +100,12 @@ class Writer:
         with self._mutex:
             k = block.index
             sums = point_sums(block.start, block.margin, block.switches, block.status)
-            for column, name in enumerate(("section_xi", "section_dxi")):
-                sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
+            if block.section is not None:
+                for column, name in enumerate(("section_xi", "section_dxi")):
+                    sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
+            for name, values in block.records.items():
+                self._put(k, name, values)
+                sums += record_sums(name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
@@ -120,7 +126,7 @@ class Writer:
         """
         _, done, wrong = read_marks(self._file, self.tiles)
         for k in np.flatnonzero(done).tolist():
-            fault = check_block(self._file, self.tiles[k])
+            fault = check_block(self._file, self.tiles[k], self.plan)
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(self.tiles))
@@ -202,7 +208,7 @@ class Writer:
     def _take_back(self, k: int) -> None:
         # status first: from here on the block counts as missing. A damaged chunk is replaced as it
         # lies in the file, because HDF5 would read it before writing a part of it.
-        for variable in reversed(VARIABLES):
+        for variable in reversed(variables_of(self.plan)):
             empty = blank(variable, chunk_of(variable, self.plan))
             try:
                 put_chunk(self._data[variable.name], self.tiles[k], empty)
