@@ -23,7 +23,7 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.size import TooLarge, file_bytes
 from vibrodrive.model.states import State
 from vibrodrive.store.header import Damaged
-from vibrodrive.store.layout import VARIABLES, Origin, tiles
+from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.reader import load, look, verify
 from vibrodrive.store.writer import Busy, Different, NoResult, open_writer
 
@@ -147,7 +147,7 @@ def test_attributes_tell_where_it_comes_from(finished):
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
         assert file.attrs["method"] == "certified"
         assert "numba" in json.loads(file.attrs["versions"])
-        assert all(file[v.name].fletcher32 for v in VARIABLES)
+        assert all(file[v.name].fletcher32 for v in variables_of(make()))
 
 
 def test_two_runs_differ_in_nothing_but_the_date(path, tmp_path):
@@ -372,7 +372,7 @@ def damaged(path, offset, bit=0):
     path.write_bytes(raw)
 
 
-@pytest.mark.parametrize("variable", [v.name for v in VARIABLES])
+@pytest.mark.parametrize("variable", [v.name for v in variables_of(make())])
 def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
     with h5py.File(finished) as file:
         chunk = file[variable].id.get_chunk_info(3)
@@ -400,7 +400,7 @@ def test_data_lost_under_their_status_are_found(finished):
     plan = make()
     with h5py.File(finished, "a") as file:
         slab = tiles(plan)[2].slab
-        for variable in VARIABLES[:-1]:
+        for variable in variables_of(plan)[:-1]:
             file[variable.name][slab] = variable.fill
     assert list(verify(finished).faults) == [2]
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import SECTION, quantities
 
 
 class Block(NamedTuple):
@@ -20,10 +21,11 @@ class Block(NamedTuple):
     index: int
     start: int
     stop: int
-    section: np.ndarray
+    section: np.ndarray | None
     status: np.ndarray
     margin: np.ndarray
     switches: np.ndarray
+    records: dict[str, np.ndarray]
 
 
 def block(plan: Plan, k: int) -> Block:
@@ -35,7 +37,12 @@ def block(plan: Plan, k: int) -> Block:
     section = np.stack([np.sin(phase), np.cos(phase)], axis=-1)
     number = np.arange(start, stop)
     switches = number[:, None] * np.arange(1, 6)
-    return Block(k, start, stop, section, (number % 3).astype(np.int8), np.exp(-number * 0.01), switches)
+    records = {}
+    for m, q in enumerate(quantities(plan.record)):
+        shape = (stop - start, *((2 * plan.settings.periods,) if q.along == "impact" else ()))
+        records[q.name] = (1 + m + number.reshape(-1, *[1] * (len(shape) - 1)) * np.ones(shape)).astype(q.dtype)
+    status, margin = (number % 3).astype(np.int8), np.exp(-number * 0.01)
+    return Block(k, start, stop, section if SECTION in plan.record else None, status, margin, switches, records)
 
 
 def run_blocks(plan: Plan, which: Sequence[int] | None = None, *, delay: float = 0.0, **_: Any) -> Iterator[Block]:

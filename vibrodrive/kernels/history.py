@@ -28,6 +28,7 @@ from vibrodrive.kernels.summary import (
     XI,
     add_gap,
     add_segment,
+    begin_totals,
     clear_totals,
     summarise,
 )
@@ -84,7 +85,9 @@ def add_rows(w, k, i, to, rows, totals):
     """Add the switches before number `to` to the totals."""
     for n in range(k[r.HISTORY_ADDED + i], to):
         add_gap(rows, n % ROWS, totals)
-        if n > 0:
+        if n == 0:
+            begin_totals(rows, 0, totals)
+        else:
             add_segment(
                 rows, (n - 1) % ROWS, n % ROWS, w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], totals
             )

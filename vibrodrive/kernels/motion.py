@@ -351,9 +351,15 @@ def grid_time(w, k, i, steps):
 
 
 @inline
+def commit_grid(k, i, where, steps):
+    """Lane i has come to grid point number `steps`."""
+    k[GRID + i] = choose(where, steps, k[GRID + i])
+
+
+@inline
 def arrive_on_grid(w, k, i, x, v, steps):
     """Where `steps` grid steps lead."""
-    k[GRID + i] += int(steps)
+    commit_grid(k, i, True, k[GRID + i] + int(steps))
     period, phi, low = grid_time(w, k, i, k[GRID + i])
     return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
 

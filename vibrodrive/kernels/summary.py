@@ -88,6 +88,13 @@ def clear_totals(totals):
 
 
 @inline
+def begin_totals(rows, row, totals):
+    """The switch from which on everything is added: if it is an impact, delays are followed from there."""
+    if int(rows[row, AFTER]) == IMPACT:
+        totals[LATE], totals[FIRST] = 1.0, rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
+
+
+@inline
 def forces(row, rows, a, af, eta, frac):
     """(A sin φ + AF sin θ, -G, -∫G) at a switch: F, and what its integrals are made of."""
     s, c = sincos(rows[row, PHASE])
@@ -404,15 +411,15 @@ def summarise(rows, added, count, size, state, x, a, b, af, eta, frac, totals, o
         gaps = gap_cycle_of_period(rows, last, switches, n, size, totals)
         sequence = sequence_number(rows, last, switches, size)
         clear_totals(totals)
-        if int(rows[last % size, AFTER]) == IMPACT:
-            start = rows[(last - switches) % size, PERIOD] * TWO_PI + rows[(last - switches) % size, PHASE]
-            totals[LATE], totals[FIRST] = 1.0, start
+        begin_totals(rows, (last - switches) % size, totals)
         for k in range(last - switches + 1, last + 1):
             add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
     elif not resting:
         for k in range(added, count):
             add_gap(rows, k % size, totals)
-            if k > 0:
+            if k == 0:
+                begin_totals(rows, 0, totals)
+            else:
                 add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
         gaps = gap_cycle(totals)
     duration = float(n)

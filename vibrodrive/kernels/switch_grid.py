@@ -47,6 +47,7 @@ from vibrodrive.kernels.motion import (
     LONGEST_SCAN,
     STRETCH,
     advance_phase,
+    commit_grid,
     excitation,
     grid_time,
     section_at,
@@ -216,7 +217,7 @@ def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)
     commit_time(w, k, i, over, there, phi1, low1, left, p, q)
-    k[r.GRID + i] = choose(over, steps, k[r.GRID + i])
+    commit_grid(k, i, over, steps)
     commit_segment(w, i, over, segment, choose(gap, 0.0, choose(waited, w[r.X_OFF + i], off)), 0.0)
     commit_cost(w, k, i, over, period, cost)
     count_switch(k, i, recorded, gap, to)

@@ -56,7 +56,9 @@ def file_bytes(plan: Plan) -> int:
     rows = chunks * points
     per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
-    return rows * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES) + chunks * per_chunk + axes + 40_000
+    tables = 40_000 + 3_200 * len(quantities(plan.record))
+    per_point = point_bytes(plan.record, plan.settings.periods) + POINT_BYTES
+    return rows * per_point + chunks * per_chunk + axes + tables
 
 
 def block_bytes(plan: Plan) -> int:

@@ -1,0 +1,60 @@
+"""What a sweep records beside its sections is, point by point, what single motions and other sweeps have."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.model.records import MAIN_IMPACTS, SUMMARIES, check_record
+
+pytestmark = pytest.mark.jit
+
+RUN = dict(transient=50, periods=12)
+
+
+def test_impacts_are_those_of_the_motions():
+    A = [0.5, 1.5, 2.65, 3.1]
+    swept = vd.sweep(A=A, eps=[0.0, 2e-4], **RUN, record="impacts")
+    for index in np.ndindex(swept.shape):
+        motion = vd.simulate(A=A[index[0]], eps=swept.axes["eps"][index[1]], **RUN)
+        n = len(motion.impacts)
+        assert (swept.impact_period[index][n:] == -1).all()
+        assert np.isnan(swept.impact_phase[index][n:]).all()
+        for name in ("period", "phase", "speed"):
+            assert getattr(swept, f"impact_{name}")[index][:n].tolist() == motion.impacts[name].tolist()
+        after = motion.switches["after"]
+        between = [len(after[a + 1 : b]) for a, b in zip(*(motion.impacts["row"][k:] for k in (0, 1)), strict=False)]
+        assert swept.impact_states[index][1:n].tolist() == between
+        assert swept.impact_states[index][0] == -1
+
+
+@pytest.mark.parametrize("record", ["summary", ("impacts",), ["summary", "section"], ("section", "impacts", "summary")])
+def test_the_record_changes_nothing_else(record):
+    plain = vd.sweep(A=np.linspace(1, 3.3, 40), eps=[0.0, 1e-4], **RUN)
+    other = vd.sweep(A=np.linspace(1, 3.3, 40), eps=[0.0, 1e-4], **RUN, record=record)
+    for name in ("status", "margin", "switches", *(["section"] if "section" in record else [])):
+        assert np.array_equal(getattr(plain, name), getattr(other, name), equal_nan=True)
+    assert plain.record == ("section",)
+    assert other.record == check_record(record)
+
+
+def test_threads_and_executors_change_no_bit():
+    sweep = dict(A=np.linspace(1, 3.3, 200), eps=[0.0, 1e-4], **RUN, record=("impacts", "summary"))
+    one, two = vd.sweep(**sweep, threads=1), vd.sweep(**sweep)
+    with ThreadPoolExecutor(2) as pool:
+        three = vd.sweep(**sweep, executor=pool)
+    for q in (*SUMMARIES, *MAIN_IMPACTS):
+        first = getattr(one, q.name)
+        assert first.dtype == q.dtype
+        for other in (two, three, pickle.loads(pickle.dumps(two))):
+            assert np.array_equal(first, getattr(other, q.name), equal_nan=True), q.name
+
+
+@pytest.mark.parametrize("record", ["sections", (), [], "summary,impacts", ("summary", "summary"), 1, None, [1]])
+def test_other_records_are_refused_in_one_line(record):
+    with pytest.raises((TypeError, ValueError), match=r"record = .*: must be one or several of section, "):
+        vd.sweep(A=2.0, record=record)

@@ -1,0 +1,138 @@
+"""What else than sections a file may hold: written, resumed, refused, found damaged and mended as sections are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.support import fake
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.records import quantities
+from vibrodrive.model.size import file_bytes
+from vibrodrive.store.header import Damaged
+from vibrodrive.store.layout import Origin, variables_of
+from vibrodrive.store.reader import load, verify
+from vibrodrive.store.writer import Different, open_writer
+
+TEXT = "[sweep]\nA = {start = 3, stop = 3.25, num = 90}\n"
+
+KINDS = [("summary",), ("impacts",), ("section", "summary"), ("section", "impacts", "summary")]
+
+
+def make(record):
+    plan = make_plan({"A": np.linspace(3, 3.25, 90), "transient": 0, "periods": 12, "record": record})
+    return replace(plan, tiling=(20,))
+
+
+def write(path, plan, which=None):
+    writer = open_writer(path, plan, Origin(TEXT))
+    for k in writer.missing():
+        if which is None or k in which:
+            writer.write(fake.block(writer.plan, k))
+    writer.close()
+
+
+@pytest.fixture(params=KINDS, ids="+".join)
+def plan(request):
+    return make(request.param)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "x.h5"
+
+
+def assert_complete(path, plan):
+    found = load(path)
+    for k, (start, stop) in enumerate(plan.blocks()):
+        expected = fake.block(plan, k)
+        for name, values in expected.records.items():
+            assert getattr(found, name)[start:stop].tobytes() == values.tobytes(), name
+        assert found.switches[start:stop].tolist() == expected.switches.tolist()
+        if expected.section is not None:
+            assert found.section[start:stop].tobytes() == expected.section.tobytes()
+
+
+def test_what_is_recorded_comes_back(path, plan):
+    write(path, plan, which=[0, 3])
+    half = load(path)
+    assert (half.record, half.computed) == (plan.record, 40 / 90)
+    q = quantities(plan.record)[0]
+    assert (getattr(half, q.name)[20:60] == q.fill).all(), "not computed yet"
+    write(path, plan)
+    assert_complete(path, plan)
+    assert verify(path).sound
+    assert load(path).select(A=3.1).record == plan.record
+
+
+def test_a_file_is_as_large_as_foretold_and_a_summary_small(path, plan):
+    write(path, plan)
+    assert path.stat().st_size == pytest.approx(file_bytes(plan), abs=70_000), "HDF5's own tables grow by doubling"
+    if plan.record == ("summary",):
+        points = np.prod(plan.chunk) * len(plan.blocks())
+        with h5py.File(path) as file:
+            held = sum(file[v.name].id.get_storage_size() for v in variables_of(plan))
+        assert held / points < 160, "bytes a point"
+
+
+def test_another_record_is_another_configuration(path, plan):
+    write(path, plan)
+    with pytest.raises(Different, match=r"record is .* there and section here"):
+        open_writer(path, make("section"), Origin(TEXT))
+
+
+def test_what_is_not_recorded_is_named(path):
+    write(path, make(("summary",)))
+    found = load(path)
+    with pytest.raises(ValueError, match='with "section" for the section to be known'):
+        _ = found.section
+    with pytest.raises(AttributeError, match='with "impacts" for impact_phase to be known'):
+        _ = found.impact_phase
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = found.nonsense
+    assert "energy" in dir(found)
+    assert "impact_phase" not in dir(found)
+
+
+@pytest.mark.parametrize("name", ["sequence", "lyapunov", "share_up", "impact_states", "period"])
+def test_a_flipped_bit_is_found_named_and_mended(path, name):
+    plan = make(("impacts", "summary"))
+    write(path, plan)
+    with h5py.File(path) as file:
+        chunk = file[name].id.get_chunk_info(3)
+    raw = bytearray(path.read_bytes())
+    raw[chunk.byte_offset + chunk.size // 2] ^= 8
+    path.write_bytes(raw)
+    assert name in verify(path).faults[3]
+    with pytest.raises(Damaged, match="block 3 is damaged"):
+        getattr(load(path), name)
+    writer = open_writer(path, plan, Origin(TEXT))
+    writer.check()
+    assert writer.missing() == [3]
+    writer.close()
+    write(path, plan)
+    assert_complete(path, plan)
+
+
+def test_records_that_changed_places_are_found(path):
+    plan = make(("summary",))
+    write(path, plan)
+    with h5py.File(path, "a") as file:
+        first, second = file["energy"][:20], file["energy"][20:40]
+        file["energy"][:20], file["energy"][20:40] = second, first
+    assert list(verify(path).faults) == [0, 1]
+
+
+def test_a_stranger_reads_units_and_meanings(path, plan):
+    write(path, plan)
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        for q in quantities(plan.record):
+            assert (data[q.name].attrs["units"], data[q.name].attrs["long_name"]) == (q.unit, q.meaning)
+            assert data[q.name].dims == (("A", "impact") if q.along else ("A",))
+        if "section" in plan.record:
+            last = "section_period" if "summary" in plan.record else "period"
+            assert data["section_xi"].dims == ("A", last)
