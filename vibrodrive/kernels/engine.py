@@ -29,7 +29,7 @@ from vibrodrive.kernels.codes import (
 from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
 from vibrodrive.kernels.history import assign_slots, begin_history, leave_slot, write_switches
-from vibrodrive.kernels.impacts import note_impacts, write_impacts
+from vibrodrive.kernels.impacts import note_counts, write_impacts
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
@@ -166,7 +166,7 @@ def run(
             m = list_ended(w, todo, n)
         else:
             if impacts.shape[1] > 0 or summarised:
-                note_impacts(w, k, n, not bracketed, summarised and not fast, periods)
+                note_counts(w, k, n, periods)
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)

@@ -1,9 +1,9 @@
 """The switches of each trajectory under way, kept as far back as its summary needs them (summary.py).
 
 A lane has room for ROWS switches, one behind the other in a ring. What falls out of it has been added to the lane's
-totals before. The rows are those that `simulate` gives: a batch of switches writes them from what was known before it
-(impacts.py) and what it has counted, everything else one by one; a motion that repeats itself has its rows copied with
-its sections.
+totals before. The rows are those that `simulate` gives: those of a batch of switches are made of what was known before
+it, what it has noted (impacts.py) and what it has counted, all others are written one by one; a motion that repeats
+itself has its rows copied with its sections.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def write_switches(w, k, n, on_grid, waits_are_known, history, totals):
     """Write the switches that a batch has counted: one that ends a state, an impact before it, a wait behind it.
 
     A wait whose end is known beforehand is over within the same batch (switch_undisturbed.py); then its beginning is
-    where the slide ended, which was noted.
+    where the slide ended, which the batch has noted.
     """
     for i in range(n):
         if k[r.STATE_BEFORE + i] == NONE:
@@ -113,12 +113,12 @@ def write_switches(w, k, n, on_grid, waits_are_known, history, totals):
         period, phi, x = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i]
         ended, at = period, phi
         if waits_are_known:
-            ended, at = k[r.IMPACT_PERIOD + i], w[r.IMPACT_PHI + i]
+            ended, at = k[r.END_PERIOD + i], w[r.END_PHI + i]
         v = 0.0
         if on_grid and (before == UP or before == DOWN):
-            v = 0.0 - w[r.IMPACT_SPEED + i]
+            v = 0.0 - w[r.END_SPEED + i]
         if landed:
-            write_switch(w, k, i, ended, at, before, IMPACT, 0.0, 0.0 - w[r.IMPACT_SPEED + i], history, totals)
+            write_switch(w, k, i, ended, at, before, IMPACT, 0.0, 0.0 - w[r.END_SPEED + i], history, totals)
             before, v = IMPACT, 0.0
         if waited:
             wait = REST if landed else STICK

@@ -4,9 +4,9 @@ A disturbed mass touches the obstacle many times where the undisturbed one lands
 one follows or precedes within half an excitation period: an impact within π of the last one written takes its place
 if it is faster, and is a touch beside it if it is not. So a record of P periods has at most 2P main impacts.
 
-Written are its time (period, phase), its speed, and how many switches of the record came before it. Where a batch of
-switches goes over impacts, what they were is noted before the motion that led there is given up, and written when it is
-known which of them were taken. A motion that repeats itself (recurrence.py) has its impacts copied with its sections.
+Written are its time (period, phase), its speed, and how many switches of the record came before it. A batch of switches
+notes when and how fast each lane comes to its end, and the impacts are written when it is known which switches were
+taken. A motion that repeats itself (recurrence.py) has its impacts copied with its sections.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import math
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import IMPACT, NOTHING, S1
+from vibrodrive.kernels.codes import IMPACT
 from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.motion import propagate, time_between
+from vibrodrive.kernels.motion import time_between
 
 TIME, PHASE, SPEED, BEFORE = 0, 1, 2, 3
 """Columns of an impact: its whole periods since τ = 0 and its phase, its speed -ξ', the switches before it."""
@@ -52,11 +52,11 @@ def write_impact(k, i, period, phi, speed, before, impacts):
 
 
 @inline
-def note_impact(w, k, i, period, phi, v):
-    """The impact that lane i may be taken over."""
-    k[r.IMPACT_PERIOD + i] = period
-    w[r.IMPACT_PHI + i] = phi
-    w[r.IMPACT_SPEED + i] = -v
+def note_end(w, k, i, period, phi, v):
+    """Where lane i comes to in a batch: what ended there, and when, may not be what it goes on from."""
+    k[r.END_PERIOD + i] = period
+    w[r.END_PHI + i] = phi
+    w[r.END_SPEED + i] = -v
 
 
 NONE = -1
@@ -67,11 +67,8 @@ AHEAD = TWO_PI + 1.0
 
 
 @part
-def note_impacts(w, k, n, known, all_slides, periods):
-    """What the lanes 0..n-1 are in and have counted before a batch of switches, where that may lead into the record.
-
-    Where its time is `known`, the impact there is noted; with `all_slides` the end of any slide.
-    """
+def note_counts(w, k, n, periods):
+    """What the lanes 0..n-1 are in and have counted before a batch of switches, where that may lead into the record."""
     for i in range(n):
         if w[r.LEFT + i] - w[r.CURSOR + i] > float(periods) * TWO_PI + AHEAD:
             k[r.STATE_BEFORE + i] = NONE
@@ -79,20 +76,17 @@ def note_impacts(w, k, n, known, all_slides, periods):
         k[r.STATE_BEFORE + i] = k[r.STATE + i]
         k[r.IMPACTS_BEFORE + i] = k[r.SWITCHES + IMPACT * STRIDE + i]
         k[r.SWITCHES_BEFORE + i] = count_switches(k, i, r.SWITCHES)
-        if known and w[r.OUTCOME + i] != NOTHING and (all_slides or k[r.SEARCH + i] == S1):
-            there, _ = propagate(w, k, i, False, 0.0)
-            note_impact(w, k, i, k[r.PERIOD + i] + int(there.turned), there.phi, there.v)
 
 
 @part
 def write_impacts(w, k, n, impacts):
-    """Write those of the impacts noted that the batch has counted."""
+    """Write the impacts that the batch has counted."""
     for i in range(n):
         if k[r.STATE_BEFORE + i] == NONE:
             continue
         if k[r.SWITCHES + IMPACT * STRIDE + i] > k[r.IMPACTS_BEFORE + i]:
-            period, before = k[r.IMPACT_PERIOD + i], k[r.SWITCHES_BEFORE + i]
-            write_impact(k, i, period, w[r.IMPACT_PHI + i], w[r.IMPACT_SPEED + i], before, impacts)
+            period, before = k[r.END_PERIOD + i], k[r.SWITCHES_BEFORE + i]
+            write_impact(k, i, period, w[r.END_PHI + i], w[r.END_SPEED + i], before, impacts)
 
 
 @inline

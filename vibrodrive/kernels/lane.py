@@ -58,8 +58,8 @@ LINE = 64
     POINT_X, POINT_V,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
-    # the impact that a batch of switches may go over, and the last main one at the reference (see impacts.py)
-    IMPACT_PHI, IMPACT_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
+    # where a batch of switches has come to, and the last main impact at the reference (see impacts.py)
+    END_PHI, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (
@@ -71,7 +71,7 @@ LINE = 64
     # switches so far into each of the five states, in the order of `State`, and how many there were at the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
     # main impacts written, and at the reference; impacts and switches counted before a batch of switches (impacts.py)
-    IMPACTS, IMPACT_PERIOD, IMPACTS_BEFORE, SWITCHES_BEFORE, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
+    IMPACTS, END_PERIOD, IMPACTS_BEFORE, SWITCHES_BEFORE, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
     # its state before that; where it keeps its switches, how many, of which added to its totals, and at the reference
     # (history.py)
     STATE_BEFORE, HISTORY_SLOT, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,

@@ -10,6 +10,7 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import DONE, FALLEN, NOTHING, S1, S2, S4, UNUSUAL, ZERO
 from vibrodrive.kernels.first_zero import LEAST_GAP, first_cursor
+from vibrodrive.kernels.impacts import note_end
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     SUSPECT,
@@ -124,6 +125,7 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
         w[r.B + i], inverse, there.p, there.q, there.pf, there.qf,
     )  # fmt: skip
     leave_over(k, i, choose(over | aside | (met == NOTHING), DONE, UNUSUAL))
+    note_end(w, k, i, period1, there.phi, there.v)
     commit_points(k, i, over & point, slot + 1)
     commit_state(k, i, over, to)
     commit_time(w, k, i, over, period1, there.phi, there.low, left, there.p, there.q)

@@ -35,7 +35,7 @@ from vibrodrive.kernels.codes import (
     S5,
     UNUSUAL,
 )
-from vibrodrive.kernels.impacts import note_impact
+from vibrodrive.kernels.impacts import note_end
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     SUSPECT,
@@ -212,7 +212,7 @@ def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
     leave_over(k, i, choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL)))
 
-    note_impact(w, k, i, there, phi1, v)
+    note_end(w, k, i, there, phi1, v)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
     left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)

@@ -25,6 +25,7 @@ from vibrodrive.kernels.codes import (
     UP,
     WRITE_POINT,
 )
+from vibrodrive.kernels.impacts import note_end
 from vibrodrive.kernels.lane import full
 from vibrodrive.kernels.margins import (
     ROUNDING,
@@ -136,6 +137,7 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     more = choose(point1, WRITE_POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
     leave_over(k, i, choose(over, more, choose(aside | (not met), DONE, UNUSUAL)))
 
+    note_end(w, k, i, period1, phi1, there.v)
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
     next_state = choose(up, UP, DOWN)
     commit_state(k, i, over, next_state)
