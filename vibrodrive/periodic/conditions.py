@@ -1,0 +1,255 @@
+"""A bifurcation of one orbit as equations in A, B and the times of its slides, smooth across the bifurcation itself.
+
+A search (search.py, continuation.py) decides after each slide what follows; at a bifurcation one decision hangs in
+the balance. Here the sequence of slides is prescribed, so nothing is decided. The unknowns are the times t_1 … t_S at
+which the S slides end, A and B. Each slide begins where the one before it ended, or, after a sticking or a rest, when
+H is 1 or -1. It ends with ξ' = 0, or with ξ = 0 if it lands. One more equation is the condition of the bifurcation:
+
+* *border*: H = 1 at an impact, which is then the last one before a rest,
+* *grazing*: ξ = 0 where a slide down ends with ξ' = 0,
+* *stick*: |H| = 1 at the end of a slide,
+* *period doubling*, *fold*: the multiplier is -1, +1.
+
+So S + 1 equations hold along a curve in the space of S + 2 unknowns. The sequence is that of an actual motion as long
+as every other decision has the sign that it presupposes: these are the `margins`.
+
+Derivatives are exact (complex step), as every term is analytic in the unknowns.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.model.states import State
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK
+from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.impact_map import spell
+
+TINY = 1e-40
+"""Imaginary step of a derivative: its square is lost against 1, so the quotient is exact."""
+
+SERIES = tuple(range(1, 12))
+"""Terms of the series of h - sin h up to |h| = 1: the next is below 1e-22 of the first."""
+
+CONVERGED = 1e-13
+"""Relative size of a Newton step that is as small as rounding lets it become."""
+
+MOST_STEPS = 12
+"""Newton steps, at most: from a prediction close to the curve three or four suffice."""
+
+
+class Slide(NamedTuple):
+    """One slide of a prescribed motion.
+
+    falls : whether it goes down.
+    begun : FROM_GROUND, FROM_STICK or FROM_REVERSAL.
+    turns : whole periods, since that of the first launch, to the phase at which a sticking or rest ends.
+    lands : whether it ends with an impact.
+    """
+
+    falls: bool
+    begun: int
+    turns: int
+    lands: bool
+
+
+class Margin(NamedTuple):
+    """What a prescribed motion presupposes: positive on it. `what` is the bifurcation where it is zero."""
+
+    what: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One bifurcation of one prescribed motion.
+
+    Attributes
+    ----------
+    kind : as in `Bifurcation`.
+    slides : those of one period, in order; the first is the one after the rest, if there is one.
+    period : in excitation periods.
+    rests : whether the mass rests before the first slide.
+    critical : index of the slide at whose end a border, grazing or stick lies; -1 for a doubling or fold.
+    doubled : whether its flights are twice those of an orbit of half the period, with which it may coincide.
+    """
+
+    kind: str
+    slides: tuple[Slide, ...]
+    period: int
+    rests: bool
+    critical: int
+    doubled: bool = False
+
+    @property
+    def word(self) -> str:
+        """The states of one period, as text; a sticking of no duration is among them."""
+        word = [State.REST] * self.rests
+        for s in self.slides:
+            word += [State.STICK] * (s.begun == FROM_STICK and word != [State.REST])
+            word += [State.DOWN if s.falls else State.UP] + [State.IMPACT] * s.lands
+        if self.rests and not self.slides[-1].lands:
+            word.append(State.IMPACT)
+        return spell(word)
+
+    @property
+    def impacts(self) -> int:
+        return max(1, sum(s.lands for s in self.slides))
+
+    def starts(self, u: np.ndarray) -> np.ndarray:
+        """When each slide begins, for unknowns (m, S + 2)."""
+        A, B = u[:, -2], u[:, -1]
+        up, down = np.arcsin((1.0 + B) / A), math.pi + np.arcsin((1.0 - B) / A)
+        begins = []
+        for i, s in enumerate(self.slides):
+            if s.begun == FROM_STICK:
+                begins.append((down if s.falls else up) + TWO_PI * s.turns)
+            else:
+                begins.append(u[:, i - 1] if i else u[:, -3] - TWO_PI * self.period)
+        return np.stack(begins, axis=1)
+
+    def motion(self, u: np.ndarray) -> Motion:
+        """The slides for unknowns (m, S + 2)."""
+        A, B = u[:, -2:-1], u[:, -1:]
+        begin, end = self.starts(u), u[:, :-2]
+        sigma = np.array([-1.0 if s.falls else 1.0 for s in self.slides])
+        released = np.array([s.begun == FROM_STICK for s in self.slides])
+        p = A * np.cos(begin)
+        q = np.where(released, B + sigma, A * np.sin(begin))
+        a0 = np.where(released, 0.0, q - B - sigma)
+        h = end - begin
+        versed, lag, double = lags(h)
+        velocity = p * versed - q * lag + a0 * h
+        rise = p * lag - q * double + 0.5 * a0 * h * h
+        force = A * np.sin(end) - B
+        gap = np.empty_like(rise)
+        below = np.zeros_like(rise[:, 0])
+        for i, s in enumerate(self.slides):
+            below = below + rise[:, i]
+            gap[:, i] = below
+            if s.lands:
+                below = np.zeros_like(below)
+        return Motion(begin, h, a0, sigma, velocity, gap, force)
+
+    def equations(self, u: np.ndarray) -> np.ndarray:
+        """Zero on the curve: (m, S + 1) for unknowns (m, S + 2)."""
+        found = self.motion(u)
+        lands = np.array([s.lands for s in self.slides])
+        rows = np.where(lands, found.gap, found.velocity)
+        return np.concatenate([rows, self.condition(found)[:, None]], axis=1)
+
+    def condition(self, found: Motion) -> np.ndarray:
+        """What is zero at the bifurcation, (m,)."""
+        if self.kind == GRAZING:
+            return found.gap[:, self.critical]
+        if self.kind == BORDER_COLLISION:
+            return found.force[:, self.critical] - 1.0
+        if self.kind == STICK:
+            return found.force[:, self.critical] + found.sigma[self.critical]
+        return self.multiplier(found) + (1.0 if self.kind == DOUBLING else -1.0)
+
+    def multiplier(self, found: Motion) -> np.ndarray:
+        """Derivative of the return map, as in `flight`, where the slope of one flight is explained."""
+        product, delay, moment = 1.0, 0.0, 0.0
+        for i, s in enumerate(self.slides):
+            if s.begun == FROM_STICK:
+                delay = 0.0
+            elif i == 0 or self.slides[i - 1].lands:
+                delay, moment = 1.0, 0.0
+            else:
+                delay = delay * found.a0[:, i - 1] / (found.force[:, i - 1] - found.sigma[i - 1])
+            moment = moment + delay * found.a0[:, i] * found.h[:, i]
+            if s.lands:
+                product = product * moment / found.velocity[:, i]
+        return np.asarray(product)
+
+    def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The equations (S + 1,) at u (S + 2,), and their derivatives (S + 1, S + 2)."""
+        n = len(u)
+        values = self.equations(u + 1j * TINY * np.eye(n + 1, n))
+        return values[-1].real, values[:-1].imag.T / TINY
+
+    def margins(self, u: np.ndarray) -> list[Margin]:
+        """What the motion presupposes at u, but for the condition itself; NaN where there is no such motion."""
+        found = self.motion(u[None, :])
+        h, velocity, gap, force = (row[0].tolist() for row in (found.h, found.velocity, found.gap, found.force))
+        A, B = u[-2:].tolist()
+        margins = [Margin("onset", A - 1.0 - B)]
+        last = len(self.slides) - 1
+        for i, s in enumerate(self.slides):
+            margins.append(Margin(STICK, h[i]))
+            here = self.critical == i
+            ends = i == last and self.rests
+            if s.lands:
+                margins.append(Margin(GRAZING, -velocity[i]))
+                if not (here and self.kind == BORDER_COLLISION):
+                    margins.append(Margin(BORDER_COLLISION, 1.0 - force[i] if ends else force[i] - 1.0))
+                continue
+            if s.falls and not (here and self.kind == GRAZING):
+                margins.append(Margin(GRAZING, gap[i]))
+            if here and self.kind == STICK:
+                continue
+            if ends:
+                margins.append(Margin(BORDER_COLLISION, 1.0 - force[i]))
+                continue
+            side = force[i] if s.falls else -force[i]  # beyond 1 the motion turns round, below it sticks
+            sticks = self.slides[(i + 1) % (last + 1)].begun == FROM_STICK
+            margins.append(Margin(STICK, 1.0 - side if sticks else side - 1.0))
+        if self.doubled:
+            half = len(self.slides) // 2  # the motion begins with the earlier of the two launch phases
+            margins.append(Margin(DOUBLING, float(u[half - 1] + 0.5 * TWO_PI * self.period - u[last])))
+        return margins
+
+
+class Motion(NamedTuple):
+    """The slides of prescribed motions, each (m, S): begin, duration h, acceleration a0 at the beginning, and at the
+    end velocity ξ', gap ξ and force H; `sigma` (S,) is the direction of friction, 1 up and -1 down."""
+
+    begin: np.ndarray
+    h: np.ndarray
+    a0: np.ndarray
+    sigma: np.ndarray
+    velocity: np.ndarray
+    gap: np.ndarray
+    force: np.ndarray
+
+
+def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """1 - cos h, h - sin h and h²/2 - 1 + cos h, without the cancellation of short slides."""
+    small = np.abs(h) < 1.0
+    y = -np.where(small, h, 0.0) ** 2
+    odd = even = np.zeros_like(h)
+    for k in reversed(SERIES):
+        odd = (1.0 + odd) * y / ((2 * k + 2) * (2 * k + 3))
+        even = (1.0 + even) * y / ((2 * k + 3) * (2 * k + 4))
+    versed = 2.0 * np.sin(0.5 * h) ** 2
+    lag = np.where(small, -y * h / 6.0 * (1.0 + odd), h - np.sin(h))
+    double = np.where(small, y * y / 24.0 * (1.0 + even), 0.5 * h * h - versed)
+    return versed, lag, double
+
+
+def newton(condition: Condition, u: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
+    """The point of the curve close to u at which row · u = value; None if there is none close by."""
+    rate = math.inf
+    for _ in range(MOST_STEPS):
+        if not u[-2] > 1.0 + u[-1]:
+            return None
+        residual, slopes = condition.linearised(u)
+        matrix = np.vstack([slopes, row])
+        try:
+            step = np.linalg.solve(matrix, np.append(residual, row @ u - value))
+        except np.linalg.LinAlgError:
+            return None
+        u = u - step
+        size = float(np.max(np.abs(step)))
+        if not size < 1.0:
+            return None
+        if size < CONVERGED * max(1.0, float(np.max(np.abs(u)))) or (size < 1e-9 and size >= 0.5 * rate):
+            return u
+        rate = size
+    return u if rate < 1e-9 else None

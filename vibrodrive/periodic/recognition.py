@@ -1,0 +1,202 @@
+"""Which condition a bifurcation found by a search satisfies: its orbit taken apart into slides.
+
+The search reports the orbit on one side of the bifurcation, a little away from it. Every decision of it that is close
+to going the other way gives a candidate, and one is the bifurcation if its equations have a solution at the very A
+that the search found. What lies on both sides of one bifurcation is one condition: a touching counts as no impact
+where the mass goes on, and a hop or slide of no duration is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.periodic.bifurcations import Bifurcation
+from vibrodrive.periodic.conditions import Condition, Slide, newton
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK, scale_of
+from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK, NO_WORD, flight
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.itineraries import NO_SLIDES
+from vibrodrive.periodic.search import Orbit
+
+SAME = 1e-9
+"""How far in A, times `scale_of`, a solution may be from the bifurcation that the search found."""
+
+CLOSE = 0.05
+"""How close to going the other way a decision is looked at: at a grazing it changes as a square root."""
+
+SHORT = 0.05
+"""Slides shorter than this may be those that vanish at the bifurcation."""
+
+ROUNDING = 1e-10
+"""Margins that are this little below zero may be positive."""
+
+
+class Part(NamedTuple):
+    """One slide of an orbit as it is found: direction, beginning, times since τ = 0, whether it lands, ξ at its end."""
+
+    falls: bool
+    begun: int
+    begin: float
+    end: float
+    lands: bool
+    gap: float
+    speed: float
+
+
+def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
+    """The condition of a bifurcation and its unknowns there; None if no condition has a solution there."""
+    orbit = found.orbit
+    A, B = found.A, orbit.B
+    solved = []
+    for condition, ends in candidates(found.kind, orbit):
+        row = np.zeros(len(ends) + 2)
+        row[-1] = 1.0
+        u = newton(condition, np.array([*ends, A, B]), row, B)
+        if u is None or not abs(u[-2] - A) < SAME * scale_of(A):
+            continue
+        least = min(m.value for m in condition.margins(u))
+        if least > -ROUNDING:
+            solved.append((least > 0.0, -len(condition.slides), condition, u))
+    if not solved:
+        return None
+    return max(solved, key=lambda s: s[:2])[2:]
+
+
+def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
+    """Conditions of this kind that the orbit is close to, the closest first, with the times at which slides end."""
+    rests = "REST" in orbit.word.split()
+    parts = parts_of(orbit, rests)
+    force = [orbit.A * math.sin(p.end) - orbit.B for p in parts]
+    if kind in (DOUBLING, FOLD):
+        half, name = orbit.impacts // 2, orbit.name
+        doubled = orbit.impacts % 2 == 0 and name[:half] == name[half:]
+        if kind == DOUBLING and doubled:
+            yield _prescribed(kind, parts[: len(parts) // 2], False, -1, orbit, orbit.period // 2)
+        else:
+            yield _prescribed(kind, parts, False, -1, orbit, orbit.period, doubled)
+        return
+    if kind == BORDER_COLLISION:
+        distance = [abs(f - 1.0) if p.lands else math.inf for p, f in zip(parts, force, strict=True)]
+        build = _border
+    elif kind == STICK:
+        distance = [
+            math.inf if p.lands else abs(f - 1.0 if p.falls else f + 1.0) for p, f in zip(parts, force, strict=True)
+        ]
+        build = _stick
+    else:
+        distance = [min(abs(p.gap), p.speed) if p.falls else math.inf for p in parts]
+        build = _grazing
+    for i in sorted(range(len(parts)), key=distance.__getitem__):
+        if distance[i] < CLOSE * scale_of(orbit.A):
+            yield from build(parts, i, force[i], rests, orbit)
+
+
+def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
+    """The slides of one period, from the rest on if there is one, times counted from τ = 0."""
+    A, B = orbit.A, orbit.B
+    psi = ImpactMap(A, B).window[0] if rests else float(orbit.phases[0])
+    at = psi
+    parts: list[Part] = []
+    for _ in range(orbit.impacts):
+        count = flight(psi, A, B, orbit.period, NO_WORD, NO_SLIDES)[5]
+        slides = np.full((count, 3), math.nan)
+        _, landed, velocity, _, _, _ = flight(psi, A, B, orbit.period, NO_WORD, slides)
+        falls, gap = True, 0.0
+        for k, (tau, h, begun) in enumerate(slides.tolist()):
+            if k == 0:
+                begin, falls = at, False
+            elif begun == FROM_STICK:
+                begin = tau + TWO_PI * math.ceil((at - tau) / TWO_PI - 1e-9)
+                falls = tau > 0.5 * math.pi
+            else:
+                begin, falls = at, not falls
+            at = begin + h
+            sigma = -1.0 if falls else 1.0
+            gap += A * (math.cos(begin) * h - math.sin(at) + math.sin(begin)) - 0.5 * (B + sigma) * h * h
+            lands = k == count - 1
+            how = FROM_STICK if k == 0 and not parts and rests else int(begun)
+            parts.append(Part(falls, how, begin, at, lands, gap, -velocity if lands else 0.0))
+        psi = landed
+    return parts
+
+
+def _prescribed(
+    kind: str, parts: Sequence[Part], rests: bool, critical: int, orbit: Orbit, period: int, doubled: bool = False
+) -> tuple[Condition, list[float]]:
+    """The condition, with times counted from the period of the first launch."""
+    turn = TWO_PI * math.floor(parts[0].begin / TWO_PI)
+    up = math.asin(min(1.0, (1.0 + orbit.B) / orbit.A))
+    down = math.pi + math.asin((1.0 - orbit.B) / orbit.A)
+    slides = []
+    for p in parts:
+        turns = round((p.begin - turn - (down if p.falls else up)) / TWO_PI) if p.begun == FROM_STICK else 0
+        slides.append(Slide(p.falls, p.begun, turns, p.lands))
+    return Condition(kind, tuple(slides), period, rests, critical, doubled), [p.end - turn for p in parts]
+
+
+def _after(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> list[Part]:
+    """One period that ends with part i, after which the mass rests: it begins after the rest, or where part i ends."""
+    if rests:
+        return list(parts[: i + 1])
+    first, *others = _rotated(parts, i + 1, orbit)
+    return [first._replace(begun=FROM_STICK), *others]
+
+
+def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
+    """The same period, begun with another part."""
+    span = TWO_PI * orbit.period
+    wrapped = [p._replace(begin=p.begin + span, end=p.end + span) for p in parts[:first]]
+    return [*parts[first:], *wrapped]
+
+
+def _period(parts: Sequence[Part], orbit: Orbit) -> int:
+    """Whole excitation periods until the rest after the last part ends, and the first part begins again."""
+    return math.ceil((parts[-1].end - parts[0].begin) / TWO_PI - 1e-2)
+
+
+def _border(
+    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
+) -> Iterator[tuple[Condition, list[float]]]:
+    there = _after(parts, i, rests, orbit)
+    yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, _period(there, orbit))
+
+
+def _stick(
+    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
+) -> Iterator[tuple[Condition, list[float]]]:
+    n = len(parts)
+    there = list(parts)
+    nxt = (i + 1) % n
+    there[nxt] = there[nxt]._replace(begun=FROM_STICK)
+    yield _prescribed(STICK, there, rests, i, orbit, orbit.period)
+    if parts[nxt].end - parts[nxt].begin < SHORT and not parts[nxt].lands and i + 1 < n:
+        yield _prescribed(STICK, [*parts[: i + 1], *parts[i + 2 :]], rests, i, orbit, orbit.period)
+
+
+def _grazing(
+    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
+) -> Iterator[tuple[Condition, list[float]]]:
+    there = list(parts)
+    there[i] = there[i]._replace(lands=False)
+    n = len(parts)
+    if force < 1.0 + CLOSE:
+        ended = _after(there, i, rests, orbit)
+        yield _prescribed(GRAZING, ended, True, len(ended) - 1, orbit, _period(ended, orbit))
+    if force < 1.0 - CLOSE or (rests and i == n - 1):
+        return
+    nxt = (i + 1) % n
+    if there[nxt].begun == FROM_GROUND:
+        there[nxt] = there[nxt]._replace(begun=FROM_REVERSAL)
+    if rests:
+        yield _prescribed(GRAZING, there, True, i, orbit, orbit.period)
+        return
+    landings = [k for k, p in enumerate(there) if p.lands]
+    if landings:
+        turned = _rotated(there, (landings[-1] + 1) % n, orbit)
+        where = (i - landings[-1] - 1) % n
+        yield _prescribed(GRAZING, turned, False, where, orbit, orbit.period)

@@ -1,0 +1,199 @@
+"""A curve of solutions followed through the plane (A, B), by a predictor along its tangent and Newton's method.
+
+Steps are taken along the curve in the space of all unknowns (pseudo-arclength), so that it may turn back in B or in
+A. Where one of the motion's margins vanishes, or the curve leaves the box, it ends: that point is found as a zero
+along the last step. So is every point at which B turns back, so that B is monotone between neighbouring points and
+one value of B between them belongs to exactly one point of the curve.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.periodic.conditions import Condition, Margin, newton
+
+LONGEST = 1.0 / 48.0
+"""Longest step, in widths of the box and radians of the times."""
+
+SHORTEST = 1e-9
+"""Shortest step: a curve that cannot be followed further is left there."""
+
+FAR = 0.2
+"""Share of a step by which its prediction may be wrong."""
+
+MOST_POINTS = 20_000
+"""Points of one curve, at most."""
+
+EDGE, LOST, CLOSED = "edge", "lost", "closed"
+"""Ends of a curve beside a vanishing margin: the edge of the box, a place where no solution is found, or none."""
+
+
+class Box(NamedTuple):
+    """Ranges of A and B."""
+
+    A: tuple[float, float]
+    B: tuple[float, float]
+
+    def margins(self, u: np.ndarray) -> list[Margin]:
+        A, B = u[-2:].tolist()
+        inside = (A - self.A[0], self.A[1] - A, B - self.B[0], self.B[1] - B)
+        return [Margin(EDGE, value) for value in inside]
+
+
+class Path(NamedTuple):
+    """Points (m, S + 2) along a curve, and why it ends at its first and its last."""
+
+    points: np.ndarray
+    ends: tuple[str, str]
+
+
+def trace(condition: Condition, seed: np.ndarray, box: Box) -> Path:
+    """The whole curve through a solution `seed` inside the box."""
+    forward, last = _Walk(condition, box).go(seed, 1.0)
+    if last == CLOSED:
+        return Path(np.array(forward), (CLOSED, CLOSED))
+    backward, first = _Walk(condition, box).go(seed, -1.0)
+    return Path(np.array([*reversed(backward[1:]), *forward]), (first, last))
+
+
+class _Walk:
+    """One curve followed in one direction."""
+
+    def __init__(self, condition: Condition, box: Box) -> None:
+        self.condition = condition
+        self.box = box
+        # a step along the curve counts A and B in widths of the box, times in radians
+        self.scale = np.ones(len(condition.slides) + 2)
+        self.scale[-2:] = box.A[1] - box.A[0], box.B[1] - box.B[0]
+
+    def margins(self, u: np.ndarray) -> list[Margin]:
+        return self.condition.margins(u) + self.box.margins(u)
+
+    def tangent(self, u: np.ndarray, along: np.ndarray | None) -> np.ndarray:
+        """The direction of the curve at u, of unit length in scaled unknowns; that of `along`, if given."""
+        _, slopes = self.condition.linearised(u)
+        direction = np.linalg.svd(slopes * self.scale)[2][-1]
+        if along is None:
+            return direction if direction[-1] >= 0.0 else -direction
+        return direction if direction @ along >= 0.0 else -direction
+
+    def corrected(self, u: np.ndarray, tangent: np.ndarray) -> np.ndarray | None:
+        """The point of the curve across from u, at right angles to the tangent."""
+        row = tangent / self.scale
+        return newton(self.condition, u, row, float(row @ u))
+
+    def between(self, a: np.ndarray, b: np.ndarray, tangent: np.ndarray, share: float) -> np.ndarray | None:
+        """The point of the curve a share of the way from a to b."""
+        return self.corrected(a + share * (b - a), tangent)
+
+    def go(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
+        """The points from the seed on, and why they end."""
+        points = [seed]
+        tangent = sign * self.tangent(seed, None)
+        start, step = tangent, 0.25 * LONGEST
+        while len(points) < MOST_POINTS:
+            here = points[-1]
+            ahead = here + step * tangent * self.scale
+            there = self.corrected(ahead, tangent)
+            if there is None or float(np.linalg.norm((there - ahead) / self.scale)) > FAR * step:
+                step *= 0.5
+                if step < SHORTEST:
+                    return points, LOST
+                continue
+            turned = self.tangent(there, tangent)
+            if (stop := self.first_end(here, there, tangent)) is not None:
+                end, why = stop
+                self.add_turn(points, end, tangent, self.tangent(end, tangent))
+                return points, why
+            self.add_turn(points, there, tangent, turned)
+            if len(points) > 4 and self.passes(seed, start, here, there):
+                points[-1] = seed
+                return points, CLOSED
+            error = float(np.linalg.norm((there - ahead) / self.scale))
+            tangent = turned
+            step = min(LONGEST, step * (2.0 if error < 0.25 * FAR * step else 1.0))
+        return points, LOST
+
+    def passes(self, seed: np.ndarray, start: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
+        """Whether the seed lies on the step from here to there."""
+        before, behind = (float(start @ ((u - seed) / self.scale)) for u in (here, there))
+        length = float(np.linalg.norm((there - here) / self.scale))
+        return before < 0.0 <= behind and float(np.linalg.norm((there - seed) / self.scale)) <= length
+
+    def add_turn(self, points: list[np.ndarray], there: np.ndarray, tangent: np.ndarray, turned: np.ndarray) -> None:
+        """Add a point, and before it the one at which B turns back, if it does on the way."""
+        here = points[-1]
+        if tangent[-1] * turned[-1] < 0.0 and not np.array_equal(here, there):
+
+            def rate(u: np.ndarray) -> float:
+                return float(self.tangent(u, tangent)[-1])
+
+            turn = self.zero(rate, here, there, tangent)
+            if turn is not None and not any(np.array_equal(turn, u) for u in (here, there)):
+                points.append(turn)
+        points.append(there)
+
+    def first_end(self, here: np.ndarray, there: np.ndarray, tangent: np.ndarray) -> tuple[np.ndarray, str] | None:
+        """Where the first margin vanishes between two points of the curve, and which; None if none does."""
+        found = []
+        for k, margin in enumerate(self.margins(there)):
+            if margin.value > 0.0:
+                continue
+
+            def value(u: np.ndarray, k: int = k) -> float:
+                return self.margins(u)[k].value
+
+            where = self.zero(value, here, there, tangent)
+            way = (where - here) / self.scale if where is not None else np.zeros(1)
+            found.append((float(np.linalg.norm(way)), where if where is not None else here, margin.what))
+        if not found:
+            return None
+        _, where, what = min(found, key=lambda f: f[0])
+        return where, what
+
+    def zero(
+        self, f: Callable[[np.ndarray], float], here: np.ndarray, there: np.ndarray, tangent: np.ndarray
+    ) -> np.ndarray | None:
+        """The point of the curve between two others at which f changes its sign, None if it does not."""
+
+        def at(share: float) -> np.ndarray | None:
+            return self.between(here, there, tangent, share)
+
+        return zero_on(at, f)
+
+
+def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], float]) -> np.ndarray | None:
+    """The point at(share), 0 <= share <= 1, where f changes its sign (Illinois rule); None if it does not."""
+    low, high = 0.0, 1.0
+    first, last = at(low), at(high)
+    if first is None or last is None:
+        return None
+    f_low, f_high = f(first), f(last)
+    if f_low == 0.0 or not f_low * f_high <= 0.0:
+        return first if f_low == 0.0 else None
+    best, side = (first, 0) if abs(f_low) < abs(f_high) else (last, 0)
+    share = math.inf
+    for _ in range(80):
+        share, before = high - f_high * (high - low) / (f_high - f_low), share
+        if not low < share < high or abs(share - before) < 1e-15:
+            break
+        point = at(share)
+        if point is None:
+            break
+        value = f(point)
+        best = point
+        if value == 0.0 or math.isnan(value):
+            break
+        if (value > 0.0) == (f_high > 0.0):
+            high, f_high = share, value
+            f_low *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            low, f_low = share, value
+            f_high *= 0.5 if side == -1 else 1.0
+            side = -1
+    return best
