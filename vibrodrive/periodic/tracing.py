@@ -9,7 +9,7 @@ one value of B between them belongs to exactly one point of the curve.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -197,3 +197,63 @@ def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], 
             f_high *= 0.5 if side == -1 else 1.0
             side = -1
     return best
+
+
+def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float) -> float | None:
+    """The A of the curve at B, which lies between those of two neighbouring points; None if it is not found.
+
+    Where B hardly changes along the curve, a guess at B may lead anywhere: B is approached along the curve first.
+    """
+    row = np.zeros(len(here))
+    row[-1] = 1.0
+    straight = here + (B - here[-1]) / (there[-1] - here[-1]) * (there - here)
+    found = newton(condition, straight, row, B)
+    if found is not None and _lies_between(found, here, there):
+        return float(found[-2])
+    across = there - here
+    across = across / np.linalg.norm(across)
+
+    def at(share: float) -> np.ndarray | None:
+        u = here + share * (there - here)
+        return newton(condition, u, across, float(across @ u))
+
+    close = zero_on(at, lambda u: float(u[-1]) - B)
+    return None if close is None else float(close[-2])
+
+
+def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
+    """Whether a point lies across from the step between two others, not further away than its quarter."""
+    way = there - here
+    length = float(np.linalg.norm(way))
+    share = float((u - here) @ way) / length**2
+    return 0.0 <= share <= 1.0 and float(np.linalg.norm(u - here - share * way)) < 0.25 * length
+
+
+def cut(
+    condition: Condition, points: np.ndarray, ends: tuple[str, str], low: float
+) -> Iterator[tuple[np.ndarray, tuple[str, str]]]:
+    """The parts of a path on which A >= low, each with why it ends."""
+    inside = points[:, -2] >= low
+    part: list[np.ndarray] = []
+    first = ends[0]
+    for k, u in enumerate(points):
+        if k and inside[k] != inside[k - 1]:
+            edge = _at_A(condition, points[k - 1], u, low)
+            if edge is not None:
+                part.append(edge)
+            if part and not inside[k]:
+                yield np.array(part), (first, EDGE)
+                part = []
+            else:
+                first = EDGE
+        if inside[k]:
+            part.append(u)
+    if len(part) > 1:
+        yield np.array(part), (first, ends[1])
+
+
+def _at_A(condition: Condition, here: np.ndarray, there: np.ndarray, A: float) -> np.ndarray | None:
+    """The point of the curve at A between two others."""
+    row = np.zeros(len(here))
+    row[-2] = 1.0
+    return newton(condition, here + (A - here[-2]) / (there[-2] - here[-2]) * (there - here), row, A)

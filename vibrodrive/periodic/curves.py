@@ -1,0 +1,337 @@
+"""The bifurcations of periodic orbits as curves in the plane (A, B).
+
+At several values of B the bifurcations over A are searched for (bifurcations.py). Each gives the condition that it
+satisfies (recognition.py), which is followed through the plane in both directions (tracing.py), unless a curve that
+was followed before passes through it. Where a curve ends inside the range, another condition holds as well and other
+curves begin: bifurcations are searched for a little to both sides of such a B, too, until no new curve is found.
+
+Curves rise with B, as a steeper incline takes a stronger excitation. So they are sought from A = 1 on, and cut at the
+lower end of the range of A: one that crosses the range between two values of B lies below it at the smaller one.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.kernels.release import onset
+from vibrodrive.model.parameters import bad, check, check_count
+from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
+from vibrodrive.periodic.conditions import Condition, newton
+from vibrodrive.periodic.continuation import BORDER_COLLISION, scale_of
+from vibrodrive.periodic.recognition import recognise
+from vibrodrive.periodic.search import LEVEL, check_period
+from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
+
+NUM = 17
+"""Values of B at which bifurcations are sought, where the caller gives none."""
+
+MOST_NUM = 10_000
+
+BESIDE = 1e-4
+"""How far from the B at which a curve ends, in widths of the range, others are sought."""
+
+ON_CURVE = 1e-9
+"""How far, times `scale_of`, a bifurcation may lie in A from the curve that it belongs to."""
+
+SAME_POINT = 1e-7
+"""How far in A and B, times `scale_of`, two curves may pass each other at a point where they meet: where they touch,
+the point is found with the square root of the precision."""
+
+ONSET_POINTS = 65
+"""Points of the straight line A = 1 + B."""
+
+
+class Meeting(NamedTuple):
+    """A point where a curve meets another one.
+
+    A, B : where.
+    other : the place of the other curve in the list.
+    what : "end" if one of the two ends there, "crossing" if both go on.
+    """
+
+    A: float
+    B: float
+    other: int
+    what: str
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A bifurcation of one orbit over the plane (A, B).
+
+    Attributes
+    ----------
+    kind : as of a `Bifurcation`.
+    period, impacts : of the orbit, in excitation periods and a period; a touching counts as no impact.
+    word : states of the orbit, as text.
+    side : of a border the end of the window that the impact meets, "beginning" or "end"; else "".
+    A, B : points along the curve, float64 (points,).
+    ends : why it ends at the first and the last of them: the name of the other condition that holds there, "edge" (of
+        the range), "closed", or "lost" (it could not be followed further).
+    meets : where it meets other curves of the list.
+    """
+
+    kind: str
+    period: int
+    impacts: int
+    word: str
+    side: str
+    A: np.ndarray
+    B: np.ndarray
+    ends: tuple[str, str]
+    meets: tuple[Meeting, ...] = ()
+    condition: Condition | None = field(default=None, repr=False)
+    points: np.ndarray = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+
+    def at(self, B: float) -> np.ndarray:
+        """The A at which the curve passes a value of B, ascending: computed there, not interpolated.
+
+        Parameters
+        ----------
+        B : float
+            incline over friction.
+
+        Returns
+        -------
+        float64 array
+            empty where the curve does not reach; of several values where it turns back.
+
+        Raises
+        ------
+        TypeError, ValueError
+            if B is no number or out of range.
+        """
+        value = check("B", B)
+        found = [a for k in range(len(self.B) - 1) if (a := self.within(k, value)) is not None]
+        return np.unique(found)
+
+    def within(self, k: int, B: float) -> float | None:
+        """The A of the curve at B between its points k and k + 1; None if B does not lie between them."""
+        first, last = self.B[k], self.B[k + 1]
+        if not min(first, last) <= B <= max(first, last):
+            return None
+        for i, end in ((k, first), (k + 1, last)):
+            if end == B:
+                return float(self.A[i])
+        if self.condition is None:
+            return onset(B)
+        return point_at(self.condition, self.points[k], self.points[k + 1], B)
+
+
+def curves(
+    A: tuple[float, float] = (1.0, 4.0), B: tuple[float, float] = (0.0, 1.0), max_period: int = 2, *, num: int = NUM
+) -> list[Curve]:
+    """The bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
+
+    A curve is found if it passes one of `num` values of B, or begins where one that does ends. Curves are followed
+    down to B = 1e-7 A: below, orbits cannot be told apart (see `orbits`).
+
+    Parameters
+    ----------
+    A, B : two floats
+        ranges of the excitation amplitude and of the incline over friction, dimensionless, the smaller one first.
+    max_period : int
+        longest period in excitation periods, 1 to 100.
+    num : int
+        values of B, evenly spaced, at which bifurcations are sought, 2 to 10 000.
+
+    Returns
+    -------
+    list of Curve
+        by the A at which they begin: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
+        method `at` that computes A at any B.
+
+    Raises
+    ------
+    TypeError, ValueError
+        if an argument is no number or out of range, or if there are too many orbits (see `bifurcations`).
+
+    Examples
+    --------
+    Where the motion of one period doubles its period, on an incline of B = 0.1:
+
+    >>> import vibrodrive as vd
+    >>> found = vd.curves(A=(2.5, 2.7), B=(0.09, 0.11), max_period=1, num=2)
+    >>> [(curve.kind, curve.at(0.1).round(10).tolist()) for curve in found]
+    [('border', [2.5227119407]), ('period doubling', [2.6040806377])]
+    """
+    low, high = _range("A", A)
+    start, stop = _range("B", B)
+    limit = check_period("max_period", max_period)
+    count = check_count("num", num, 2, MOST_NUM)
+    least = max(start, LEVEL * high)  # on the level there are no orbits to follow
+    if not least < stop or high <= onset(least):
+        return _onset_alone((low, high), (start, stop))
+    found = _Collection(Box((min(1.0, low), high), (least, stop)), limit)
+    found.collect(np.linspace(least, stop, count).tolist())
+    inside = [piece for curve in found.curves for piece in _cut(curve, low)]
+    ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[0], c.B[0]))
+    return _met(ordered)
+
+
+def _range(name: str, value: object) -> tuple[float, float]:
+    allowed = "two numbers, the smaller one first"
+    try:
+        first, last = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise TypeError(bad(name, value, allowed)) from None
+    low, high = check(name, first), check(name, last)
+    if not low < high:
+        raise ValueError(bad(name, (first, last), allowed))
+    return low, high
+
+
+def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
+    """The straight line A = 1 + B, as far as it lies in the range."""
+    start, stop = max(B[0], A[0] - 1.0), min(B[1], A[1] - 1.0)
+    if not start < stop:
+        return []
+    along = np.linspace(start, stop, ONSET_POINTS)
+    return [Curve(ONSET, 1, 1, "REST", "", onset(along), along, (EDGE, EDGE))]
+
+
+class _Collection:
+    """The curves found so far, but for the onset."""
+
+    def __init__(self, box: Box, limit: int) -> None:
+        self.box = box
+        self.limit = limit
+        self.curves: list[Curve] = []
+
+    def collect(self, values: list[float]) -> None:
+        """Follow every bifurcation at these values of B, and at those beside the ends of the curves."""
+        searched: set[float] = set()
+        low, high = self.box.B
+        near = BESIDE * (high - low)
+        while values:
+            for value in values:
+                self.search(value)
+            searched.update(values)
+            ends = [float(c.B[i]) for c in self.curves for i, why in zip((0, -1), c.ends, strict=True) if why != EDGE]
+            beside = [b for end in ends for b in (end - near, end + near) if low < b < high]
+            # ends of several curves at one point differ by rounding
+            values = []
+            for b in beside:
+                if not any(abs(b - other) < 0.1 * near for other in (*searched, *values)):
+                    values.append(b)
+
+    def search(self, B: float) -> None:
+        """Follow the bifurcations at one B that lie on no curve yet."""
+        passed = [(curve.kind, a) for curve in self.curves for a in curve.at(B).tolist()]
+        for found in bifurcations(self.box.A, B, self.limit):
+            near = ON_CURVE * scale_of(found.A)
+            if found.kind == ONSET or any(kind == found.kind and abs(a - found.A) < near for kind, a in passed):
+                continue
+            curve = self.follow(found)
+            if curve is not None:
+                self.curves.append(curve)
+                passed += [(curve.kind, a) for a in curve.at(B).tolist()]
+
+    def follow(self, found: Bifurcation) -> Curve | None:
+        """The curve through a bifurcation."""
+        recognised = recognise(found)
+        if recognised is None:
+            return None
+        condition, seed = recognised
+        path = trace(condition, seed, self.box)
+        side = ""
+        if condition.kind == BORDER_COLLISION:
+            side = "beginning" if math.cos(seed[condition.critical]) > 0.0 else "end"
+        points = path.points
+        about = condition.period, condition.impacts, condition.word, side
+        return Curve(
+            condition.kind, *about, points[:, -2], points[:, -1], path.ends, condition=condition, points=points
+        )
+
+
+def _cut(curve: Curve, low: float) -> Iterator[Curve]:
+    """The parts of a curve at and above a value of A."""
+    assert curve.condition is not None
+    for points, ends in cut(curve.condition, curve.points, curve.ends, low):
+        yield replace(curve, A=points[:, -2], B=points[:, -1], points=points, ends=ends)
+
+
+def _met(found: list[Curve]) -> list[Curve]:
+    """The curves, with the points where two of them meet."""
+    meets: list[list[Meeting]] = [[] for _ in found]
+    for (i, one), (j, other) in itertools.combinations(enumerate(found), 2):
+        for A, B, what in _meetings(one, other):
+            meets[i].append(Meeting(A, B, j, what))
+            meets[j].append(Meeting(A, B, i, what))
+    return [replace(curve, meets=tuple(m)) for curve, m in zip(found, meets, strict=True)]
+
+
+def _meetings(one: Curve, other: Curve) -> Iterator[tuple[float, float, str]]:
+    """(A, B, "end" or "crossing") of every point that two curves share."""
+    known: list[tuple[float, float]] = []
+
+    def new(A: float, B: float) -> bool:
+        near = SAME_POINT * scale_of(A)
+        if any(abs(A - a) < near and abs(B - b) < near for a, b in known):
+            return False
+        known.append((A, B))
+        return True
+
+    for curve, beside in ((one, other), (other, one)):
+        for i, why in zip((0, -1), curve.ends, strict=True):
+            A, B = float(curve.A[i]), float(curve.B[i])
+            if why != EDGE and _passes(beside, A, B) and new(A, B):
+                yield A, B, "end"
+    for A, B in _crossings(one, other):
+        if new(A, B):
+            yield A, B, "crossing"
+
+
+def _passes(curve: Curve, A: float, B: float) -> bool:
+    """Whether a curve passes through a point, or ends there."""
+    near = SAME_POINT * scale_of(A)
+    if any(abs(curve.A[i] - A) < near and abs(curve.B[i] - B) < near for i in (0, -1)):
+        return True
+    return any(abs(a - A) < near for a in curve.at(B).tolist())
+
+
+def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
+    """Where two curves pass through each other, from one pair of their points to the next."""
+    for k, j in zip(*np.nonzero(_overlap(one, other)), strict=True):
+        low = max(min(one.B[k : k + 2]), min(other.B[j : j + 2]))
+        high = min(max(one.B[k : k + 2]), max(other.B[j : j + 2]))
+        if not low < high:
+            continue
+
+        def apart(B: float, k: int = k, j: int = j) -> float:
+            a, b = one.within(k, B), other.within(j, B)
+            return math.nan if a is None or b is None else a - b
+
+        first, last = apart(low), apart(high)
+        if not first * last < 0.0:
+            continue
+        B = _zero(apart, low, high, first)
+        A = one.within(k, B)
+        if A is not None:
+            yield A, B
+
+
+def _overlap(one: Curve, other: Curve) -> np.ndarray:
+    """Which pairs of steps of two curves may cross: their boxes, a little enlarged, have a point in common."""
+
+    def spans(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
+        return low - 0.1 * (high - low), high + 0.1 * (high - low)
+
+    (a_low, a_high), (b_low, b_high) = spans(one.A), spans(one.B)
+    (c_low, c_high), (d_low, d_high) = spans(other.A), spans(other.B)
+    in_A = (a_low[:, None] <= c_high) & (c_low <= a_high[:, None])
+    return in_A & (b_low[:, None] <= d_high) & (d_low <= b_high[:, None])
+
+
+def _zero(f, low: float, high: float, first: float) -> float:
+    """Where f changes its sign between two values of B, at the first of which it is `first`."""
+    from vibrodrive.periodic.continuation import bisect
+
+    return bisect(lambda b: (f(b) > 0.0) == (first > 0.0), low, high)[0]
