@@ -23,7 +23,7 @@ from vibrodrive.kernels.release import onset
 from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
 from vibrodrive.periodic.conditions import Condition, newton
-from vibrodrive.periodic.continuation import BORDER_COLLISION, scale_of
+from vibrodrive.periodic.continuation import BORDER_COLLISION, bisect, scale_of
 from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.search import LEVEL, check_period
 from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
@@ -332,6 +332,4 @@ def _overlap(one: Curve, other: Curve) -> np.ndarray:
 
 def _zero(f, low: float, high: float, first: float) -> float:
     """Where f changes its sign between two values of B, at the first of which it is `first`."""
-    from vibrodrive.periodic.continuation import bisect
-
     return bisect(lambda b: (f(b) > 0.0) == (first > 0.0), low, high)[0]

@@ -22,6 +22,7 @@ from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK, N
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES
 from vibrodrive.periodic.search import Orbit
+from vibrodrive.periodic.tracing import ROUNDING
 
 SAME = 1e-9
 """How far in A, times `scale_of`, a solution may be from the bifurcation that the search found."""
@@ -31,9 +32,6 @@ CLOSE = 0.05
 
 SHORT = 0.05
 """Slides shorter than this may be those that vanish at the bifurcation."""
-
-ROUNDING = 1e-10
-"""Margins that are this little below zero may be positive."""
 
 
 class Part(NamedTuple):

@@ -22,6 +22,12 @@ LONGEST = 1.0 / 48.0
 SHORTEST = 1e-9
 """Shortest step: a curve that cannot be followed further is left there."""
 
+NEAR = LONGEST / 50.0
+"""A step across the end of a curve is no longer than this."""
+
+ROUNDING = 1e-10
+"""Margins that are this little below zero are zero."""
+
 FAR = 0.2
 """Share of a step by which its prediction may be wrong."""
 
@@ -42,6 +48,15 @@ class Box(NamedTuple):
         A, B = u[-2:].tolist()
         inside = (A - self.A[0], self.A[1] - A, B - self.B[0], self.B[1] - B)
         return [Margin(EDGE, value) for value in inside]
+
+    def onto_edge(self, u: np.ndarray) -> np.ndarray:
+        """A point within rounding of an edge, put on it."""
+        u = u.copy()
+        for k, edges in ((-2, self.A), (-1, self.B)):
+            for edge in edges:
+                if abs(u[k] - edge) < ROUNDING:
+                    u[k] = edge
+        return u
 
 
 class Path(NamedTuple):
@@ -102,10 +117,17 @@ class _Walk:
             if there is None or float(np.linalg.norm((there - ahead) / self.scale)) > FAR * step:
                 step *= 0.5
                 if step < SHORTEST:
-                    return points, LOST
+                    return points, self.why_here(here)
                 continue
             turned = self.tangent(there, tangent)
-            if (stop := self.first_end(here, there, tangent)) is not None:
+            if min(m.value for m in self.margins(there)) <= 0.0:
+                # a long step may have passed more than the end, and what lies behind it makes no sense
+                stop = self.first_end(here, there, tangent) if step < NEAR else None
+                if stop is None:
+                    step *= 0.25
+                    if step < SHORTEST:
+                        return points, self.why_here(here)
+                    continue
                 end, why = stop
                 self.add_turn(points, end, tangent, self.tangent(end, tangent))
                 return points, why
@@ -117,6 +139,11 @@ class _Walk:
             tangent = turned
             step = min(LONGEST, step * (2.0 if error < 0.25 * FAR * step else 1.0))
         return points, LOST
+
+    def why_here(self, u: np.ndarray) -> str:
+        """The margin that vanishes at a point beyond which the curve cannot be followed."""
+        least = min(self.margins(u), key=lambda m: m.value)
+        return least.what if least.value < ROUNDING else LOST
 
     def passes(self, seed: np.ndarray, start: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
         """Whether the seed lies on the step from here to there."""
@@ -138,8 +165,7 @@ class _Walk:
         points.append(there)
 
     def first_end(self, here: np.ndarray, there: np.ndarray, tangent: np.ndarray) -> tuple[np.ndarray, str] | None:
-        """Where the first margin vanishes between two points of the curve, and which; None if none does."""
-        found = []
+        """Where the first margin vanishes between two points of the curve, and which; None if it is not found."""
         for k, margin in enumerate(self.margins(there)):
             if margin.value > 0.0:
                 continue
@@ -148,12 +174,11 @@ class _Walk:
                 return self.margins(u)[k].value
 
             where = self.zero(value, here, there, tangent)
-            way = (where - here) / self.scale if where is not None else np.zeros(1)
-            found.append((float(np.linalg.norm(way)), where if where is not None else here, margin.what))
-        if not found:
-            return None
-        _, where, what = min(found, key=lambda f: f[0])
-        return where, what
+            if where is not None and margin.what == EDGE:
+                where = self.box.onto_edge(where)
+            if where is not None and min(m.value for m in self.margins(where)) > -ROUNDING:
+                return where, margin.what
+        return None
 
     def zero(
         self, f: Callable[[np.ndarray], float], here: np.ndarray, there: np.ndarray, tangent: np.ndarray
@@ -183,7 +208,7 @@ def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], 
             break
         point = at(share)
         if point is None:
-            break
+            return None
         value = f(point)
         best = point
         if value == 0.0 or math.isnan(value):
@@ -240,6 +265,7 @@ def cut(
         if k and inside[k] != inside[k - 1]:
             edge = _at_A(condition, points[k - 1], u, low)
             if edge is not None:
+                edge[-2] = low
                 part.append(edge)
             if part and not inside[k]:
                 yield np.array(part), (first, EDGE)
