@@ -20,6 +20,7 @@ __all__ = [
     "Status",
     "Trajectory",
     "bifurcations",
+    "curves",
     "impact_map",
     "limit",
     "load",
@@ -35,6 +36,7 @@ _HOMES = {
     **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
+    "curves": "periodic.curves",
     "impact_map": "periodic.impact_map",
     "limit": "stability.limit",
     "load": "store.reader",
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.results import Results
     from vibrodrive.model.states import State
     from vibrodrive.periodic.bifurcations import bifurcations
+    from vibrodrive.periodic.curves import curves
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
     from vibrodrive.stability.limit import limit

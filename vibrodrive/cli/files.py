@@ -19,6 +19,7 @@ SUMMARIES = {
     "limits": "store.limits",
     "failures": "store.failures",
     "orbits": "store.orbits",
+    "curves": "store.curves",
     "switches": "store.file",
 }
 """Module of the function `summary` of each kind of file but sweeps."""

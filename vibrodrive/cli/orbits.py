@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, read, say, working
+
+if TYPE_CHECKING:
+    from vibrodrive.model.config import Config
 
 
 @click.command()
@@ -20,9 +24,14 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
 
     The bifurcations are listed on stdout. The figures stand beside the result file: the bifurcation diagram,
     and the multipliers. A file of the same configuration is listed and drawn again.
+
+    Over A and B the bifurcations are followed as curves through the plane, listed and drawn there.
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")
+    if len(settings.plan().axes) == 2:
+        _curves(settings, config, path, overwrite)
+        return
     picture = path.with_suffix(".png")
     multipliers = picture.with_stem(picture.stem + "_multipliers")
     check_output(path, config, "orbits", overwrite=overwrite, figures=[picture, multipliers])
@@ -36,3 +45,18 @@ def orbits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
         table = run_orbits(plan, path, origin=origin, threads=threads, overwrite=overwrite, **settings.orbits)
     click.echo(table)
     say(f"{path} {'is complete: nothing to do' if complete else 'written'}, {picture} and {multipliers.name} drawn")
+
+
+def _curves(settings: Config, config: Path, path: Path, overwrite: bool) -> None:
+    """Curves of bifurcations over A and B."""
+    picture = path.with_suffix(".png")
+    check_output(path, config, "curves", overwrite=overwrite, figures=[picture])
+    complete = path.exists() and not overwrite
+    from vibrodrive.jobs.curves import run_curves
+    from vibrodrive.store.layout import Origin
+
+    origin = Origin(settings.text, settings.overrides, settings.title)
+    with working(path.name):
+        table = run_curves(settings.plan(), path, origin=origin, overwrite=overwrite, **settings.orbits)
+    click.echo(table)
+    say(f"{path} {'is complete: nothing to do' if complete else 'written'}, {picture} drawn")

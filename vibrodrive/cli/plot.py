@@ -20,6 +20,7 @@ OPTIONS = {
     "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": ("dxi", "xi")},
     "limits": {},
     "failures": {},
+    "curves": {},
 }
 """Kinds of files that can be drawn, and what each can be asked for."""
 
@@ -34,7 +35,7 @@ OPTIONS = {
 def plot(
     file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
 ) -> None:
-    """Draw what a result file holds, finished or not: a sweep, limits, a failure map or orbits."""
+    """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
     check_figure(target, {"result file": file})
@@ -64,6 +65,10 @@ def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = No
         from vibrodrive.store.failures import load_failures
 
         figure, share = failures_figure(load_failures(file)), 1.0
+    elif holds == "curves":
+        from vibrodrive.jobs.curves import redraw as redraw_curves
+
+        figure, share = redraw_curves(file), 1.0
     else:
         from vibrodrive.jobs.orbits import redraw
 

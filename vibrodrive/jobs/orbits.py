@@ -91,11 +91,16 @@ def run_orbits(
 
 
 def check_plan(plan: Plan) -> None:
-    """Refuse what the map does not describe: another axis than A, a disturbance, another way to find switches."""
+    """Refuse what orbits over A do not have: another axis than A, a disturbance, another way to find switches."""
     if list(plan.axes) != ["A"]:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone"))
+        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone, or A and B"))
     if len(np.unique(plan.axes["A"])) < 2:
         raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two values"))
+    check_undisturbed(plan)
+
+
+def check_undisturbed(plan: Plan) -> None:
+    """Refuse a disturbance, and another way to find switches."""
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], "0: only the undisturbed motion is a map"))
     if plan.settings.method != Method.CERTIFIED:

@@ -72,7 +72,8 @@ def trace(condition: Condition, seed: np.ndarray, box: Box) -> Path:
     if last == CLOSED:
         return Path(np.array(forward), (CLOSED, CLOSED))
     backward, first = _Walk(condition, box).go(seed, -1.0)
-    return Path(np.array([*reversed(backward[1:]), *forward]), (first, last))
+    points = [*reversed(backward[1:]), *forward] if len(backward) > 1 else [backward[0], *forward[1:]]
+    return Path(np.array(points), (first, last))
 
 
 class _Walk:
@@ -129,7 +130,10 @@ class _Walk:
                         return points, self.why_here(here)
                     continue
                 end, why = stop
-                self.add_turn(points, end, tangent, self.tangent(end, tangent))
+                if float(np.max(np.abs(end - here))) < ROUNDING:
+                    points[-1] = end
+                else:
+                    self.add_turn(points, end, tangent, self.tangent(end, tangent))
                 return points, why
             self.add_turn(points, there, tangent, turned)
             if len(points) > 4 and self.passes(seed, start, here, there):

@@ -25,6 +25,7 @@ KINDS = {
     "limits": Kind("limits of stability", "limits", ("limits_schema",), ("k2", "searched_to")),
     "failures": Kind("failures of methods", "atlas", ("scalars",), ("judged", "limit")),
     "orbits": Kind("periodic orbits", "orbits", ("max_period",), ("orbit", "bifurcation_A")),
+    "curves": Kind("curves of bifurcations", "orbits", ("range_A",), ("curve", "meeting_A")),
     "switches": Kind("switches of single motions", "paper", ("config",), ("motion_0",)),
 }
 
@@ -33,7 +34,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 NAMES = (
     b"recorded excitation period", b"section_xi", b"section_dxi", b"searched_to", b"bifurcation_A", b"first_impact",
-    b"judged", b"motion_0",
+    b"judged", b"motion_0", b"meeting_A",
 )  # fmt: skip
 """Words that lie as text in every result file, some near its beginning, and hardly in a file of another program."""
 

@@ -1,0 +1,108 @@
+"""Bifurcations as curves in the plane (A, B): on their own, or over a map that is drawn there already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibrodrive.figures.style import INK, name_axes, new, note, styled
+from vibrodrive.periodic.curves import Curve
+
+KINDS: dict[str, dict[str, Any]] = {
+    "onset": {"ls": "-", "lw": 1.8, "color": "0.45", "label": "onset"},
+    "period doubling": {"ls": "-", "lw": 1.0, "color": "#0072B2", "label": "period doubling"},
+    "fold": {"ls": (0, (6, 2)), "lw": 1.0, "color": "#D55E00", "label": "fold"},
+    "border": {"ls": (0, (5, 1.5, 1, 1.5)), "lw": 1.0, "color": INK, "label": "border collision"},
+    "grazing": {"ls": (0, (1.2, 1.2)), "lw": 1.3, "color": "#009E73", "label": "grazing"},
+    "stick": {"ls": (0, (2.5, 2.5)), "lw": 0.8, "color": "#AA3377", "label": "stick appears or vanishes"},
+}
+"""How each kind of curve is drawn: styles that differ without their colours, colours that the colour-blind tell apart."""
+
+HALO = 1.4
+"""Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
+
+PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
+"""Where along the curves their periods are written, in turn, so that neighbours do not collide."""
+
+
+def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: bool = True, legend: bool = True) -> None:
+    """Draw curves into a plane whose limits are set, over whatever is there.
+
+    Parameters
+    ----------
+    ax : Axes
+    curves : sequence of Curve
+    x : str
+        the axis across, "A" or "B"; the other one is upright.
+    periods : bool
+        write the period of its orbit on each curve.
+    legend : bool
+        add a legend of the kinds that occur.
+    """
+    named = set()
+    limits = ax.get_xlim(), ax.get_ylim()
+    for k, curve in enumerate(curves):
+        across, upright = (curve.A, curve.B) if x == "A" else (curve.B, curve.A)
+        style = dict(KINDS[curve.kind])
+        label = style.pop("label")
+        halo = [patheffects.withStroke(linewidth=style["lw"] + 2 * HALO, foreground="white", alpha=0.8)]
+        ax.plot(across, upright, **style, zorder=5, path_effects=halo, label="_" if curve.kind in named else label)
+        named.add(curve.kind)
+        if periods and curve.kind != "onset":
+            _write_period(ax, curve, across, upright, PLACES[k % len(PLACES)], style["color"])
+    ax.set(xlim=limits[0], ylim=limits[1])
+    if legend and named:
+        ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def _write_period(ax: Axes, curve: Curve, across: np.ndarray, upright: np.ndarray, share: float, color: str) -> None:
+    """The period, at a share of the length of the curve as it is seen."""
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    length = np.hypot(np.diff(across) / (right - left), np.diff(upright) / (top - bottom))
+    way = np.append(0.0, np.cumsum(length))
+    if not way[-1] > 0.0:
+        return
+    at = share * way[-1]
+    ax.text(
+        float(np.interp(at, way, across)),
+        float(np.interp(at, way, upright)),
+        str(curve.period),
+        color=color,
+        fontsize=7,
+        ha="center",
+        va="center",
+        zorder=6,
+        bbox={"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none"},
+    )
+
+
+@styled
+def curves_figure(
+    curves: Sequence[Curve], A: tuple[float, float], B: tuple[float, float], max_period: int
+) -> Figure:
+    """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+    A, B : two floats
+        ranges shown.
+    max_period : int
+        longest period that was sought, for the note.
+    """
+    fig, axes = new(1, 1, height=4.2)
+    ax = axes[0, 0]
+    ax.set(xlim=A, ylim=B)
+    draw_curves(ax, curves)
+    meets = [(m.A, m.B) for c in curves for m in c.meets]
+    if meets:
+        ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="two curves meet")
+        ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+    name_axes(ax, "A", "B")
+    note(ax, f"numbers: period of the orbit, up to {max_period}")
+    return fig

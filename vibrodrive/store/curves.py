@@ -1,0 +1,159 @@
+"""Curves of bifurcations in the plane (A, B) as an HDF5 file with netCDF-4 dimension scales.
+
+Dimensions `curve`, `point` (those of all curves, in order: curve i has the rows first_point[i] to first_point[i] +
+points[i]), `unknown` (the times at which slides end, at all points, in the same order) and `meeting` (each point where
+two curves meet, once).
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from vibrodrive.periodic.conditions import Condition, Slide
+from vibrodrive.periodic.curves import Curve, Meeting
+from vibrodrive.store import netcdf
+from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
+from vibrodrive.store.layout import Origin, about
+
+SCHEMA_VERSION = 1
+
+
+class Stored(NamedTuple):
+    """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched."""
+
+    curves: list[Curve]
+    max_period: int
+    A: tuple[float, float]
+    B: tuple[float, float]
+
+
+def save_curves(path: Path, found: Stored, origin: Origin) -> None:
+    """Write curves into `path`, at once: the file is there whole or not at all.
+
+    Raises
+    ------
+    NoResult
+        if `path` is there and is no result file of this program.
+    OSError
+        if it cannot be written.
+    """
+    with new_file(path, seal=True) as file:
+        file.attrs.update(about("curves", origin) | {"schema_version": SCHEMA_VERSION})
+        file.attrs.update({"max_period": found.max_period, "range_A": found.A, "range_B": found.B})
+        for dimension, columns in _tables(found.curves).items():
+            count = len(next(iter(columns.values()))[0])
+            netcdf.dimension(file, dimension, np.arange(count), f"index of the {dimension}")
+            for name, (values, meaning) in columns.items():
+                dtype = h5py.string_dtype() if isinstance(values, list) else values.dtype
+                data = netcdf.variable(file, name, (dimension,), dtype, meaning)
+                if count:
+                    data[:] = values
+
+
+def load_curves(path: Path) -> Stored:
+    """Read a file of curves.
+
+    Raises
+    ------
+    NoResult
+        if it is none, Damaged if it makes no sense.
+    OSError
+        if the system refuses.
+    """
+    with reading(path, "curves") as file:
+        low, high = (tuple(map(float, file.attrs[f"range_{name}"])) for name in "AB")
+        return Stored(_curves(file), int(file.attrs["max_period"]), low, high)  # type: ignore[arg-type]
+
+
+def summary(path: Path, thorough: bool = False) -> Summary:
+    """What a file of curves holds; `thorough` reads everything and looks for faults. Raises as `load_curves`."""
+    with reading(path, "curves") as file:
+        title = str(file.attrs["title"])
+        faults = find_faults(file) if thorough else []
+        if faults:
+            return Summary(title, 1.0, [], faults)
+        points, first = file["points"][...], file["first_point"][...]
+        if not np.array_equal(np.cumsum(points) - points, first) or points.sum() != len(file["point"]):
+            faults.append("first_point: does not fit the points of the curves")
+        lines = [("range", f"{name} = {low:g} to {high:g}") for name in "AB" for low, high in [file.attrs[f"range_{name}"]]]
+        lines.append(("periods", f"up to {file.attrs['max_period']}"))
+        lines.append(("curves", f"{len(points)} of {points.sum()} points, {len(file['meeting'])} points where two meet"))
+        for kind, n in sorted(Counter(file["kind"].asstr()[...].tolist()).items()):
+            lines.append(("found", f"{n} x {kind}"))
+        return Summary(title, 1.0, lines + provenance(file), faults)
+
+
+def _tables(found: list[Curve]) -> dict[str, dict[str, tuple[Any, str]]]:
+    """Columns (values, long name) by dimension."""
+    points = np.array([len(c.A) for c in found], np.int64)
+    times = [c.points[:, :-2].ravel() for c in found if c.condition is not None]
+    meetings = [(i, m) for i, c in enumerate(found) for m in c.meets if i < m.other]
+    return {
+        "curve": {
+            "kind": ([c.kind for c in found], "kind of bifurcation"),
+            "period": (np.array([c.period for c in found], np.int64), "whole excitation periods of the orbit"),
+            "impacts": (np.array([c.impacts for c in found], np.int64), "number of impacts of the orbit"),
+            "word": ([c.word for c in found], "states of one period of the orbit"),
+            "side": ([c.side for c in found], "end of the window that the impact of a border meets"),
+            "first_end": ([c.ends[0] for c in found], "why the curve ends at its first point"),
+            "last_end": ([c.ends[1] for c in found], "why the curve ends at its last point"),
+            "first_point": (np.cumsum(points) - points, "row of its first point"),
+            "points": (points, "number of points"),
+            "condition": ([_written(c.condition) for c in found], "prescribed slides (JSON), empty for the onset"),
+        },
+        "point": {
+            "A": (np.concatenate([c.A for c in found] or [np.empty(0)]), "excitation amplitude"),
+            "B": (np.concatenate([c.B for c in found] or [np.empty(0)]), "incline over friction"),
+        },
+        "unknown": {"time": (np.concatenate(times or [np.empty(0)]), "time at which a slide ends")},
+        "meeting": {
+            "meeting_A": (np.array([m.A for _, m in meetings]), "excitation amplitude"),
+            "meeting_B": (np.array([m.B for _, m in meetings]), "incline over friction"),
+            "meeting_curve": (np.array([i for i, _ in meetings], np.int64), "one of the two curves"),
+            "meeting_other": (np.array([m.other for _, m in meetings], np.int64), "the other one"),
+            "meeting_kind": ([m.what for _, m in meetings], "whether one of them ends there"),
+        },
+    }
+
+
+def _written(condition: Condition | None) -> str:
+    return "" if condition is None else json.dumps(asdict(condition))
+
+
+def _read(text: str) -> Condition | None:
+    if not text:
+        return None
+    said = json.loads(text)
+    return Condition(**(said | {"slides": tuple(Slide(*s) for s in said["slides"])}))
+
+
+def _curves(file: h5py.File) -> list[Curve]:
+    meets: dict[int, list[Meeting]] = {}
+    columns = [file[f"meeting_{name}"][...].tolist() for name in ("A", "B", "curve", "other")]
+    for A, B, i, j, what in zip(*columns, file["meeting_kind"].asstr()[...].tolist(), strict=True):
+        meets.setdefault(i, []).append(Meeting(A, B, j, what))
+        meets.setdefault(j, []).append(Meeting(A, B, i, what))
+    A, B, times = file["A"][...], file["B"][...], file["time"][...]
+    text = {name: file[name].asstr()[...].tolist() for name in ("kind", "word", "side", "first_end", "last_end")}
+    found, used = [], 0
+    for i, (first, count) in enumerate(zip(file["first_point"][...], file["points"][...], strict=True)):
+        rows = slice(int(first), int(first + count))
+        condition = _read(file["condition"].asstr()[i])
+        width = 0 if condition is None else len(condition.slides)
+        ends = times[used : used + width * count].reshape(count, width)
+        used += width * int(count)
+        points = np.empty((0, 0)) if condition is None else np.column_stack([ends, A[rows], B[rows]])
+        found.append(
+            Curve(
+                text["kind"][i], int(file["period"][i]), int(file["impacts"][i]), text["word"][i], text["side"][i],
+                A[rows], B[rows], (text["first_end"][i], text["last_end"][i]), tuple(meets.get(i, ())), condition, points,
+            )
+        )  # fmt: skip
+    return found
