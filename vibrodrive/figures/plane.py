@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -21,7 +20,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "grazing": {"ls": (0, (1.2, 1.2)), "lw": 1.3, "color": "#009E73", "label": "grazing"},
     "stick": {"ls": (0, (2.5, 2.5)), "lw": 0.8, "color": "#AA3377", "label": "stick appears or vanishes"},
 }
-"""How each kind of curve is drawn: styles that differ without their colours, colours that the colour-blind tell apart."""
+"""How each kind of curve is drawn: the styles differ without their colours, and the colour-blind tell these apart."""
 
 HALO = 1.4
 """Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
@@ -47,44 +46,39 @@ def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: boo
     named = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, curve in enumerate(curves):
-        across, upright = (curve.A, curve.B) if x == "A" else (curve.B, curve.A)
+        points = (curve.A, curve.B) if x == "A" else (curve.B, curve.A)
         style = dict(KINDS[curve.kind])
         label = style.pop("label")
-        halo = [patheffects.withStroke(linewidth=style["lw"] + 2 * HALO, foreground="white", alpha=0.8)]
-        ax.plot(across, upright, **style, zorder=5, path_effects=halo, label="_" if curve.kind in named else label)
+        # the halos of all lie below the lines of all
+        ax.plot(*points, "-", color="white", lw=style["lw"] + 2 * HALO, alpha=0.7, zorder=4, solid_capstyle="butt")
+        ax.plot(*points, **style, zorder=5, label="_" if curve.kind in named else label)
         named.add(curve.kind)
+        ax.set(xlim=limits[0], ylim=limits[1])
         if periods and curve.kind != "onset":
-            _write_period(ax, curve, across, upright, PLACES[k % len(PLACES)], style["color"])
-    ax.set(xlim=limits[0], ylim=limits[1])
+            _write_period(ax, curve.period, np.column_stack(points), PLACES[k % len(PLACES)], style["color"])
     if legend and named:
-        ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+        add_legend(ax)
 
 
-def _write_period(ax: Axes, curve: Curve, across: np.ndarray, upright: np.ndarray, share: float, color: str) -> None:
-    """The period, at a share of the length of the curve as it is seen."""
-    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
-    length = np.hypot(np.diff(across) / (right - left), np.diff(upright) / (top - bottom))
-    way = np.append(0.0, np.cumsum(length))
-    if not way[-1] > 0.0:
+def add_legend(ax: Axes) -> None:
+    """The kinds of curves that occur, wherever there is room."""
+    ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:
+    """The period, at a share of the length of the curve (points, 2) as it is seen."""
+    low, high = np.transpose((ax.get_xlim(), ax.get_ylim()))
+    seen = points[((points >= low) & (points <= high)).all(axis=1)]
+    if len(seen) < 2:
         return
-    at = share * way[-1]
-    ax.text(
-        float(np.interp(at, way, across)),
-        float(np.interp(at, way, upright)),
-        str(curve.period),
-        color=color,
-        fontsize=7,
-        ha="center",
-        va="center",
-        zorder=6,
-        bbox={"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none"},
-    )
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(ax.transData.transform(seen), axis=0).T)))
+    place = [float(np.interp(share * way[-1], way, column)) for column in seen.T]
+    box = {"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none"}
+    ax.text(*place, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
 @styled
-def curves_figure(
-    curves: Sequence[Curve], A: tuple[float, float], B: tuple[float, float], max_period: int
-) -> Figure:
+def curves_figure(curves: Sequence[Curve], A: tuple[float, float], B: tuple[float, float], max_period: int) -> Figure:
     """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
 
     Parameters
@@ -101,8 +95,10 @@ def curves_figure(
     draw_curves(ax, curves)
     meets = [(m.A, m.B) for c in curves for m in c.meets]
     if meets:
-        ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="two curves meet")
-        ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+        ax.plot(
+            *zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="two curves meet"
+        )
+        add_legend(ax)
     name_axes(ax, "A", "B")
     note(ax, f"numbers: period of the orbit, up to {max_period}")
     return fig

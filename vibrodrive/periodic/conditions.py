@@ -26,8 +26,8 @@ import numpy as np
 
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.model.states import State
-from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK
-from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, GRAZING, STICK
+from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
 TINY = 1e-40
@@ -222,7 +222,7 @@ class Motion(NamedTuple):
 def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """1 - cos h, h - sin h and h²/2 - 1 + cos h, without the cancellation of short slides."""
     small = np.abs(h) < 1.0
-    y = -np.where(small, h, 0.0) ** 2
+    y = -(np.where(small, h, 0.0) ** 2)
     odd = even = np.zeros_like(h)
     for k in reversed(SERIES):
         odd = (1.0 + odd) * y / ((2 * k + 2) * (2 * k + 3))

@@ -22,8 +22,8 @@ import numpy as np
 from vibrodrive.kernels.release import onset
 from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
-from vibrodrive.periodic.conditions import Condition, newton
-from vibrodrive.periodic.continuation import BORDER_COLLISION, bisect, scale_of
+from vibrodrive.periodic.conditions import Condition
+from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK, bisect, scale_of
 from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.search import LEVEL, check_period
 from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
@@ -45,6 +45,13 @@ the point is found with the square root of the precision."""
 
 ONSET_POINTS = 65
 """Points of the straight line A = 1 + B."""
+
+
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
+"""The A at which the touching orbit of B = 0 begins to turn round without sticking."""
+
+LEVEL_END = "level"
+"""End of a curve at that point."""
 
 
 class Meeting(NamedTuple):
@@ -73,7 +80,7 @@ class Curve:
     side : of a border the end of the window that the impact meets, "beginning" or "end"; else "".
     A, B : points along the curve, float64 (points,).
     ends : why it ends at the first and the last of them: the name of the other condition that holds there, "edge" (of
-        the range), "closed", or "lost" (it could not be followed further).
+        the range), "level" (at B = 0), "closed", or "lost" (it could not be followed further).
     meets : where it meets other curves of the list.
     """
 
@@ -118,9 +125,11 @@ class Curve:
             return None
         for i, end in ((k, first), (k + 1, last)):
             if end == B:
-                return float(self.A[i])
+                return float(self.A[i]) if B > 0.0 or self.kind in (ONSET, STICK) else None
         if self.condition is None:
             return onset(B)
+        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level orbits cannot be told apart
+            return None
         return point_at(self.condition, self.points[k], self.points[k + 1], B)
 
 
@@ -130,7 +139,8 @@ def curves(
     """The bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
 
     A curve is found if it passes one of `num` values of B, or begins where one that does ends. Curves are followed
-    down to B = 1e-7 A: below, orbits cannot be told apart (see `orbits`).
+    down to B = 1e-7 A: below, orbits cannot be told apart (see `orbits`). If the range begins on the level, B = 0,
+    those that lead to the point where the touching orbit changes, A = √(1 + π²/4), are drawn to it.
 
     Parameters
     ----------
@@ -144,7 +154,7 @@ def curves(
     Returns
     -------
     list of Curve
-        by the A at which they begin: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
+        by the A at which they end: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
         method `at` that computes A at any B.
 
     Raises
@@ -170,21 +180,21 @@ def curves(
         return _onset_alone((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), limit)
     found.collect(np.linspace(least, stop, count).tolist())
-    inside = [piece for curve in found.curves for piece in _cut(curve, low)]
-    ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[0], c.B[0]))
+    whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
+    inside = [piece for curve in whole for piece in _cut(curve, low)]
+    ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[-1], -c.B[-1]))
     return _met(ordered)
 
 
 def _range(name: str, value: object) -> tuple[float, float]:
     allowed = "two numbers, the smaller one first"
     try:
-        first, last = value  # type: ignore[misc]
-    except (TypeError, ValueError):
+        ends = tuple(check(name, v) for v in value)  # type: ignore[attr-defined]
+    except TypeError:
         raise TypeError(bad(name, value, allowed)) from None
-    low, high = check(name, first), check(name, last)
-    if not low < high:
-        raise ValueError(bad(name, (first, last), allowed))
-    return low, high
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        raise ValueError(bad(name, value, allowed))
+    return ends
 
 
 def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
@@ -248,6 +258,26 @@ class _Collection:
         return Curve(
             condition.kind, *about, points[:, -2], points[:, -1], path.ends, condition=condition, points=points
         )
+
+
+def _to_level(curve: Curve, least: float) -> Curve:
+    """The curve from A = √(1 + π²/4), B = 0 on, if it leads there as B falls to `least`.
+
+    There an orbit that touches without speed begins to turn round without sticking (flight.py). The distance of a
+    curve from it falls as B, or as its square root: to between a quarter and a half, if B does to a quarter.
+    """
+    assert curve.condition is not None
+    first = min((0, -1), key=lambda i: curve.B[i])
+    further = curve.at(4.0 * least)
+    if curve.B[first] != least or not len(further):
+        return curve
+    near, far = curve.A[first] - LEVEL_POINT, float(further[0]) - LEVEL_POINT
+    if not 0.2 < near / far < 0.6:
+        return curve
+    end = np.append(np.full(curve.points.shape[1] - 2, math.nan), (LEVEL_POINT, 0.0))
+    points = np.insert(curve.points, 0 if first == 0 else len(curve.points), end, axis=0)
+    ends = (LEVEL_END, curve.ends[1]) if first == 0 else (curve.ends[0], LEVEL_END)
+    return replace(curve, A=points[:, -2], B=points[:, -1], points=points, ends=ends)
 
 
 def _cut(curve: Curve, low: float) -> Iterator[Curve]:

@@ -82,9 +82,13 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         points, first = file["points"][...], file["first_point"][...]
         if not np.array_equal(np.cumsum(points) - points, first) or points.sum() != len(file["point"]):
             faults.append("first_point: does not fit the points of the curves")
-        lines = [("range", f"{name} = {low:g} to {high:g}") for name in "AB" for low, high in [file.attrs[f"range_{name}"]]]
+        lines = [
+            ("range", f"{name} = {low:g} to {high:g}") for name in "AB" for low, high in [file.attrs[f"range_{name}"]]
+        ]
         lines.append(("periods", f"up to {file.attrs['max_period']}"))
-        lines.append(("curves", f"{len(points)} of {points.sum()} points, {len(file['meeting'])} points where two meet"))
+        lines.append(
+            ("curves", f"{len(points)} of {points.sum()} points, {len(file['meeting'])} points where two meet")
+        )
         for kind, n in sorted(Counter(file["kind"].asstr()[...].tolist()).items()):
             lines.append(("found", f"{n} x {kind}"))
         return Summary(title, 1.0, lines + provenance(file), faults)
@@ -153,7 +157,8 @@ def _curves(file: h5py.File) -> list[Curve]:
         found.append(
             Curve(
                 text["kind"][i], int(file["period"][i]), int(file["impacts"][i]), text["word"][i], text["side"][i],
-                A[rows], B[rows], (text["first_end"][i], text["last_end"][i]), tuple(meets.get(i, ())), condition, points,
+                A[rows], B[rows], (text["first_end"][i], text["last_end"][i]), tuple(meets.get(i, ())), condition,
+                points,
             )
         )  # fmt: skip
     return found
