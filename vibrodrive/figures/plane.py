@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.style import INK, name_axes, new, note, styled
-from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.curves import Curve, meeting_points
 
 KINDS: dict[str, dict[str, Any]] = {
     "onset": {"ls": "-", "lw": 1.8, "color": "0.45", "label": "onset"},
@@ -72,9 +72,9 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     if len(seen) < 2:
         return
     way = np.append(0.0, np.cumsum(np.hypot(*np.diff(ax.transData.transform(seen), axis=0).T)))
-    place = [float(np.interp(share * way[-1], way, column)) for column in seen.T]
+    left, up = (float(np.interp(share * way[-1], way, column)) for column in seen.T)
     box = {"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none"}
-    ax.text(*place, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
+    ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
 @styled
@@ -93,11 +93,9 @@ def curves_figure(curves: Sequence[Curve], A: tuple[float, float], B: tuple[floa
     ax = axes[0, 0]
     ax.set(xlim=A, ylim=B)
     draw_curves(ax, curves)
-    meets = [(m.A, m.B) for c in curves for m in c.meets]
+    meets = [(a, b) for a, b, _ in meeting_points(curves)]
     if meets:
-        ax.plot(
-            *zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="two curves meet"
-        )
+        ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
         add_legend(ax)
     name_axes(ax, "A", "B")
     note(ax, f"numbers: period of the orbit, up to {max_period}")

@@ -11,7 +11,7 @@ from vibrodrive.figures.style import save
 from vibrodrive.jobs.orbits import MAX_PERIOD, UNTOLD, check_undisturbed
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.periodic.curves import NUM, Curve, curves
+from vibrodrive.periodic.curves import NUM, Curve, curves, meeting_points
 from vibrodrive.periodic.search import check_period
 from vibrodrive.store.curves import Stored, load_curves, save_curves
 from vibrodrive.store.file import made_already
@@ -101,8 +101,8 @@ def table(found: list[Curve]) -> str:
     for c in found:
         ends = "  ".join(f"{c.A[i]:12.8f}  {c.B[i]:12.8f}" for i in (0, -1))
         lines.append(f"{c.kind:<15}  {c.period:6d}  {ends}  {', '.join(c.ends):<19}  {c.word}")
-    meets = [(i, m) for i, c in enumerate(found) for m in c.meets if i < m.other]
-    for i, m in meets:
-        lines.append(f"{m.what} of curves {i + 1} and {m.other + 1} at A = {m.A:.12f}, B = {m.B:.12f}")
-    lines.append(f"{len(found)} curves, {len(meets)} points where two meet")
+    points = meeting_points(found)
+    for A, B, several in points:
+        lines.append(f"lines {', '.join(str(i + 1) for i in several)} meet at A = {A:.12f}, B = {B:.12f}")
+    lines.append(f"{len(found)} curves, {len(points)} points where they meet")
     return "\n".join(lines)

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -157,6 +158,11 @@ def curves(
         by the A at which they end: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
         method `at` that computes A at any B.
 
+    Warns
+    -----
+    UserWarning
+        of a bifurcation that no curve was found through: none in tens of thousands of orbits, up to 6 periods.
+
     Raises
     ------
     TypeError, ValueError
@@ -247,6 +253,7 @@ class _Collection:
         """The curve through a bifurcation."""
         recognised = recognise(found)
         if recognised is None:
+            warnings.warn(f"no curve through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
             return None
         condition, seed = recognised
         path = trace(condition, seed, self.box)
@@ -324,6 +331,21 @@ def _passes(curve: Curve, A: float, B: float) -> bool:
     if any(abs(curve.A[i] - A) < near and abs(curve.B[i] - B) < near for i in (0, -1)):
         return True
     return any(abs(a - A) < near for a in curve.at(B).tolist())
+
+
+def meeting_points(found: Sequence[Curve]) -> list[tuple[float, float, list[int]]]:
+    """(A, B, places of the curves in the list) of every point where two or more curves meet."""
+    points: list[tuple[float, float, set[int]]] = []
+    for i, curve in enumerate(found):
+        for m in curve.meets:
+            near = SAME_POINT * scale_of(m.A)
+            same = (at for A, B, at in points if abs(A - m.A) < near and abs(B - m.B) < near)
+            at = next(same, None)
+            if at is None:
+                at = set()
+                points.append((m.A, m.B, at))
+            at |= {i, m.other}
+    return [(A, B, sorted(at)) for A, B, at in points]
 
 
 def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:

@@ -3,7 +3,7 @@
 The search reports the orbit on one side of the bifurcation, a little away from it. Every decision of it that is close
 to going the other way gives a candidate, and one is the bifurcation if its equations have a solution at the very A
 that the search found. What lies on both sides of one bifurcation is one condition: a touching counts as no impact
-where the mass goes on, and a hop or slide of no duration is left out.
+where the mass goes on at once.
 """
 
 from __future__ import annotations
@@ -29,9 +29,6 @@ SAME = 1e-9
 
 CLOSE = 0.05
 """How close to going the other way a decision is looked at: at a grazing it changes as a square root."""
-
-SHORT = 0.05
-"""Slides shorter than this may be those that vanish at the bifurcation."""
 
 
 class Part(NamedTuple):
@@ -91,7 +88,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
         build = _grazing
     for i in sorted(range(len(parts)), key=distance.__getitem__):
         if distance[i] < CLOSE * scale_of(orbit.A):
-            yield from build(parts, i, force[i], rests, orbit)
+            yield from build(parts, i, rests, orbit)
 
 
 def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
@@ -157,39 +154,27 @@ def _period(parts: Sequence[Part], orbit: Orbit) -> int:
     return math.ceil((parts[-1].end - parts[0].begin) / TWO_PI - 1e-2)
 
 
-def _border(
-    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
-) -> Iterator[tuple[Condition, list[float]]]:
+def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
     there = _after(parts, i, rests, orbit)
     yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, _period(there, orbit))
 
 
-def _stick(
-    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
-) -> Iterator[tuple[Condition, list[float]]]:
-    n = len(parts)
+def _stick(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
     there = list(parts)
-    nxt = (i + 1) % n
-    there[nxt] = there[nxt]._replace(begun=FROM_STICK)
+    following = (i + 1) % len(parts)
+    there[following] = there[following]._replace(begun=FROM_STICK)
     yield _prescribed(STICK, there, rests, i, orbit, orbit.period)
-    if parts[nxt].end - parts[nxt].begin < SHORT and not parts[nxt].lands and i + 1 < n:
-        yield _prescribed(STICK, [*parts[: i + 1], *parts[i + 2 :]], rests, i, orbit, orbit.period)
 
 
-def _grazing(
-    parts: Sequence[Part], i: int, force: float, rests: bool, orbit: Orbit
-) -> Iterator[tuple[Condition, list[float]]]:
+def _grazing(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
     there = list(parts)
     there[i] = there[i]._replace(lands=False)
     n = len(parts)
-    if force < 1.0 + CLOSE:
-        ended = _after(there, i, rests, orbit)
-        yield _prescribed(GRAZING, ended, True, len(ended) - 1, orbit, _period(ended, orbit))
-    if force < 1.0 - CLOSE or (rests and i == n - 1):
+    if rests and i == n - 1:
         return
-    nxt = (i + 1) % n
-    if there[nxt].begun == FROM_GROUND:
-        there[nxt] = there[nxt]._replace(begun=FROM_REVERSAL)
+    following = (i + 1) % n
+    if there[following].begun == FROM_GROUND:
+        there[following] = there[following]._replace(begun=FROM_REVERSAL)
     if rests:
         yield _prescribed(GRAZING, there, True, i, orbit, orbit.period)
         return

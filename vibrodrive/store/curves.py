@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Slide
-from vibrodrive.periodic.curves import Curve, Meeting
+from vibrodrive.periodic.curves import Curve, Meeting, meeting_points
 from vibrodrive.store import netcdf
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
 from vibrodrive.store.layout import Origin, about
@@ -82,13 +82,11 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         points, first = file["points"][...], file["first_point"][...]
         if not np.array_equal(np.cumsum(points) - points, first) or points.sum() != len(file["point"]):
             faults.append("first_point: does not fit the points of the curves")
-        lines = [
-            ("range", f"{name} = {low:g} to {high:g}") for name in "AB" for low, high in [file.attrs[f"range_{name}"]]
-        ]
+        ranges = {name: file.attrs[f"range_{name}"] for name in "AB"}
+        lines = [("range", f"{name} = {low:g} to {high:g}") for name, (low, high) in ranges.items()]
         lines.append(("periods", f"up to {file.attrs['max_period']}"))
-        lines.append(
-            ("curves", f"{len(points)} of {points.sum()} points, {len(file['meeting'])} points where two meet")
-        )
+        met = f"meet at {len(meeting_points(_curves(file)))} points" if not faults else ""
+        lines.append(("curves", f"{len(points)} with {points.sum()} points; {met}"))
         for kind, n in sorted(Counter(file["kind"].asstr()[...].tolist()).items()):
             lines.append(("found", f"{n} x {kind}"))
         return Summary(title, 1.0, lines + provenance(file), faults)
