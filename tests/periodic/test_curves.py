@@ -1,0 +1,314 @@
+"""Curves of bifurcations: against the search at one B, closed forms, 50 digits, and a limit from the literature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.mp_flight import after, orbit_phase, slope
+from tests.support.reference import mp, reference
+from vibrodrive.periodic.bifurcations import bifurcations
+from vibrodrive.periodic.conditions import Condition, Margin, Slide, lags
+from vibrodrive.periodic.curves import Curve, _met, curves, meeting_points
+from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.recognition import recognise
+from vibrodrive.periodic.tracing import CLOSED, EDGE, Box, cut, point_at, trace
+
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return curves((1.5, 3.2), (0.03, 0.15), 3, num=3)
+
+
+def listed(found, B):
+    """(kind, A) of every curve at B, by A."""
+    return sorted(((c.kind, a) for c in found for a in c.at(B).tolist()), key=lambda pair: pair[1])
+
+
+def agree(found, A, B, max_period, atol=1e-12):
+    alone = [(b.kind, b.A) for b in bifurcations(A, B, max_period)]
+    here = listed(found, B)
+    assert [kind for kind, _ in here] == [kind for kind, _ in alone]
+    np.testing.assert_allclose([a for _, a in here], [a for _, a in alone], rtol=0, atol=atol)
+    return len(alone)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
+def test_at_one_B_they_are_the_bifurcations_there(found, B):
+    """None missing, none invented; values of B between those from which curves were followed, and at one of them."""
+    assert agree(found, (1.5, 3.2), B, 3) >= 5
+
+
+@pytest.mark.jit
+def test_folds_and_grazings_of_long_orbits():
+    A = (3.16, 3.17)
+    found = curves(A, (0.0999, 0.1001), 5, num=2)
+    assert {c.kind for c in found} == {"period doubling", "fold", "border", "grazing"}
+    assert agree(found, A, 0.10003, 5) == 5
+
+
+@pytest.mark.jit
+def test_every_curve_ends_at_the_edge_of_the_range(found):
+    for c in found:
+        assert c.ends == ("edge", "edge")
+        for A, B in zip(c.A[[0, -1]].tolist(), c.B[[0, -1]].tolist(), strict=True):
+            assert A in (1.5, 3.2) or B in (0.03, 0.15)
+        assert ((c.A >= 1.5) & (c.A <= 3.2) & (c.B >= 0.03) & (c.B <= 0.15)).all()
+        assert c.at(0.02).tolist() == c.at(0.2).tolist() == []
+
+
+@pytest.mark.jit
+def test_points_of_a_curve_are_what_at_gives(found):
+    for c in found:
+        for k in (0, len(c.A) // 2, -1):
+            assert np.abs(c.at(float(c.B[k])) - c.A[k]).min() < 1e-13
+
+
+def test_the_onset_is_a_straight_line_alone_below_other_curves():
+    (onset,) = curves((1.0, 1.8), (0.0, 1e-9), 1)
+    assert onset.kind == "onset"
+    assert onset.at(5e-10).tolist() == [1.0 + 5e-10]
+    assert curves((0.5, 0.9), (0.0, 1.0), 1) == []
+
+
+@pytest.mark.jit
+def test_on_the_level_they_come_out_of_one_point():
+    """A = √(1 + π²/4): as B → 0 a curve comes closer to it as B (stick) or as √B (all others)."""
+    found = curves((1.2, 1.9), (0.0, 0.001), 1, num=2)
+    assert [c.kind for c in found] == ["stick", "border", "period doubling"]
+    for c in found:
+        assert (c.A[0], c.B[0], c.ends[0]) == (LEVEL_POINT, 0.0, "level")
+        near, far = (c.at(B)[0] - LEVEL_POINT for B in (1e-6, 4e-6))
+        assert near / far == pytest.approx(0.25 if c.kind == "stick" else 0.5, rel=2e-2)
+    assert meeting_points(found) == [(LEVEL_POINT, 0.0, [0, 1, 2])]
+    (level,) = bifurcations((1.2, 1.9), 0.0, 1)
+    assert listed(found, 0.0) == [(level.kind, pytest.approx(level.A, abs=1e-15))]
+
+
+@pytest.mark.jit
+def test_steep_inclines_tend_to_the_inelastic_bouncing_ball():
+    """Mehta and Luck 1990: rest vanishes at Γ = √(1 + π²), the first doubling is at √(4 + π²), Γ = A/B."""
+    found = curves((3e5, 4e6), (1e5, 1e6), 1, num=2)
+    limits = {"border": math.sqrt(1.0 + math.pi**2), "period doubling": math.sqrt(4.0 + math.pi**2)}
+    curved = [c for c in found if c.kind in limits]
+    assert len(curved) == 2
+    for c in curved:
+        errors = [c.at(B)[0] / B - limits[c.kind] for B in (2e5, 8e5)]
+        assert abs(errors[0]) < 1e-4
+        assert errors[0] / errors[1] == pytest.approx(4.0, rel=1e-3)
+
+
+@pytest.mark.jit
+def test_doublings_in_the_reference(found):
+    doublings = [c for c in found if c.kind == "period doubling"]
+    assert {c.period for c in doublings} == {1, 2, 3}
+    for c in doublings:
+        B = 0.0413
+        (A,) = c.at(B)
+        i = int(np.argmin(abs(c.B - B)))
+        near = float(c.points[i, len(c.condition.slides) - 1]) % (2.0 * math.pi)
+        phi = orbit_phase(float(A), B, near, c.impacts, c.period)
+        assert float(slope(float(A), B, phi, c.impacts)) == pytest.approx(-1.0, abs=1e-11)
+
+
+@pytest.mark.jit
+def test_borders_in_the_reference(found):
+    """The impact that ends the motion out of a rest falls on the very phase at which it began."""
+    borders = [c for c in found if c.kind == "border"]
+    assert len(borders) >= 4
+    for c in borders:
+        B = 0.0413
+        (A,) = c.at(B)
+        up = mp.asin((1 + mp.mpf(B)) / mp.mpf(float(A)))
+        assert abs(after(float(A), B, up, c.impacts) - up - 2 * mp.pi * c.period) < 1e-12
+        assert c.side == "beginning"
+
+
+@pytest.mark.jit
+def test_grazings_and_sticks_in_the_reference(found):
+    for c in (c for c in found if c.kind in ("grazing", "stick")):
+        B = 0.0413
+        (A,) = c.at(B)
+        up = math.asin((1.0 + B) / A)
+        run = reference(float(A), B, tau0=up, periods=c.period + 1)
+        assert min(float(s.margin) for s in run.switches[: len(c.word.split())]) < 1e-12
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("B", [0.02, 0.3, 1.7])
+def test_the_stick_in_closed_form(B):
+    """One slide: from H = 1 at rest to ξ' = 0 exactly where H = -1."""
+    mp.dps = 50
+    b = mp.mpf(B)
+
+    def velocity(A):
+        up, down = mp.asin((1 + b) / A), mp.pi + mp.asin((1 - b) / A)
+        return A * (mp.cos(up) - mp.cos(down)) - (1 + b) * (down - up)
+
+    exact = mp.findroot(velocity, 1.86 + 0.9 * b)
+    found = curves((1.5, 5.0), (B, B + 1e-3), 1, num=2)
+    (stick,) = (c for c in found if c.kind == "stick")
+    assert abs(stick.at(B)[0] - exact) < 1e-14 * exact
+
+
+@pytest.mark.jit
+def test_every_bifurcation_is_recognised():
+    kinds = set()
+    for b in [*bifurcations((3.15, 3.3), 0.1, 4), *bifurcations((3.251, 3.254), 0.05, 6)]:
+        condition, u = recognise(b)
+        assert condition.kind == b.kind
+        assert abs(u[-2] - b.A) < 1e-13
+        assert min(m.value for m in condition.margins(u)) > 0.0
+        kinds.add((condition.kind, condition.rests))
+    assert kinds == {
+        ("border", True),
+        ("period doubling", False),
+        ("fold", False),
+        ("grazing", True),
+        ("grazing", False),
+    }
+
+
+@pytest.mark.jit
+def test_an_orbit_that_halves_its_period_has_no_margin_left():
+    """Twice the orbit at its doubling is no orbit of its own: a fold may not be followed across."""
+    (b,) = bifurcations((2.6, 2.61), 0.1, 1)
+    once, u = recognise(b)
+    again = once.slides
+    twice = Condition("fold", once.slides + again, 2, False, -1, doubled=True)
+    both = np.array([*u[:-2], *(u[:-2] + 2.0 * math.pi), *u[-2:]])
+    assert abs(min(m.value for m in twice.margins(both))) < 1e-14
+    assert np.abs(twice.equations(both[None, :])).max() < 1e-12
+
+
+def test_short_slides_lose_no_digits():
+    for h in (1e-6, 0.1, 0.99, 1.01, 3.0):
+        exact = mp.mpf(h)
+        forms = 1 - mp.cos(exact), exact - mp.sin(exact), exact**2 / 2 - 1 + mp.cos(exact)
+        for value, form in zip(lags(np.array([h])), forms, strict=True):
+            assert abs(value[0] / form - 1) < 3e-15
+
+
+def test_derivatives_are_those_of_differences():
+    slides = (
+        Slide(False, FROM_GROUND, 0, False),
+        Slide(True, FROM_REVERSAL, 0, False),
+        Slide(False, FROM_STICK, 1, False),
+        Slide(True, FROM_REVERSAL, 0, True),
+    )
+    u = np.array([3.4, 5.9, 9.6, 13.1, 3.1, 0.12])
+    for kind, critical in (("period doubling", -1), ("grazing", 1), ("stick", 0)):
+        condition = Condition(kind, slides, 2, False, critical)
+        values, slopes = condition.linearised(u)
+        np.testing.assert_allclose(values, condition.equations(u[None, :])[0], rtol=1e-14, atol=1e-14)
+        for k in range(len(u)):
+            step = np.zeros(len(u))
+            step[k] = 1e-6
+            ahead, behind = condition.equations(np.stack([u + step, u - step]))
+            np.testing.assert_allclose(slopes[:, k], (ahead - behind) / 2e-6, rtol=1e-6, atol=1e-7)
+
+
+class Circle:
+    """A condition whose curve is known: (A - 3)² + (B - 1)² = 1/4, valid where A < limit."""
+
+    slides = ()
+
+    def __init__(self, limit=math.inf):
+        self.limit = limit
+
+    def linearised(self, u):
+        A, B = u - (3.0, 1.0)
+        return np.array([A * A + B * B - 0.25]), np.array([[2.0 * A, 2.0 * B]])
+
+    def margins(self, u):
+        return [Margin("grazing", self.limit - u[0])]
+
+
+BOX = Box((2.0, 5.0), (0.0, 2.0))
+
+
+def as_curve(condition, path):
+    return Curve("fold", 1, 2, "", "", path.points[:, 0], path.points[:, 1], path.ends, (), condition, path.points)
+
+
+def test_a_closed_curve_turns_back_twice_and_is_passed_once():
+    path = trace(Circle(), np.array([3.5, 1.0]), BOX)
+    assert path.ends == (CLOSED, CLOSED)
+    np.testing.assert_array_equal(path.points[0], path.points[-1])
+    A, B = path.points.T
+    angle = np.unwrap(np.arctan2(B - 1.0, A - 3.0))
+    assert abs(angle[-1] - angle[0]) == pytest.approx(2.0 * math.pi, abs=1e-12)
+    assert (B.min(), B.max()) == (pytest.approx(0.5, abs=1e-14), pytest.approx(1.5, abs=1e-14))
+    curve = as_curve(Circle(), path)
+    for b in (0.5 + 1e-9, 0.7, 1.0, 1.21, 1.5 - 1e-9):
+        half = math.sqrt(0.25 - (b - 1.0) ** 2)
+        np.testing.assert_allclose(curve.at(b), [3.0 - half, 3.0 + half], rtol=0, atol=1e-15 + 1e-15 / half)
+
+
+def test_a_curve_ends_where_its_condition_does():
+    end = math.sqrt(0.25 - 0.2**2)
+    path = trace(Circle(limit=3.2), np.array([2.5, 1.0]), BOX)
+    assert path.ends == ("grazing", "grazing")
+    np.testing.assert_allclose(sorted(path.points[[0, -1]].tolist()), [[3.2, 1 - end], [3.2, 1 + end]], atol=1e-14)
+    path = trace(Circle(), np.array([2.5, 1.0]), Box((2.0, 5.0), (0.0, 1.3)))
+    assert path.ends == (EDGE, EDGE)
+    assert (path.points[[0, -1], 1] == 1.3).all()
+
+
+def test_parts_of_a_curve_in_the_range():
+    path = trace(Circle(), np.array([3.5, 1.0]), BOX)
+    (points, ends), *more = cut(Circle(), path.points[10:-10], (EDGE, EDGE), 2.8)
+    points, ends = (points, ends), more[0] if more else None
+    parts = [points, ends]
+    assert all(p[0][:, 0].min() >= 2.8 for p in parts)
+    edges = [p[0][k].tolist() for p, k in zip(parts, (-1, 0), strict=True)]
+    np.testing.assert_allclose(sorted(b for _, b in edges), [1 - math.sqrt(0.21), 1 + math.sqrt(0.21)], atol=1e-14)
+
+
+def test_where_two_curves_cross_and_where_one_ends_on_another():
+    class Line(Circle):
+        """A - 3 = (B - 1) / 2."""
+
+        def linearised(self, u):
+            A, B = u - (3.0, 1.0)
+            return np.array([A - 0.5 * B]), np.array([[1.0, -0.5]])
+
+    circle = as_curve(Circle(), trace(Circle(), np.array([3.5, 1.0]), BOX))
+    line = as_curve(Line(), trace(Line(), np.array([3.0, 1.0]), BOX))
+    high = 1.0 + math.sqrt(0.2)
+    both = _met([circle, line])
+    points = sorted((m.B, m.A, m.other, m.what) for m in both[0].meets)
+    assert [p[2:] for p in points] == [(1, "crossing"), (1, "crossing")]
+    np.testing.assert_allclose([p[0] for p in points], [2.0 - high, high], atol=1e-14)
+    stop = 3.0 + 0.5 * (high - 1.0)
+    half = as_curve(Line(stop), trace(Line(stop), np.array([3.0, 1.0]), BOX))
+    assert sorted(m.what for m in _met([circle, half])[1].meets) == ["crossing", "end"]
+
+
+def test_close_to_a_turn_B_is_approached_along_the_curve():
+    b = 1.5 - 1e-6
+    here = np.array([3.0, 1.5])
+    there = np.array([3.0 + 0.5 * math.sin(0.1), 1.0 + 0.5 * math.cos(0.1)])
+    assert point_at(Circle(), here, there, b) == pytest.approx(3.0 + math.sqrt(0.25 - (b - 1.0) ** 2), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"A": (3.0, 2.0)}, "A = .*two numbers, the smaller one first"),
+        ({"A": 3.0}, "A = 3.0: must be two numbers"),
+        ({"B": (0.1, 0.1)}, "B = "),
+        ({"B": (0.1, 0.2, 0.3)}, "B = "),
+        ({"B": (-0.1, 0.2)}, "B = -0.1: must be a number >= 0"),
+        ({"max_period": 0}, "max_period = 0"),
+        ({"num": 1}, "num = 1: must be a whole number >= 2"),
+    ],
+)
+def test_refused(arguments, told):
+    with pytest.raises((TypeError, ValueError), match=told):
+        curves(**arguments)
