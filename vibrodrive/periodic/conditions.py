@@ -151,22 +151,27 @@ class Condition:
             return found.force[:, self.critical] - 1.0
         if self.kind == STICK:
             return found.force[:, self.critical] + found.sigma[self.critical]
-        return self.multiplier(found) + (1.0 if self.kind == DOUBLING else -1.0)
+        moments, speeds = self.multiplier(found)
+        return moments + speeds if self.kind == DOUBLING else moments - speeds
 
-    def multiplier(self, found: Motion) -> np.ndarray:
-        """Derivative of the return map, as in `flight`, where the slope of one flight is explained."""
-        product, delay, moment = 1.0, 0.0, 0.0
+    def multiplier(self, found: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative of the return map as a fraction, each (m,): `flight` explains the slope of one flight.
+
+        A fraction, because an impact that begins to graze has no speed.
+        """
+        above, below = np.ones_like(found.h[:, 0]), np.ones_like(found.h[:, 0])
+        delay = moment = np.zeros_like(above)
         for i, s in enumerate(self.slides):
             if s.begun == FROM_STICK:
-                delay = 0.0
+                delay = np.zeros_like(above)
             elif i == 0 or self.slides[i - 1].lands:
-                delay, moment = 1.0, 0.0
+                delay, moment = np.ones_like(above), np.zeros_like(above)
             else:
                 delay = delay * found.a0[:, i - 1] / (found.force[:, i - 1] - found.sigma[i - 1])
             moment = moment + delay * found.a0[:, i] * found.h[:, i]
             if s.lands:
-                product = product * moment / found.velocity[:, i]
-        return np.asarray(product)
+                above, below = above * moment, below * found.velocity[:, i]
+        return above, below
 
     def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The equations (S + 1,) at u (S + 2,), and their derivatives (S + 1, S + 2)."""
@@ -174,6 +179,7 @@ class Condition:
         values = self.equations(u + 1j * TINY * np.eye(n + 1, n))
         return values[-1].real, values[:-1].imag.T / TINY
 
+    @np.errstate(invalid="ignore")
     def margins(self, u: np.ndarray) -> list[Margin]:
         """What the motion presupposes at u, but for the condition itself; NaN where there is no such motion."""
         found = self.motion(u[None, :])

@@ -44,6 +44,13 @@ SAME_POINT = 1e-7
 """How far in A and B, times `scale_of`, two curves may pass each other at a point where they meet: where they touch,
 the point is found with the square root of the precision."""
 
+TOUCHING = 1e-12
+"""How close in A, times `scale_of`, two curves are that cannot be told apart."""
+
+TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
+"""Shares of the first step in B at which bifurcations are sought, too, where the range reaches down to the level: with
+√B all curves but the onset draw together there."""
+
 ONSET_POINTS = 65
 """Points of the straight line A = 1 + B."""
 
@@ -185,7 +192,10 @@ def curves(
     if not least < stop or high <= onset(least):
         return _onset_alone((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), limit)
-    found.collect(np.linspace(least, stop, count).tolist())
+    values = np.linspace(least, stop, count)
+    if least < TOWARDS_LEVEL[0] * values[1]:
+        values = np.insert(values, 1, np.multiply(TOWARDS_LEVEL, values[1]))
+    found.collect(values.tolist())
     whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
     inside = [piece for curve in whole for piece in _cut(curve, low)]
     ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[-1], -c.B[-1]))
@@ -361,7 +371,8 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
             return math.nan if a is None or b is None else a - b
 
         first, last = apart(low), apart(high)
-        if not first * last < 0.0:
+        # a fold and the border it ends on run side by side, closer than rounding
+        if not first * last < 0.0 or min(abs(first), abs(last)) < TOUCHING * scale_of(one.A[k]):
             continue
         B = _zero(apart, low, high, first)
         A = one.within(k, B)
