@@ -16,7 +16,7 @@ CONSTANTS = {"ETA"}
 
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {"limits": limits}
 
-LONG = {"bifurcations", "limit", "limits", "Results", "sweep", "simulate"}
+LONG = {"bifurcations", "curves", "limit", "limits", "Results", "sweep", "simulate"}
 """Those whose examples would take minutes without compiled kernels."""
 
 

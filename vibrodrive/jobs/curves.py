@@ -73,7 +73,7 @@ def run_curves(
 def check_plane(plan: Plan) -> None:
     """Refuse what the map does not describe: other axes than A and B, a disturbance, another way to find switches."""
     if set(plan.axes) != {"A", "B"}:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A and B"))
+        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone, or A and B"))
     for name, values in plan.axes.items():
         if not values.min() < values.max():
             raise ValueError(bad(name, values.tolist(), "at least two values"))

@@ -1,0 +1,97 @@
+"""`vibrodrive orbits` over A and B: a table, a file and a figure of curves."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+import vibrodrive as vd
+from vibrodrive import cli
+from vibrodrive.jobs.curves import check_plane
+from vibrodrive.model.plan import make_plan
+from vibrodrive.store.curves import load_curves
+
+CONFIG = """
+title = "A doubling over B"
+[sweep]
+A = {start = 2.5, stop = 2.65, num = 100}
+B = {start = 0.095, stop = 0.105, num = 2}
+[orbits]
+max_period = 1
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Run a command in a directory with the configuration above; returns (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+    Path("c.toml").write_text(CONFIG)
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main(arguments)
+        return end.value.code or 0, *capsys.readouterr()
+
+    yield call
+    for s, handler in before.items():
+        signal.signal(s, handler)
+
+
+@pytest.mark.jit
+def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
+    code, out, err = run("orbits", "c.toml")
+    assert code == 0, err
+    assert "c.h5 written, c.png drawn" in err
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["border", "period", "2"]
+    assert lines[-1] == "2 curves, 0 points where they meet"
+    stored = load_curves(Path("c.h5"))
+    assert (stored.A, stored.B, stored.max_period) == ((2.5, 2.65), (0.095, 0.105), 1)
+    (doubling,) = (c for c in stored.curves if c.kind == "period doubling")
+    (alone,) = vd.bifurcations((2.59, 2.62), 0.1, 1)
+    assert abs(doubling.at(0.1)[0] - alone.A) < 1e-13
+
+    def fail(*_, **__):
+        raise AssertionError
+
+    monkeypatch.setattr("vibrodrive.jobs.curves.curves", fail)
+    picture = Path("c.png").read_bytes()
+    assert run("orbits", "c.toml")[1] == out
+    assert run("plot", "c.h5", "-o", "again.png")[0] == 0
+    assert Path("again.png").read_bytes() == Path("c.png").read_bytes() == picture
+    code, out, _ = run("info", "c.h5")
+    assert code == 0
+    assert "A doubling over B" in out
+    assert "holds     curves of bifurcations (vibrodrive orbits)" in out
+    assert run("verify", "c.h5")[1].splitlines()[-1] == "complete and whole"
+    code, out, err = run("orbits", "c.toml", "--set", "max_period=2")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "max_period is 1 there and 2 here" in err
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("eps=1e-4", ["eps = 0.0001", "undisturbed"]),
+        ("B=[0.1, 0.1]", ["B = [0.1, 0.1]", "at least two values"]),
+        ("eps=[0, 1e-4]", ["axes", "A alone, or A and B"]),
+        ("max_period=0", ["max_period = 0"]),
+    ],
+)
+def test_refused_before_anything_is_computed(run, change, words):
+    code, out, err = run("orbits", "c.toml", "--set", change)
+    assert code in (1, 2)
+    assert out == ""
+    assert all(w in err for w in words), err
+    assert not Path("c.h5").exists()
+
+
+def test_other_axes_are_refused():
+    for axes in ({"A": [2.5, 2.6]}, {"A": [2.5, 2.6], "eps": [0.0, 1e-4]}):
+        with pytest.raises(ValueError, match=r"axes = .*: must be A alone, or A and B"):
+            check_plane(make_plan(axes))

@@ -1,0 +1,70 @@
+"""Curves in the plane (A, B): what is drawn, and that the axes stay as they are."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
+from vibrodrive.figures.style import new
+from vibrodrive.periodic.curves import Curve, Meeting
+
+
+def line(kind, slope, meets=()):
+    B = np.linspace(0.0, 1.0, 11)
+    return Curve(kind, 2, 1, "REST", "", 1.0 + slope * B, B, ("edge", "edge"), meets)
+
+
+@pytest.fixture
+def curves():
+    meet = Meeting(1.0, 0.0, 1, "end")
+    return [line("onset", 1.0, (meet,)), line("fold", 2.0, (meet._replace(other=0),)), line("fold", 2.5)]
+
+
+def drawn(ax):
+    return [a for a in ax.lines if a.get_color() != "white" and len(a.get_xdata()) > 2]
+
+
+def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
+    ax = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2).axes[0]
+    assert (ax.get_xlim(), ax.get_ylim()) == ((1.0, 3.0), (0.0, 1.0))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$", "$B$")
+    for one, curve in zip(drawn(ax), curves, strict=True):
+        np.testing.assert_array_equal(one.get_xydata(), np.column_stack([curve.A, curve.B]))
+    assert [t.get_text() for t in ax.texts] == ["2", "2"]
+    for text, curve in zip(ax.texts, curves[1:], strict=True):
+        A, B = text.get_position()
+        assert pytest.approx(np.interp(B, curve.B, curve.A)) == A
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == ["onset", "fold", "curves meet"]
+    (mark,) = (a for a in ax.lines if a.get_marker() == "o")
+    assert mark.get_xydata().tolist() == [[1.0, 0.0]]
+
+
+def test_over_a_map_limits_and_scale_stay(curves):
+    fig, axes = new(1, 1, height=3.0)
+    ax = axes[0, 0]
+    ax.pcolormesh([0.0, 0.5, 1.0], [1.0, 2.0, 3.0], np.zeros((2, 2)))
+    ax.set(xlim=(0.1, 0.9), ylim=(1.0, 2.0), yscale="log")
+    draw_curves(ax, curves, x="B", legend=False)
+    fig.canvas.draw()
+    assert (ax.get_xlim(), ax.get_ylim(), ax.get_yscale()) == ((0.1, 0.9), (1.0, 2.0), "log")
+    assert ax.get_legend() is None
+    np.testing.assert_array_equal(drawn(ax)[1].get_xydata(), np.column_stack([curves[1].B, curves[1].A]))
+    assert all(0.1 <= t.get_position()[0] <= 0.9 and 1.0 <= t.get_position()[1] <= 2.0 for t in ax.texts)
+
+
+def test_kinds_differ_in_black_and_white():
+    styles = [(str(k["ls"]), k["lw"]) for k in KINDS.values()]
+    assert len(set(styles)) == len(KINDS)
+    dashes = [ls for ls, _ in styles if ls != "-"]
+    assert len(set(dashes)) == len(dashes)
+    for one, other in itertools.combinations([to_rgb(k["color"]) for k in KINDS.values()], 2):
+        assert np.abs(np.subtract(one, other)).max() > 0.2
+
+
+def test_nothing_to_draw():
+    ax = curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).axes[0]
+    assert ax.get_legend() is None

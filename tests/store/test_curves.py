@@ -1,0 +1,90 @@
+"""Files of curves: what is read is what was written, and others can read it, too."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+from vibrodrive.periodic.conditions import Condition, Slide
+from vibrodrive.periodic.curves import Curve, Meeting
+from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
+from vibrodrive.store.curves import Stored, load_curves, save_curves, summary
+from vibrodrive.store.header import Damaged, OtherKind, read_kind
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.orbits import load_family
+
+ORIGIN = Origin("[sweep]\nA = 2\n", (), "Two of them")
+
+FLIGHT = (Slide(False, FROM_STICK, 0, False), Slide(True, FROM_REVERSAL, 0, True))
+
+
+def made():
+    """The onset, and a border of two unknown times; they cross twice."""
+    line = np.linspace(0.0, 1.0, 4)
+    points = np.arange(12.0).reshape(3, 4) / 7.0
+    condition = Condition("border", FLIGHT, 1, True, 1)
+    meets = [Meeting(1.25, 0.25, 1, "crossing"), Meeting(1.5, 0.5, 1, "end")]
+    onset = Curve("onset", 1, 1, "REST", "", 1.0 + line, line, ("edge", "edge"), tuple(meets))
+    border = Curve(
+        "border", 1, 1, condition.word, "beginning", points[:, 2], points[:, 3], ("level", "stick"),
+        tuple(m._replace(other=0) for m in meets), condition, points,
+    )  # fmt: skip
+    return Stored([onset, border], 2, (1.0, 2.0), (0.0, 1.0))
+
+
+def test_what_is_read_is_what_was_written(tmp_path):
+    found = made()
+    save_curves(tmp_path / "c.h5", found, ORIGIN)
+    read = load_curves(tmp_path / "c.h5")
+    assert read[1:] == found[1:]
+    for one, other in zip(read.curves, found.curves, strict=True):
+        for name in ("kind", "period", "impacts", "word", "side", "ends", "meets", "condition"):
+            assert getattr(one, name) == getattr(other, name), name
+        for name in ("A", "B", "points"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert read.curves[0].at(0.3).tolist() == [1.3]
+
+
+def test_no_curves(tmp_path):
+    save_curves(tmp_path / "c.h5", Stored([], 1, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
+    assert load_curves(tmp_path / "c.h5").curves == []
+    assert summary(tmp_path / "c.h5", thorough=True).faults == []
+
+
+def test_summary(tmp_path):
+    save_curves(tmp_path / "c.h5", made(), ORIGIN)
+    assert read_kind(tmp_path / "c.h5") == "curves"
+    found = summary(tmp_path / "c.h5", thorough=True)
+    assert (found.title, found.share, found.faults) == ("Two of them", 1.0, [])
+    lines = [text for _, text in found.lines]
+    assert lines[:3] == ["A = 1 to 2", "B = 0 to 1", "up to 2"]
+    assert lines[3] == "2 with 7 points; meet at 2 points"
+    assert {"1 x onset", "1 x border"} <= set(lines)
+
+
+def test_damage_and_other_kinds_are_named(tmp_path):
+    path = tmp_path / "c.h5"
+    save_curves(path, made(), ORIGIN)
+    with pytest.raises(OtherKind, match="curves of bifurcations"):
+        load_family(path)
+    with h5py.File(path, "r+") as file:
+        file["A"][2] += 1e-9
+    assert summary(path, thorough=True).faults == ["the contents do not have the SHA-256 written beside them"]
+    with h5py.File(path, "r+") as file:
+        file["condition"][1] = "{"
+    with pytest.raises(Damaged, match="damaged beyond reading"):
+        load_curves(path)
+
+
+def test_xarray_opens_it(tmp_path):
+    xr = pytest.importorskip("xarray")
+    found = made()
+    save_curves(tmp_path / "c.h5", found, ORIGIN)
+    with xr.open_dataset(tmp_path / "c.h5", engine="h5netcdf") as file:
+        assert dict(file.sizes) == {"curve": 2, "point": 7, "unknown": 6, "meeting": 2}
+        assert file.attrs["kind"] == "curves"
+        assert file.kind.values.tolist() == ["onset", "border"]
+        rows = slice(int(file.first_point[1]), int(file.first_point[1] + file.points[1]))
+        np.testing.assert_array_equal(file.A.values[rows], found.curves[1].A)
+        assert file.A.attrs == {"units": "1", "long_name": "excitation amplitude"}
