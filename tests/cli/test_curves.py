@@ -49,7 +49,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     assert "c.h5 written, c.png drawn" in err
     lines = out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == ["border", "period", "2"]
-    assert lines[-1] == "2 curves, 0 points where they meet"
+    assert lines[-1] == "2 curves; points where they meet: 0"
     stored = load_curves(Path("c.h5"))
     assert (stored.A, stored.B, stored.max_period) == ((2.5, 2.65), (0.095, 0.105), 1)
     (doubling,) = (c for c in stored.curves if c.kind == "period doubling")

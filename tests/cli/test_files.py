@@ -439,8 +439,8 @@ def test_verify_finds_a_changed_word(run, made):
 def test_a_kind_of_a_later_version_is_named(tmp_path):
     path = a_sweep(tmp_path / "s.h5")
     with h5py.File(path, "r+") as file:
-        file.attrs["kind"] = "curves"
-    with pytest.raises(OtherKind, match="'curves', which this version does not know"):
+        file.attrs["kind"] = "basins"
+    with pytest.raises(OtherKind, match="'basins', which this version does not know"):
         vd.load(path)
     with pytest.raises(NoResult, match="kind = 'curves': must be one of sweep, limits"):
         read_kind(path)

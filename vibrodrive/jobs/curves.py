@@ -104,5 +104,5 @@ def table(found: list[Curve]) -> str:
     points = meeting_points(found)
     for A, B, several in points:
         lines.append(f"lines {', '.join(str(i + 1) for i in several)} meet at A = {A:.12f}, B = {B:.12f}")
-    lines.append(f"{len(found)} curves, {len(points)} points where they meet")
+    lines.append(f"{len(found)} curves; points where they meet: {len(points)}")
     return "\n".join(lines)
