@@ -29,7 +29,8 @@ def drawn(ax):
 
 
 def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
-    ax = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2).axes[0]
+    figure = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2)
+    ax = figure.axes[0]
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.0, 3.0), (0.0, 1.0))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$", "$B$")
     for one, curve in zip(drawn(ax), curves, strict=True):
@@ -38,7 +39,7 @@ def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
     for text, curve in zip(ax.texts, curves[1:], strict=True):
         A, B = text.get_position()
         assert pytest.approx(np.interp(B, curve.B, curve.A)) == A
-    assert [t.get_text() for t in ax.get_legend().get_texts()] == ["onset", "fold", "curves meet"]
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["onset", "fold", "curves meet"]
     (mark,) = (a for a in ax.lines if a.get_marker() == "o")
     assert mark.get_xydata().tolist() == [[1.0, 0.0]]
 
@@ -66,5 +67,4 @@ def test_kinds_differ_in_black_and_white():
 
 
 def test_nothing_to_draw():
-    ax = curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).axes[0]
-    assert ax.get_legend() is None
+    assert curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).legends == []

@@ -25,6 +25,9 @@ KINDS: dict[str, dict[str, Any]] = {
 HALO = 1.4
 """Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
 
+LEGEND_LINE = 3.2
+"""Length of a line in the legend, in widths of its letters: a whole pattern of dashes."""
+
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
 """Where along the curves their periods are written, in turn, so that neighbours do not collide."""
 
@@ -57,12 +60,7 @@ def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: boo
         if periods and curve.kind != "onset":
             _write_period(ax, curve.period, np.column_stack(points), PLACES[k % len(PLACES)], style["color"])
     if legend and named:
-        add_legend(ax)
-
-
-def add_legend(ax: Axes) -> None:
-    """The kinds of curves that occur, wherever there is room."""
-    ax.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.9, edgecolor="none")
+        ax.legend(loc="best", handlelength=LEGEND_LINE, frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:
@@ -89,14 +87,15 @@ def curves_figure(curves: Sequence[Curve], A: tuple[float, float], B: tuple[floa
     max_period : int
         longest period that was sought, for the note.
     """
-    fig, axes = new(1, 1, height=4.2)
+    fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]
     ax.set(xlim=A, ylim=B)
-    draw_curves(ax, curves)
+    draw_curves(ax, curves, legend=False)
     meets = [(a, b) for a, b, _ in meeting_points(curves)]
     if meets:
         ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
-        add_legend(ax)
+    if curves:
+        fig.legend(loc="outside lower center", ncols=4, handlelength=LEGEND_LINE)
     name_axes(ax, "A", "B")
     note(ax, f"numbers: period of the orbit, up to {max_period}")
     return fig
