@@ -10,7 +10,8 @@ from matplotlib.colors import to_rgb
 
 from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
 from vibrodrive.figures.style import new
-from vibrodrive.periodic.curves import Curve, Meeting
+from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.meetings import Meeting
 
 
 def line(kind, slope, meets=()):

@@ -11,8 +11,9 @@ from tests.support.mp_flight import after, orbit_phase, slope
 from tests.support.reference import mp, reference
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.conditions import Condition, Margin, Slide, lags
-from vibrodrive.periodic.curves import Curve, _met, curves, meeting_points
+from vibrodrive.periodic.curves import Curve, curves
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.meetings import meeting_points, with_meetings
 from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.tracing import CLOSED, EDGE, Box, cut, point_at, trace
 
@@ -294,13 +295,13 @@ def test_where_two_curves_cross_and_where_one_ends_on_another():
     circle = as_curve(Circle(), trace(Circle(), np.array([3.5, 1.0]), BOX))
     line = as_curve(Line(), trace(Line(), np.array([3.0, 1.0]), BOX))
     high = 1.0 + math.sqrt(0.2)
-    both = _met([circle, line])
+    both = with_meetings([circle, line])
     points = sorted((m.B, m.A, m.other, m.what) for m in both[0].meets)
     assert [p[2:] for p in points] == [(1, "crossing"), (1, "crossing")]
     np.testing.assert_allclose([p[0] for p in points], [2.0 - high, high], atol=1e-14)
     stop = 3.0 + 0.5 * (high - 1.0)
     half = as_curve(Line(stop), trace(Line(stop), np.array([3.0, 1.0]), BOX))
-    assert sorted(m.what for m in _met([circle, half])[1].meets) == ["crossing", "end"]
+    assert sorted(m.what for m in with_meetings([circle, half])[1].meets) == ["crossing", "end"]
 
 
 def test_close_to_a_turn_B_is_approached_along_the_curve():

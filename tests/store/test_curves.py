@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from vibrodrive.periodic.conditions import Condition, Slide
-from vibrodrive.periodic.curves import Curve, Meeting
+from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
+from vibrodrive.periodic.meetings import Meeting
 from vibrodrive.store.curves import Stored, load_curves, save_curves, summary
 from vibrodrive.store.header import Damaged, OtherKind, read_kind
 from vibrodrive.store.layout import Origin

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.style import INK, name_axes, new, note, styled
-from vibrodrive.periodic.curves import Curve, meeting_points
+from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.meetings import meeting_points
 
 KINDS: dict[str, dict[str, Any]] = {
     "onset": {"ls": "-", "lw": 1.8, "color": "0.45", "label": "onset"},

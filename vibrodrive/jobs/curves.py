@@ -11,7 +11,8 @@ from vibrodrive.figures.style import save
 from vibrodrive.jobs.orbits import MAX_PERIOD, UNTOLD, check_undisturbed
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.periodic.curves import NUM, Curve, curves, meeting_points
+from vibrodrive.periodic.curves import NUM, Curve, curves
+from vibrodrive.periodic.meetings import meeting_points
 from vibrodrive.periodic.search import check_period
 from vibrodrive.store.curves import Stored, load_curves, save_curves
 from vibrodrive.store.file import made_already

@@ -17,7 +17,8 @@ import h5py
 import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Slide
-from vibrodrive.periodic.curves import Curve, Meeting, meeting_points
+from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.meetings import Meeting, meeting_points
 from vibrodrive.store import netcdf
 from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
 from vibrodrive.store.layout import Origin, about
