@@ -23,7 +23,7 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 """How each kind of curve is drawn: the styles differ without their colours, and the colour-blind tell these apart."""
 
-HALO = 1.4
+HALO = 0.7
 """Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
 
 LEGEND_LINE = 3.2
@@ -33,6 +33,7 @@ PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
 """Where along the curves their periods are written, in turn, so that neighbours do not collide."""
 
 
+@styled
 def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: bool = True, legend: bool = True) -> None:
     """Draw curves into a plane whose limits are set, over whatever is there.
 
