@@ -49,8 +49,8 @@ def test_at_one_B_they_are_the_bifurcations_there(found, B):
 def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
     """Up to B = 0.00489 an orbit of one impact in four periods launches at once when it grazes, from there on it rests:
     its border meets the grazing there, and so do the fold and the border of an orbit of two impacts."""
-    A = (2.09, 2.16)
-    found = curves(A, (0.0046, 0.006), 4, num=2)
+    A = (2.105, 2.15)
+    found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)
     there = [found[i] for i in point[2]]
     kinds = sorted((c.kind, c.impacts) for c in there)
@@ -58,7 +58,7 @@ def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
     assert {m.what for c in there for m in c.meets} == {"end"}
     assert sorted(c.at(0.0048).size for c in there) == [0, 0, 0, 0, 1]
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
-    for B in (0.0048, 0.0058):  # closer above the search at one B takes the fold and the border for one
+    for B in (0.0048, 0.0056):  # closer above the search at one B takes the fold and the border for one
         agree(found, A, B, 4)
     # at the point the flight out of a rest touches: whether it lands is rounding, and its speed the root of a gap
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
@@ -153,7 +153,7 @@ def test_grazings_and_sticks_in_the_reference(found):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("B", [0.02, 0.3, 1.7])
+@pytest.mark.parametrize("B", [0.02, 1.7])
 def test_the_stick_in_closed_form(B):
     """One slide: from H = 1 at rest to ξ' = 0 exactly where H = -1."""
     b = mp.mpf(B)

@@ -5,8 +5,9 @@ satisfies (recognition.py), which is followed through the plane in both directio
 was followed before passes through it. Where a curve ends inside the range, another condition holds as well and other
 curves begin: bifurcations are searched for a little to both sides of such a B, too, until no new curve is found.
 
-Curves rise with B, as a steeper incline takes a stronger excitation. So they are sought from A = 1 on, and cut at the
-lower end of the range of A: one that crosses the range between two values of B lies below it at the smaller one.
+A curve may cross the whole range of A between two neighbouring values of B. On every curve seen so far A grows with B,
+but less than in proportion. So one that is at A at the larger of the two values is not below A times their ratio at the
+smaller one: from there on it is sought at the smaller one, and cut at the lower end of the range afterwards.
 """
 
 from __future__ import annotations
@@ -145,7 +146,7 @@ def curves(
     Warns
     -----
     UserWarning
-        of a bifurcation that no curve was found through: none in tens of thousands of orbits, up to 6 periods.
+        of a bifurcation that no curve was found through (docs/orbits.md).
 
     Raises
     ------
@@ -168,7 +169,7 @@ def curves(
     least = max(start, LEVEL * high)  # on the level there are no orbits to follow
     if not least < stop or high <= onset(least):
         return _onset_alone((low, high), (start, stop))
-    found = _Collection(Box((min(1.0, low), high), (least, stop)), limit)
+    found = _Collection(Box((min(1.0, low), high), (least, stop)), low, limit)
     values = np.linspace(least, stop, count)
     if least < TOWARDS_LEVEL[0] * values[1]:
         values = np.insert(values, 1, np.multiply(TOWARDS_LEVEL, values[1]))
@@ -202,8 +203,9 @@ def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
 class _Collection:
     """The curves found so far, but for the onset."""
 
-    def __init__(self, box: Box, limit: int) -> None:
+    def __init__(self, box: Box, low: float, limit: int) -> None:
         self.box = box
+        self.low = low
         self.limit = limit
         self.curves: list[Curve] = []
 
@@ -212,9 +214,11 @@ class _Collection:
         searched: set[float] = set()
         low, high = self.box.B
         near = BESIDE * (high - low)
+        grid = np.array(values)
         while values:
             for value in values:
-                self.search(value)
+                above = grid[grid > value].min(initial=high)
+                self.search(value, max(self.box.A[0], self.low * value / above))
             searched.update(values)
             ends = [float(c.B[i]) for c in self.curves for i, why in zip((0, -1), c.ends, strict=True) if why != EDGE]
             beside = [b for end in ends for b in (end - near, end + near) if low < b < high]
@@ -224,10 +228,10 @@ class _Collection:
                 if not any(abs(b - other) < 0.1 * near for other in (*searched, *values)):
                     values.append(b)
 
-    def search(self, B: float) -> None:
-        """Follow the bifurcations at one B that lie on no curve yet."""
+    def search(self, B: float, low: float) -> None:
+        """Follow the bifurcations at one B, from A = low on, that lie on no curve yet."""
         passed = [(curve.kind, a) for curve in self.curves for a in curve.at(B).tolist()]
-        for found in bifurcations(self.box.A, B, self.limit):
+        for found in bifurcations((low, self.box.A[1]), B, self.limit):
             near = ON_CURVE * scale_of(found.A)
             if found.kind == ONSET or any(kind == found.kind and abs(a - found.A) < near for kind, a in passed):
                 continue
