@@ -106,14 +106,14 @@ def test_on_the_level_they_come_out_of_one_point():
 @pytest.mark.jit
 def test_steep_inclines_tend_to_the_inelastic_bouncing_ball():
     """Mehta and Luck 1990: rest vanishes at Γ = √(1 + π²), the first doubling is at √(4 + π²), Γ = A/B."""
-    found = curves((330.0, 1500.0), (100.0, 400.0), 1, num=2)
+    found = curves((320.0, 460.0), (100.0, 120.0), 1, num=2)
     limits = {"border": math.sqrt(1.0 + math.pi**2), "period doubling": math.sqrt(4.0 + math.pi**2)}
     curved = [c for c in found if c.kind in limits]
     assert len(curved) == 2
     for c in curved:
-        errors = [c.at(B)[0] / B - limits[c.kind] for B in (100.0, 400.0)]
-        assert abs(errors[1]) < 1e-2
-        assert errors[0] / errors[1] == pytest.approx(4.0, rel=1e-2)
+        errors = [c.at(B)[0] / B - limits[c.kind] for B in (100.0, 120.0)]
+        assert abs(errors[1]) < 3e-2
+        assert errors[0] / errors[1] == pytest.approx(1.2, rel=5e-3)
 
 
 @pytest.mark.jit
