@@ -442,7 +442,7 @@ def test_a_kind_of_a_later_version_is_named(tmp_path):
         file.attrs["kind"] = "basins"
     with pytest.raises(OtherKind, match="'basins', which this version does not know"):
         vd.load(path)
-    with pytest.raises(NoResult, match="kind = 'curves': must be one of sweep, limits"):
+    with pytest.raises(NoResult, match="kind = 'basins': must be one of sweep, limits"):
         read_kind(path)
 
 
