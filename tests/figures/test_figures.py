@@ -24,7 +24,14 @@ def results(section, status=None, **axes):
     plan = make_plan({**axes, "A": axes.get("A", 3.0), "periods": section.shape[-2]})
     assert section.shape[:-2] == plan.shape
     status = np.zeros(plan.shape, dtype=np.int8) if status is None else status
-    return SimpleNamespace(axes=plan.axes, scalars=plan.scalars, settings=plan.settings, section=section, status=status)
+    return SimpleNamespace(
+        axes=plan.axes,
+        scalars=plan.scalars,
+        settings=plan.settings,
+        record=("section",),
+        section=section,
+        status=status,
+    )
 
 
 @pytest.fixture

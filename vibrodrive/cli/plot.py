@@ -9,15 +9,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibrodrive.cli.common import FILE, METHOD, SET, check_figure, read, say, working
+from vibrodrive.model.drawing import (
+    BIFURCATION,
+    KINDS,
+    MAP_QUANTITIES,
+    SECTION_QUANTITIES,
+    choose_drawing,
+    merge_wishes,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibrodrive.model.plan import Plan
 
-OPTIONS = {
-    "sweep": {"kind": ("bifurcation", "poincare"), "quantity": ("dxi", "xi")},
-    "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": ("dxi", "xi")},
+OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    "sweep": {"kind": KINDS, "quantity": (*SECTION_QUANTITIES, *MAP_QUANTITIES)},
+    "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": SECTION_QUANTITIES},
     "limits": {},
     "failures": {},
     "curves": {},
@@ -28,8 +36,13 @@ OPTIONS = {
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
-@click.option("--kind", type=click.Choice(["bifurcation", "poincare", "multipliers"]), help="Which diagram.")
-@click.option("--quantity", type=click.Choice(["dxi", "xi"]), help="Velocity or gap at the section.")
+@click.option("--kind", type=click.Choice([*KINDS, "multipliers"]), help="Which diagram.")
+@click.option(
+    "--quantity",
+    metavar="NAME",
+    type=click.Choice([*SECTION_QUANTITIES, *MAP_QUANTITIES]),
+    help="Of the section: dxi or xi. Of a map: " + ", ".join(MAP_QUANTITIES) + ".",
+)
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
 @click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
 def plot(
@@ -89,23 +102,30 @@ def _sweep(file: Path, options: dict[str, Any]) -> tuple[Figure, float]:
 
     report = look(file)
     origin = report.header.origin
-    wanted = config.parse(origin.config, origin.overrides).figure
-    check_drawing(wanted | options, report.header.plan, asked="kind" in options)
-    return figures.from_results(load(file), **(wanted | options)), report.share
+    wanted = merge_wishes(config.parse(origin.config, origin.overrides).figure, options)
+    check_drawing(wanted, report.header.plan, asked="kind" in options)
+    return figures.from_results(load(file), **wanted), report.share
 
 
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
-    """Refuse a diagram that a sweep does not have the axes for.
+    """Refuse a diagram that a sweep does not have the axes or the record for.
 
     A sweep of one motion, whose configuration was made for an axis, has its section drawn, unless a diagram was
     `asked` for now.
     """
     from vibrodrive.model.parameters import bad
 
-    if plan.axes and wanted.get("x") not in (None, *plan.axes):
-        raise click.ClickException(bad("figure.x", wanted["x"], "one of the axes " + ", ".join(plan.axes)))
-    if not plan.axes and asked and wanted.get("kind") == "bifurcation":
-        raise click.ClickException(bad("--kind", "bifurcation", "poincare for one motion: it has no axis"))
+    for key in ("x", "y"):
+        if plan.axes and wanted.get(key) not in (None, *plan.axes):
+            raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(plan.axes)))
+    if not plan.axes and wanted.get("kind") == BIFURCATION:
+        if asked:
+            raise click.ClickException(bad("--kind", BIFURCATION, "poincare for one motion: it has no axis"))
+        return
+    try:
+        choose_drawing(plan, wanted.get("kind"), wanted.get("quantity"))
+    except ValueError as error:
+        raise click.ClickException(str(error)) from None
 
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:

@@ -16,6 +16,7 @@ from vibrodrive.figures.style import GREYS, equation, letter, name_axes, new, no
 from vibrodrive.model.parameters import Method, Status, bad
 
 QUANTITIES = ("xi", "dxi")
+"""In the order of the columns of a section."""
 
 PANELS = 6
 """Panels of one figure at most; of a longer axis evenly spaced values are shown."""
@@ -177,15 +178,21 @@ def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
     """Where the values of an axis are drawn: as they are, or their decades if the spacing is geometric."""
-    if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
+    if not is_geometric(x):
         return x
     u = np.log10(x)
-    if np.ptp(np.diff(u)) > 1e-3 * np.diff(u).mean():
-        return x
     decades = range(math.floor(u[0]), math.ceil(u[-1]) + 1)
     ax.set_xticks(decades, [f"$10^{{{d}}}$" for d in decades])
     ax.set_xticks([d + math.log10(m) for d in decades for m in range(2, 10)], minor=True)
     return u
+
+
+def is_geometric(x: np.ndarray) -> bool:
+    """Whether ascending values are spaced for a logarithmic axis."""
+    if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
+        return False
+    steps = np.diff(np.log10(x))
+    return bool(np.ptp(steps) <= 1e-3 * steps.mean())
 
 
 def quantity_index(quantity: str) -> int:
@@ -207,10 +214,14 @@ def some(items: list[Any]) -> list[Any]:
     return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
 
 
-def conditions(results: Any, apart: Iterable[str]) -> str:
-    """What all points share, without the axes `apart`, for the corner of a figure."""
+SHARED = ("B", "a0", "omega0", "mu", "alpha", "eps")
+"""What the corner of a figure says of the parameters that all points share."""
+
+
+def conditions(results: Any, apart: Iterable[str], names: Iterable[str] = SHARED) -> str:
+    """What all points share, of `names` without the axes `apart`, for the corner of a figure."""
     method = Method(results.settings.method)
-    shown = ["B", "a0", "omega0", "mu", "alpha", "eps"] + (["dtau"] if method != Method.CERTIFIED else [])
+    shown = [*names] + (["dtau"] if method != Method.CERTIFIED else [])
     shared = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
     s = results.settings
     return ", ".join([*shared, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])

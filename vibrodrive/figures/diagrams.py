@@ -20,12 +20,14 @@ from vibrodrive.figures.curves import (
     time_displacement,
     trajectory_figure,
 )
+from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INK, WIDTH, equation, letter, name_axes, new, save, styled
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, choose_drawing
 
 __all__ = [
     "bifurcation",
     "from_results",
+    "map_figure",
     "phase_curve",
     "poincare",
     "save",
@@ -85,22 +87,27 @@ def poincare(source: Any, titles: Sequence[str] | None = None, reference: np.nda
 def from_results(
     results: Any,
     kind: str | None = None,
-    quantity: str = "dxi",
+    quantity: str | None = None,
     x: str | None = None,
+    y: str | None = None,
     limits: tuple[float, float] | None = None,
 ) -> Figure:
-    """The figure that suits a Results: a bifurcation diagram over a long axis, else Poincaré sections.
+    """The figure that suits a Results: a bifurcation diagram over a long axis, else Poincaré sections; without a
+    section a map of the period.
 
-    `kind` ("bifurcation" or "poincare") decides otherwise; `quantity`, `x` and `limits` as in
-    `bifurcation`. One motion, without any axis, has no diagram: its section is drawn. Raises ValueError for an
-    unknown kind.
+    `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y` and `limits` as in
+    `bifurcation` and `map_figure`. One motion, without any axis, has no diagram: its section is drawn. Raises
+    ValueError as `choose_drawing`.
     """
-    if kind not in (None, "bifurcation", "poincare"):
-        raise ValueError(bad("kind", kind, "one of bifurcation, poincare"))
+    if not results.axes and kind == BIFURCATION:
+        kind = POINCARE
+    kind, quantity = choose_drawing(results, kind, quantity)
+    if kind == MAP:
+        return map_figure(results, quantity, x, y, limits=limits)
     if not results.axes:
         return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)
-    if kind == "bifurcation" or (kind is None and longest >= DIAGRAM):
+    if kind == BIFURCATION or (kind is None and longest >= DIAGRAM):
         return bifurcation(results, quantity, x, limits)
     return poincare(results)
 

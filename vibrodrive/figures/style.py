@@ -139,7 +139,9 @@ def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
     """Label the axes with the symbols of two quantities, with their units (None: leave as it is)."""
     if x is not None:
         ax.set_xlabel(symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
-    if y is not None:
+    if y in UNITS:
+        ax.set_ylabel(f"{symbol(y)} in {UNITS[y]}")
+    elif y is not None:
         ax.set_ylabel(symbol(y), rotation=0, labelpad=9, va="center")
 
 

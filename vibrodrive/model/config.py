@@ -11,7 +11,7 @@
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
                            # "summary", or a list of some of them
-    [figure]               # kind, quantity, x, limits: what `plot` draws
+    [figure]               # kind, quantity, x, y, limits: what `plot` draws
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
     [limits]               # criterion ("impacts"): what must be kept (stability/criterion.py)
     [orbits]               # max_period: longest period that `orbits` seeks
@@ -31,6 +31,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrodrive.model.drawing import KINDS, MAP_QUANTITIES, SECTION_QUANTITIES
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import SETTINGS, Plan, make_plan
@@ -264,9 +265,10 @@ def _text(key: str) -> Callable[[object], str]:
 
 _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "figure": {
-        "kind": _choice("figure.kind", "bifurcation", "poincare"),
-        "quantity": _choice("figure.quantity", "dxi", "xi"),
+        "kind": _choice("figure.kind", *KINDS),
+        "quantity": _choice("figure.quantity", *SECTION_QUANTITIES, *MAP_QUANTITIES),
         "x": _choice("figure.x", *HOMES["sweep"]),
+        "y": _choice("figure.y", *HOMES["sweep"]),
         "limits": _limits,
     },
     "trajectory": {

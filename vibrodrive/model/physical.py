@@ -63,6 +63,14 @@ def incline(mu: Any, alpha: Any) -> Any:
     return _each(_tangent, alpha) / mu
 
 
+def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any:
+    """Mean power (W) from a dimensionless energy an excitation period; numbers, or arrays of one length.
+
+    The unit of energy is m (μ g cos α / Ω0)², a period lasts 2π/Ω0.
+    """
+    return work * mass * (friction(mu, alpha, g) / omega0) ** 2 * omega0 / (2.0 * math.pi)
+
+
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
     """Values by name, of one point or of many, and with them A and B where they are not given but follow from these."""
     known = dict(values)
@@ -168,6 +176,10 @@ class Physical:
     def time(self, tau: ArrayLike) -> Any:
         """Time in s from τ = Ω0 t, as `length`."""
         return _numbers("tau", tau) / self.omega0
+
+    def power(self, work: ArrayLike) -> Any:
+        """Mean power in W from a dimensionless energy an excitation period, as `length`."""
+        return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
 
     def force(self, h: ArrayLike) -> Any:
         """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
