@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
 from vibrodrive.figures.style import new
 from vibrodrive.periodic.curves import Curve
-from vibrodrive.periodic.meetings import Meeting
+from vibrodrive.periodic.meetings import Meeting, meeting_points
 
 
 def line(kind, slope, meets=()):
@@ -30,7 +30,8 @@ def drawn(ax):
 
 
 def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
-    figure = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2)
+    meets = [(a, b) for a, b, _ in meeting_points(curves)]
+    figure = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2, meets)
     ax = figure.axes[0]
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.0, 3.0), (0.0, 1.0))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$", "$B$")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.style import INK, name_axes, new, note, styled
-from vibrodrive.periodic.curves import Curve
-from vibrodrive.periodic.meetings import meeting_points
+
+if TYPE_CHECKING:
+    from vibrodrive.periodic.curves import Curve
 
 KINDS: dict[str, dict[str, Any]] = {
     "onset": {"ls": "-", "lw": 1.8, "color": "0.45", "label": "onset"},
@@ -78,7 +79,13 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
 
 
 @styled
-def curves_figure(curves: Sequence[Curve], A: tuple[float, float], B: tuple[float, float], max_period: int) -> Figure:
+def curves_figure(
+    curves: Sequence[Curve],
+    A: tuple[float, float],
+    B: tuple[float, float],
+    max_period: int,
+    meets: Sequence[tuple[float, float]] = (),
+) -> Figure:
     """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
 
     Parameters
@@ -88,12 +95,13 @@ def curves_figure(curves: Sequence[Curve], A: tuple[float, float], B: tuple[floa
         ranges shown.
     max_period : int
         longest period that was sought, for the note.
+    meets : sequence of (A, B)
+        points where curves meet.
     """
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]
     ax.set(xlim=A, ylim=B)
     draw_curves(ax, curves, legend=False)
-    meets = [(a, b) for a, b, _ in meeting_points(curves)]
     if meets:
         ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
     if curves:

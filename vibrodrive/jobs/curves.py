@@ -92,7 +92,8 @@ def redraw(path: Path) -> Figure:
 
 
 def _figure(found: Stored) -> Figure:
-    return curves_figure(found.curves, found.A, found.B, found.max_period)
+    meets = [(a, b) for a, b, _ in meeting_points(found.curves)]
+    return curves_figure(found.curves, found.A, found.B, found.max_period, meets)
 
 
 def table(found: list[Curve]) -> str:
