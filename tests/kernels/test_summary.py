@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.batch.records import as_quantities
 from vibrodrive.kernels import summary
 from vibrodrive.kernels.history import ROWS
 from vibrodrive.kernels.summary import OUT, TOTALS, clear_totals, summarise
-from vibrodrive.model.records import SUMMARIES, as_quantities
+from vibrodrive.model.records import SUMMARIES
 
 NAMES = [q.name for q in SUMMARIES]
 TURN = 2 * math.pi

@@ -20,6 +20,7 @@ from uuid import uuid4
 import numba
 import numpy as np
 
+from vibrodrive.batch.records import as_quantities
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.history import new_history
@@ -29,7 +30,7 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings, make_plan
-from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, as_quantities
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
 RETRIES = 3

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from vibrodrive.model.parameters import bad
 
@@ -26,6 +24,11 @@ class Quantity(NamedTuple):
     unit: str
     meaning: str
     along: str = ""
+
+    @property
+    def itemsize(self) -> int:
+        """Bytes of one value."""
+        return int(self.dtype[2:])
 
 
 SUMMARIES = (
@@ -78,25 +81,5 @@ def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
 def point_bytes(record: tuple[str, ...], periods: int) -> int:
     """Bytes that these records take for each point."""
     size = 16 * periods if SECTION in record else 0
-    size += sum(np.dtype(q.dtype).itemsize for q in SUMMARIES) if SUMMARY in record else 0
-    return size + (2 * periods * sum(np.dtype(q.dtype).itemsize for q in MAIN_IMPACTS) if IMPACTS in record else 0)
-
-
-def as_quantities(summary: np.ndarray | None, impacts: np.ndarray | None) -> dict[str, np.ndarray]:
-    """What the kernels have written, float64 (points, columns) and (points, 2 periods, 4), as named arrays."""
-    found: dict[str, np.ndarray] = {}
-    if summary is not None:
-        for column, q in enumerate(SUMMARIES):
-            found[q.name] = summary[:, column].astype(q.dtype)
-    if impacts is not None:
-        missing = np.isnan(impacts[..., 0])
-        between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
-        columns: Mapping[str, np.ndarray] = dict(
-            zip((q.name for q in MAIN_IMPACTS), (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True)
-        )
-        for q in MAIN_IMPACTS:
-            values = columns[q.name]
-            if np.dtype(q.dtype).kind == "i":
-                values = np.where(missing | np.isnan(values), q.fill, values)
-            found[q.name] = values.astype(q.dtype)
-    return found
+    size += sum(q.itemsize for q in SUMMARIES) if SUMMARY in record else 0
+    return size + (2 * periods * sum(q.itemsize for q in MAIN_IMPACTS) if IMPACTS in record else 0)

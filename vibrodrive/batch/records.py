@@ -1,0 +1,29 @@
+"""What the kernels have written of each motion, as the arrays that results and files have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrodrive.model.records import MAIN_IMPACTS, SUMMARIES
+
+
+def as_quantities(summary: np.ndarray | None, impacts: np.ndarray | None) -> dict[str, np.ndarray]:
+    """What the kernels have written, float64 (points, columns) and (points, 2 periods, 4), as named arrays."""
+    found: dict[str, np.ndarray] = {}
+    if summary is not None:
+        for column, q in enumerate(SUMMARIES):
+            found[q.name] = summary[:, column].astype(q.dtype)
+    if impacts is not None:
+        missing = np.isnan(impacts[..., 0])
+        between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
+        columns: Mapping[str, np.ndarray] = dict(
+            zip((q.name for q in MAIN_IMPACTS), (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True)
+        )
+        for q in MAIN_IMPACTS:
+            values = columns[q.name]
+            if np.dtype(q.dtype).kind == "i":
+                values = np.where(missing | np.isnan(values), q.fill, values)
+            found[q.name] = values.astype(q.dtype)
+    return found
