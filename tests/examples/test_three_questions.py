@@ -69,6 +69,7 @@ def test_no_chaos_between_3_15_and_3_19():
     assert answer.exponent < 0.0
 
 
+@pytest.mark.jit
 def test_attractors_are_the_stable_orbits():
     found = attractors([1.0, 1.5, 3.04, 3.15])
     assert [KINDS[k] for k in found.kind] == ["never leaves", "superstable", "stable", "superstable"]
@@ -108,6 +109,7 @@ def test_surroundings_of_a_known_orbit():
     assert np.isnan(around.nearest[0])
 
 
+@pytest.mark.jit
 def test_correlation_of_limits():
     A = np.array([2.8, 3.0, 3.03, 3.04, 3.05])
     measure = surroundings(A).multiplier

@@ -173,6 +173,7 @@ def test_an_orbit_followed_twice_is_not_another_one():
             assert len(set(orbit.name)) == orbit.impacts
 
 
+@pytest.mark.jit
 def test_too_long_a_period_is_refused(monkeypatch):
     with pytest.raises(ValueError, match=r"max_period = 1000: must be a whole number >= 1 and <= 100"):
         orbits(3.04, max_period=1000)
