@@ -133,7 +133,11 @@ def test_rank_correlation_and_distance():
 def test_the_page_shows_what_the_example_prints():
     """The bifurcations of docs/orbits.md: kind, and A but for the last digits."""
     page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
-    shown = [line.split("|")[1:4] for line in page.split("exactly | kind |")[1].splitlines() if line.startswith("| ")]
+    shown = [
+        line.split("|")[1:4]
+        for line in page.split("exactly | kind |")[1].split("\n\n")[0].splitlines()
+        if line.startswith("| ")
+    ]
     printed = [line.split("|")[1:4] for line in bifurcation_table()][2:]
     assert len(shown) == len(printed) == 7
     for (seen, exact, kind), (seen_now, exact_now, kind_now) in zip(shown, printed, strict=True):
