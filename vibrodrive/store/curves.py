@@ -49,13 +49,7 @@ def save_curves(path: Path, found: Stored, origin: Origin) -> None:
         file.attrs.update(about("curves", origin) | {"schema_version": SCHEMA_VERSION})
         file.attrs.update({"max_period": found.max_period, "range_A": found.A, "range_B": found.B})
         for dimension, columns in _tables(found.curves).items():
-            count = len(next(iter(columns.values()))[0])
-            netcdf.dimension(file, dimension, np.arange(count), f"index of the {dimension}")
-            for name, (values, meaning) in columns.items():
-                dtype = h5py.string_dtype() if isinstance(values, list) else values.dtype
-                data = netcdf.variable(file, name, (dimension,), dtype, meaning)
-                if count:
-                    data[:] = values
+            netcdf.table(file, dimension, columns)
 
 
 def load_curves(path: Path) -> Stored:

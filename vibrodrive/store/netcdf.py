@@ -1,10 +1,11 @@
 """What makes an HDF5 dataset a variable of netCDF-4: dimensions with names, units, a long name, and a checksum.
 
-Every kind of result file is laid out with these two, so that xarray and others open all of them alike.
+Every kind of result file is laid out with these, so that xarray and others open all of them alike.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import h5py
@@ -40,6 +41,17 @@ def variable(
     for k, d in enumerate(dimensions):
         data.dims[k].attach_scale(file[d])
     return _describe(data, long_name, units)
+
+
+def table(file: h5py.File, name: str, columns: Mapping[str, tuple[Any, str]]) -> None:
+    """A dimension `name` that counts rows, and over it its columns: (array or list of texts, long name) by name."""
+    count = len(next(iter(columns.values()))[0])
+    dimension(file, name, np.arange(count), f"index of the {name}")
+    for column, (values, meaning) in columns.items():
+        dtype = h5py.string_dtype() if isinstance(values, list) else values.dtype
+        data = variable(file, column, (name,), dtype, meaning)
+        if count:
+            data[:] = values
 
 
 def _create(

@@ -45,7 +45,7 @@ def save_family(path: Path, found: Family, origin: Origin, section_phase: float)
         file.attrs.update(about("orbits", origin) | {"schema_version": SCHEMA_VERSION})
         file.attrs.update({"B": found.B, "max_period": found.max_period, "section_phase": section_phase})
         for dimension, columns in _tables(found).items():
-            _write(file, dimension, columns)
+            netcdf.table(file, dimension, columns)
 
 
 class Stored(NamedTuple):
@@ -171,13 +171,3 @@ def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:
             "multiplier_above": (np.array([x.multiplier_above for x in b]), "multiplier a little above"),
         },
     }
-
-
-def _write(file: h5py.File, dimension: str, columns: dict[str, tuple[Any, str]]) -> None:
-    count = len(next(iter(columns.values()))[0])
-    netcdf.dimension(file, dimension, np.arange(count), f"index of the {dimension}")
-    for name, (values, meaning) in columns.items():
-        dtype = h5py.string_dtype() if isinstance(values, list) else values.dtype
-        data = netcdf.variable(file, name, (dimension,), dtype, meaning)
-        if count:
-            data[:] = values
