@@ -69,6 +69,12 @@ SAME = 1e-6
 
 
 @inline
+def time_of(rows, row):
+    """τ of a switch, but for its rounding where many periods have passed."""
+    return rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
+
+
+@inline
 def between(rows, a, b):
     """Time from switch a to switch b."""
     return (rows[b, PERIOD] - rows[a, PERIOD]) * TWO_PI + (rows[b, PHASE] - rows[a, PHASE])
@@ -91,7 +97,7 @@ def clear_totals(totals):
 def begin_totals(rows, row, totals):
     """The switch from which on everything is added: if it is an impact, delays are followed from there."""
     if int(rows[row, AFTER]) == IMPACT:
-        totals[LATE], totals[FIRST] = 1.0, rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
+        totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
 
 @inline
@@ -110,13 +116,12 @@ def forces(row, rows, a, af, eta, frac):
 
 @inline
 def slow_peak(s, phi, h, g, a, b):
-    """(ξ', h there) where |ξ'| of a slide of direction s that begins at φ is largest, the fast excitation left out.
+    """ξ' where |ξ'| of a slide of direction s that begins at φ is largest, the fast excitation left out.
 
     `g` is -G at its beginning. H falls back to s at a known phase: there, or at the slide's end.
     """
     level = (b + s) / a if a > 0.0 else 2.0
-    end = g - (b + s) * h - a * sincos(phi + h)[1]
-    best, at = end, h
+    best = g - (b + s) * h - a * sincos(phi + h)[1]
     if abs(level) < 1.0:
         rising = math.asin(level)
         turn = (PI - rising if s > 0.0 else rising) - phi
@@ -126,8 +131,8 @@ def slow_peak(s, phi, h, g, a, b):
                 turn += math.floor((h - turn) / TWO_PI) * TWO_PI
             v = g - (b + s) * turn - a * sincos(phi + turn)[1]
             if s * v > s * best:
-                best, at = v, turn
-    return best, at
+                best = v
+    return best
 
 
 @part
@@ -138,7 +143,7 @@ def fastest(s, row, rows, h, g, a, b, af, eta, frac, least):
     own largest value, at eight points of each fast period, and put right by Newton's method on ξ'' = H - s.
     """
     phi = rows[row, PHASE]
-    best, _ = slow_peak(s, phi, h, g, a, b)
+    best = slow_peak(s, phi, h, g, a, b)
     if af == 0.0:
         return max(least, s * best)
     ripple = af / eta
@@ -180,12 +185,12 @@ def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
         return
     s = 1.0 if state == UP else -1.0
     v = rows[row1, DXI]
-    if totals[AT] == rows[row0, PERIOD] * TWO_PI + rows[row0, PHASE]:
+    if totals[AT] == time_of(rows, row0):
         f0, g0, i0 = totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL]
     else:
         f0, g0, i0 = forces(row0, rows, a, af, eta, frac)
     f1, g1, i1 = forces(row1, rows, a, af, eta, frac)
-    totals[AT] = rows[row1, PERIOD] * TWO_PI + rows[row1, PHASE]
+    totals[AT] = time_of(rows, row1)
     totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
     totals[FRICTION] += abs(x1 - x0)
     totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - (b + s) * (i1 - i0)
@@ -200,7 +205,7 @@ def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
         return
     totals[LATE] = -totals[OFF] / v
     totals[OFF] = 0.0
-    add_impact(rows[row1, PERIOD] * TWO_PI + rows[row1, PHASE], -v, totals)
+    add_impact(time_of(rows, row1), -v, totals)
 
 
 @inline
@@ -234,7 +239,7 @@ def add_gap(rows, row, totals):
     """Look at a switch for a main impact; what is known of the gaps between them goes on."""
     if int(rows[row, AFTER]) != IMPACT:
         return
-    time, speed = rows[row, PERIOD] * TWO_PI + rows[row, PHASE], -rows[row, DXI]
+    time, speed = time_of(rows, row), -rows[row, DXI]
     if totals[MAINS] > 0.0 and time - totals[MAIN_TIME] <= PI:
         if speed > totals[MAIN_SPEED]:
             totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
@@ -285,7 +290,7 @@ def gap_cycle_of_period(rows, last, count, n, size, totals):
     if main < 0:
         return 0.0
     clear_totals(totals)
-    start = rows[(last - (count - 1 - main)) % size, PERIOD] * TWO_PI + rows[(last - (count - 1 - main)) % size, PHASE]
+    start = time_of(rows, (last - (count - 1 - main)) % size)
     totals[MAINS] = 3.0  # gaps are kept from the next one on
     totals[MAIN_TIME], totals[MAIN_BEFORE], totals[MAIN_SPEED] = start, start - TWO_PI, speed
     kept = 0
