@@ -14,7 +14,7 @@ import vibrodrive as vd
 from vibrodrive.batch.records import as_quantities
 from vibrodrive.kernels import summary
 from vibrodrive.kernels.history import ROWS
-from vibrodrive.kernels.summary import OUT, TOTALS, clear_totals, summarise
+from vibrodrive.kernels.summary import OUT, TOTALS, summarise
 from vibrodrive.model.records import SUMMARIES
 
 NAMES = [q.name for q in SUMMARIES]
@@ -181,9 +181,8 @@ def test_a_motion_that_never_leaves_is_at_rest():
 
 
 @numba.njit(error_model="numpy")
-def summarised(rows, n, size, state, x, point, totals, out):
-    clear_totals(totals)
-    summarise(rows, 0, n, size, state, x, point[0], point[1], point[2], point[3], point[4], totals, out)
+def summarised(rows, n, state, x, point, totals, out):
+    summarise(rows, 0, n, state, x, point[0], point[1], point[2], point[3], point[4], totals, out)
 
 
 def of_switches(motion):
@@ -196,7 +195,7 @@ def of_switches(motion):
     out = np.empty(OUT)
     x = 0.0 if last["after"] == vd.State.IMPACT else float(last["xi"])
     point = np.array([a["A"], a["B"], fast, eta, eta - math.floor(eta)])
-    summarised(rows, len(s), len(rows), int(last["after"]), x, point, np.empty(TOTALS), out)
+    summarised(rows, len(s), int(last["after"]), x, point, np.empty(TOTALS), out)
     return {name: values[0] for name, values in as_quantities(out[None], None).items()}
 
 

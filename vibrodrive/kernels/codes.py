@@ -41,6 +41,10 @@ NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 both functions below 0."""
 
 
-DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE = 0, 1, 2, 4
-"""What is left to do in a lane after a batch of switches: nothing; everything (event.py); a section point to be
-written, a recurrence to be looked for (recurrence.py), or both."""
+DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
+"""What is left to do in a lane after a batch of switches: nothing; everything (event.py); or some of: a section point
+to be written, a recurrence to be looked for (recurrence.py), a switch to be kept where switches are (keep.py)."""
+
+
+OF_THE_RECORD, ALL, NONE = 0, 1, 2
+"""Which switches of a trajectory are kept for its summary (history.py)."""

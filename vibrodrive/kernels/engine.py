@@ -19,6 +19,7 @@ from vibrodrive.kernels.codes import (
     CHECK_RECURRENCE,
     FIXED,
     FIXED_BRACKETED,
+    KEEP_SWITCH,
     LITERAL,
     MULLER_BRACKETED,
     NOTHING,
@@ -28,15 +29,15 @@ from vibrodrive.kernels.codes import (
 )
 from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
-from vibrodrive.kernels.history import assign_slots, begin_history, leave_slot, write_switches
-from vibrodrive.kernels.impacts import note_counts, write_impacts
+from vibrodrive.kernels.history import assign_slots, keep_switch, leave_slot
+from vibrodrive.kernels.impacts import keep_impact
 from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
 from vibrodrive.kernels.record import finish
-from vibrodrive.kernels.recurrence import detect_recurrence
+from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
 from vibrodrive.kernels.setup import is_disturbed, load
-from vibrodrive.kernels.switch import write_points
+from vibrodrive.kernels.switch import leave_over, write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_grid import apply_switches_on_grid
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
@@ -72,12 +73,31 @@ def list_ended(w, todo, n):
 
 
 @part
-def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts, history, totals):
-    """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences."""
+def keep_switches(w, k, n, on_grid, transient, impacts, history, totals):
+    """Keep the switches that a batch has taken, and main impacts, where they are wanted."""
+    for i in range(n):
+        if k[r.LEFT_OVER + i] & KEEP_SWITCH:
+            if impacts.shape[1] > 0:
+                keep_impact(w, k, i, transient, impacts)
+            if totals.shape[1] > 0:
+                keep_switch(w, k, i, on_grid, transient, history, totals)
+
+
+@part
+def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts, history, totals, summary):
+    """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences.
+
+    Returns how many trajectories have ended by that.
+    """
+    ended = 0
     for i in range(n):
         write_points(w, k, i, section)
-        if k[r.LEFT_OVER + i] & CHECK_RECURRENCE:
-            detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals)
+        if k[r.LEFT_OVER + i] & CHECK_RECURRENCE and not detect_recurrence(
+            w, k, i, guessed, transient, periods, budget, section, impacts, history, totals, summary
+        ):
+            leave_over(k, i, UNUSUAL)
+            ended += 1
+    return ended
 
 
 @inline
@@ -119,7 +139,6 @@ def run(
     leaps = grid and not (literal or alone)
     if leaps:
         method = FIXED_BRACKETED if method == FIXED else MULLER_BRACKETED
-    summarised = totals.shape[1] > 0
     if todo[PAUSED]:
         n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
     else:
@@ -137,7 +156,6 @@ def run(
             if n > 0 and disturbed != fast:
                 break
             fast = disturbed
-            begin_history(k, n, totals)
             if load(
                 w, k, n, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
             ):  # fmt: skip
@@ -145,7 +163,7 @@ def run(
                     fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
                 n += 1
             else:
-                finish(w, k, n, section, impacts, history, totals, summary, status, margin, counts, work)
+                finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
             c = next_index(counter)
         if n == 0:
             if c >= order.shape[0]:
@@ -165,8 +183,6 @@ def run(
         if alone or scans:
             m = list_ended(w, todo, n)
         else:
-            if impacts.shape[1] > 0 or summarised:
-                note_counts(w, k, n, periods)
             if fast:
                 mark_points(w, k, n, transient, periods)
                 write_ahead(w, k, n, transient, section)
@@ -175,27 +191,27 @@ def run(
                 m = apply_switches_on_grid(w, k, n, method == FIXED_BRACKETED, transient, periods, budget)
             else:
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
-            if impacts.shape[1] > 0:
-                write_impacts(w, k, n, impacts)
-            if summarised:
-                write_switches(w, k, n, bracketed, not (fast or bracketed), history, totals)
+            if impacts.shape[1] > 0 or totals.shape[1] > 0:
+                keep_switches(w, k, n, bracketed, transient, impacts, history, totals)
             if not fast:
-                follow_up(w, k, n, not bracketed, transient, periods, budget, section, impacts, history, totals)
+                m += follow_up(
+                    w, k, n, not bracketed, transient, periods, budget, section, impacts, history, totals, summary
+                )  # fmt: skip
             if m > 0:
                 list_unusual(k, todo, n)
         ended = 0
         for j in range(m):
             i = todo[j]
-            if bracketed and w[r.SEARCH_MODE + i] != STEPPED:
+            if bracketed and w[r.SEARCH_MODE + i] != STEPPED and w[r.LEFT + i] != ENDED_EARLY:
                 w[r.WORK + i] = w[r.WORK_BOOKED + i]  # what was tried in vain is free, or the budget would end sooner
                 begin_search(w, k, i, k[r.STATE + i], False, method)
                 set_search_mode(w, i, True, STEPPED)
                 continue
             if not process_event(
-                w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals,
+                w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals, summary,
                 rows_int, rows_float, stored,
             ):  # fmt: skip
-                finish(w, k, i, section, impacts, history, totals, summary, status, margin, counts, work)
+                finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work)
                 todo[ended] = i  # never ahead of j
                 ended += 1
         # close the gaps from the back, so that the lane moved in is never one of the gaps itself

@@ -69,7 +69,7 @@ from vibrodrive.kernels.motion import (
 )
 from vibrodrive.kernels.muller import refine, value
 from vibrodrive.kernels.record import emit_rest, emit_sections, record
-from vibrodrive.kernels.recurrence import detect_recurrence
+from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
 from vibrodrive.kernels.switch import (
     SCAN_PRICE,
     SEARCH_PRICE,
@@ -257,13 +257,15 @@ def grid_event(w, k, i, fixed):
 
 @inline
 def process_event(
-    w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals,
+    w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals, summary,
     rows_int, rows_float, stored,
 ):  # fmt: skip
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
+    if w[r.LEFT + i] == ENDED_EARLY:
+        return False
     certified = method == CERTIFIED
     fixed = method == FIXED or method == FIXED_BRACKETED
     undisturbed = certified and w[r.AF + i] == 0.0
@@ -365,8 +367,8 @@ def process_event(
             if state == REST or state == IMPACT:
                 commit_departure(k, i, True)
                 if may_repeat:
-                    detect_recurrence(
-                        w, k, i, certified, transient, periods, budget, section, impacts, history, totals
+                    return detect_recurrence(
+                        w, k, i, certified, transient, periods, budget, section, impacts, history, totals, summary
                     )  # fmt: skip
             return True
         commit_wait(w, k, i, to, x, x_off)

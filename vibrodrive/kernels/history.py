@@ -1,9 +1,12 @@
 """The switches of each trajectory under way, kept as far back as its summary needs them (summary.py).
 
-A lane has room for ROWS switches, one behind the other in a ring. What falls out of it has been added to the lane's
-totals before. The rows are those that `simulate` gives: those of a batch of switches are made of what was known before
-it, what it has noted (impacts.py) and what it has counted, all others are written one by one; a motion that repeats
-itself has its rows copied with its sections.
+A lane has room for ROWS switches. When it is full the first half is added to the lane's totals and given up. The rows
+are those that `simulate` gives: a batch of switches leaves behind what one is made of (impacts.py), all others are
+written one by one.
+
+A motion that is known to repeat itself to the bit (recurrence.py) needs no more than one cycle of its switches: from
+them follow all that come, so its summary is written as soon as they are there, and a sweep that records nothing else
+ends the trajectory at once. Then switches are kept before the record begins, too.
 """
 
 from __future__ import annotations
@@ -11,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import DOWN, IMPACT, REST, STICK, UP
-from vibrodrive.kernels.impacts import NONE, count_switches
-from vibrodrive.kernels.lane import LANES, STRIDE
+from vibrodrive.kernels.codes import ALL, DOWN, IMPACT, NONE, OF_THE_RECORD, REST, S1, S3, S4, STICK, UP
+from vibrodrive.kernels.lane import LANES
 from vibrodrive.kernels.summary import (
     AFTER,
     BEFORE,
@@ -26,18 +29,20 @@ from vibrodrive.kernels.summary import (
     REACH,
     TOTALS,
     XI,
-    add_gap,
-    add_segment,
-    begin_totals,
-    clear_totals,
+    add_switches,
     summarise,
 )
+from vibrodrive.kernels.switch import count_more, in_record
 
 ROWS = 2 * REACH
 """Switches that a lane has room for."""
 
 APART = ROWS + 11
 """Rows from one lane to the next: a multiple of a page apart they would share the same lines of the cache."""
+
+END_OF_RECORD = 1e-9
+"""How close to the phase at which a record begins and ends a switch may come before only computing the motion to its
+end tells whether it belongs to it."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -55,104 +60,81 @@ def assign_slots(k):
 
 
 @inline
-def begin_history(k, i, totals):
-    """A trajectory begins in lane i: it has no switches yet."""
-    if totals.shape[1] > 0:
-        k[r.HISTORY_COUNT + i] = 0
-        k[r.HISTORY_ADDED + i] = 0
-        clear_totals(totals[k[r.HISTORY_SLOT + i]])
+def clear_history(k, i, keeps):
+    """Lane i has no switches yet, and keeps from now on those of the record, or all."""
+    k[r.HISTORY_KEEPS + i] = keeps
+    k[r.HISTORY_COUNT + i] = 0
+    k[r.HISTORY_ADDED + i] = 0
+
+
+@inline
+def keeps(w, k, i, period, phi, transient):
+    """Whether a switch at (period, φ) is kept."""
+    of_all = k[r.HISTORY_KEEPS + i]
+    return of_all == ALL or (of_all == OF_THE_RECORD and in_record(w, k, i, period, phi, transient))
 
 
 @inline
 def write_switch(w, k, i, period, phi, before, after, x, v, history, totals):
-    """A switch of the record; where the ring is full, half of it is added to the totals first."""
-    slot, count = k[r.HISTORY_SLOT + i], k[r.HISTORY_COUNT + i]
-    rows = history[slot]
-    if count - k[r.HISTORY_ADDED + i] >= ROWS - 1:
-        add_rows(w, k, i, k[r.HISTORY_ADDED + i] + ROWS // 2, rows, totals[slot])
-    row = count % ROWS
+    """Keep a switch; where there is no more room, half of them are added to the totals and given up first."""
+    rows, row = history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i]
+    if row == ROWS:
+        row = make_room(w, k, i, rows, totals[k[r.HISTORY_SLOT + i]])
     rows[row, PERIOD] = float(period)
     rows[row, PHASE] = phi
     rows[row, BEFORE] = float(before)
     rows[row, AFTER] = float(after)
     rows[row, XI] = x
     rows[row, DXI] = v
-    k[r.HISTORY_COUNT + i] = count + 1
+    k[r.HISTORY_COUNT + i] = row + 1
 
 
 @part
-def add_rows(w, k, i, to, rows, totals):
-    """Add the switches before number `to` to the totals."""
-    for n in range(k[r.HISTORY_ADDED + i], to):
-        add_gap(rows, n % ROWS, totals)
-        if n == 0:
-            begin_totals(rows, 0, totals)
-        else:
-            add_segment(
-                rows, (n - 1) % ROWS, n % ROWS, w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], totals
-            )
-    k[r.HISTORY_ADDED + i] = to
-
-
-@part
-def write_switches(w, k, n, on_grid, waits_are_known, history, totals):
-    """Write the switches that a batch has counted: one that ends a state, an impact before it, a wait behind it.
-
-    A wait whose end is known beforehand is over within the same batch (switch_undisturbed.py); then its beginning is
-    where the slide ended, which the batch has noted.
-    """
-    for i in range(n):
-        if k[r.STATE_BEFORE + i] == NONE:
-            continue
-        counted = count_switches(k, i, r.SWITCHES) - k[r.SWITCHES_BEFORE + i]
-        if counted == 0:
-            continue
-        landed = k[r.SWITCHES + IMPACT * STRIDE + i] > k[r.IMPACTS_BEFORE + i]
-        before, after = k[r.STATE_BEFORE + i], k[r.STATE + i]
-        waited = counted - (1 if landed else 0) == 2
-        period, phi, x = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i]
-        ended, at = period, phi
-        if waits_are_known:
-            ended, at = k[r.END_PERIOD + i], w[r.END_PHI + i]
-        v = 0.0
-        if on_grid and (before == UP or before == DOWN):
-            v = 0.0 - w[r.END_SPEED + i]
-        if landed:
-            write_switch(w, k, i, ended, at, before, IMPACT, 0.0, 0.0 - w[r.END_SPEED + i], history, totals)
-            before, v = IMPACT, 0.0
-        if waited:
-            wait = REST if landed else STICK
-            write_switch(w, k, i, ended, at, before, wait, x, v, history, totals)
-            before, v = wait, 0.0
-        write_switch(w, k, i, period, phi, before, after, x, v, history, totals)
+def make_room(w, k, i, rows, totals):
+    """Add the first half of the switches to the totals; the others move to the front. Returns how many these are."""
+    half = ROWS // 2
+    add_switches(
+        rows, k[r.HISTORY_ADDED + i], half + 1, w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], totals
+    )
+    drop_rows(k, i, half, rows)
+    k[r.HISTORY_ADDED + i] = 1
+    return half
 
 
 @inline
-def may_copy_switches(k, i, totals):
-    """Whether all switches since the reference (recurrence.py) are still there."""
-    return totals.shape[1] == 0 or k[r.HISTORY_COUNT + i] - k[r.REFERENCE_HISTORY + i] <= REACH
+def drop_rows(k, i, first, rows):
+    """Keep the switches from row `first` on."""
+    count = k[r.HISTORY_COUNT + i] - first
+    for row in range(count if first > 0 else 0):
+        for column in range(COLUMNS):
+            rows[row, column] = rows[first + row, column]
+    k[r.HISTORY_COUNT + i] = count
+    k[r.REFERENCE_HISTORY + i] -= first
 
 
-@part
-def copy_switches(w, k, i, cycles, cycle, history, totals):
-    """Repeat the switches since the reference `cycles` times, each time a `cycle` later.
+@inline
+def keep_switch(w, k, i, on_grid, transient, history, totals):
+    """Keep the switches that a batch has taken: one that ends a state, an impact before it, a wait behind it.
 
-    Of a motion whose period is one that is looked for, two cycles tell all: the others are passed over by moving all
-    switches so far on in time.
+    A wait whose end is known beforehand is over within the same batch (switch_undisturbed.py); then its beginning is
+    where the slide ended, which the batch has noted (impacts.py).
     """
-    if totals.shape[1] == 0:
-        return
-    rows = history[k[r.HISTORY_SLOT + i]]
-    more = k[r.HISTORY_COUNT + i] - k[r.REFERENCE_HISTORY + i]
-    copied = min(cycles, 1) if cycle <= LONGEST else cycles
-    for _ in range(copied * more):
-        old = (k[r.HISTORY_COUNT + i] - more) % ROWS
-        write_switch(
-            w, k, i, int(rows[old, PERIOD]) + cycle, rows[old, PHASE], int(rows[old, BEFORE]), int(rows[old, AFTER]),
-            rows[old, XI], rows[old, DXI], history, totals,
-        )  # fmt: skip
-    for row in range(min(k[r.HISTORY_COUNT + i], ROWS) if cycles > copied else 0):
-        rows[row, PERIOD] += float((cycles - copied) * cycle)
+    which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
+    period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]
+    waited = ended != period or at != phi
+    wait = REST if which == S1 else STICK
+    if keeps(w, k, i, ended, at, transient):
+        before, v = (UP if which == S3 else DOWN), 0.0
+        if which >= S4:
+            before = STICK if which == S4 else REST
+        elif on_grid:
+            v = 0.0 - w[r.END_SPEED + i]
+        if which == S1:
+            write_switch(w, k, i, ended, at, before, IMPACT, 0.0, 0.0 - w[r.END_SPEED + i], history, totals)
+            before, v = IMPACT, 0.0
+        write_switch(w, k, i, ended, at, before, wait if waited else after, x, v, history, totals)
+    if waited and keeps(w, k, i, period, phi, transient):
+        write_switch(w, k, i, period, phi, wait, after, x, 0.0, history, totals)
 
 
 @inline
@@ -161,15 +143,107 @@ def set_reference_history(k, i):
     k[r.REFERENCE_HISTORY + i] = k[r.HISTORY_COUNT + i]
 
 
+@inline
+def may_follow_from_a_cycle(cycle, periods):
+    """Whether a motion that returns after `cycle` periods has a summary that follows from these alone.
+
+    All periods that come into question are then seen twice in the record.
+    """
+    return cycle <= LONGEST and 2 * cycle + 2 <= periods
+
+
+@inline
+def keep_all(k, i, cycle, periods, totals):
+    """A motion has returned before its record: its switches from now on tell its summary."""
+    if totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD and may_follow_from_a_cycle(cycle, periods):
+        clear_history(k, i, ALL)
+
+
 @part
-def end_history(w, k, i, history, totals, summary):
-    """Write the summary of the trajectory that ends in lane i."""
-    if totals.shape[1] > 0:
-        slot = k[r.HISTORY_SLOT + i]
-        summarise(
-            history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], ROWS, k[r.STATE + i], w[r.X0 + i],
-            w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], totals[slot], summary[k[r.POINT + i]],
+def has_cycle(w, k, i, cycle, transient, periods, history):
+    """Whether the summary of a motion that is back at its reference after `cycle` periods follows from what is kept.
+
+    If so, its switches since then are the first rows; and if not, only those of the record are kept from now on.
+    """
+    rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
+    kept_all = k[r.HISTORY_KEEPS + i] == ALL
+    more = count - first
+    certain = kept_all or in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
+    certain = certain and first >= 0 and 0 < 2 * more <= REACH and may_follow_from_a_cycle(cycle, periods)
+    for row in range(first if certain else count, count):
+        apart = abs(rows[row, PHASE] - w[r.PHI0 + i])
+        certain = certain and min(apart, TWO_PI - apart) > END_OF_RECORD
+    if certain:
+        drop_rows(k, i, first, rows)
+    elif kept_all:
+        keep_those_of_the_record(w, k, i, transient, rows)
+    return certain
+
+
+@inline
+def last_return(period, phase, cycle, until, phi):
+    """How many cycles a switch at (period, phase) can be moved on by without coming to lie behind (until, φ)."""
+    return (until - period - (1 if phase > phi else 0)) // cycle
+
+
+@part
+def summarise_cycle(w, k, i, cycle, end, history, totals, summary):
+    """Write the summary of a motion whose cycle is in the first rows, and whose record ends in period `end`.
+
+    Behind the cycle come the switches that follow, two cycles up to the last one of the record.
+    """
+    rows, more, phi = history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
+    last, most = 0, last_return(int(rows[0, PERIOD]), rows[0, PHASE], cycle, end, phi)
+    while last + 1 < more and last_return(int(rows[last + 1, PERIOD]), rows[last + 1, PHASE], cycle, end, phi) == most:
+        last += 1
+    for row in range(more):
+        rows[row, PERIOD] += float((most - 2) * cycle)
+    for row in range(more + last + 1):
+        write_switch(
+            w, k, i, int(rows[row, PERIOD]) + cycle, rows[row, PHASE], int(rows[row, BEFORE]), int(rows[row, AFTER]),
+            rows[row, XI], rows[row, DXI], history, totals,
         )  # fmt: skip
+    write_summary_of(w, k, i, history, totals, summary)
+
+
+@part
+def count_cycles(w, k, i, cycle, transient, periods, history):
+    """Count the switches that follow those of the cycle in the first rows, to the end of the record."""
+    rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + transient
+    for row in range(k[r.HISTORY_COUNT + i]):
+        period, phase = int(rows[row, PERIOD]), rows[row, PHASE]
+        before = max(last_return(period, phase, cycle, start, phi), 0) if transient > 0 else 0
+        count_more(k, i, int(rows[row, AFTER]), last_return(period, phase, cycle, start + periods, phi) - before)
+
+
+@part
+def keep_those_of_the_record(w, k, i, transient, rows):
+    """Give up what was kept before the record."""
+    k[r.HISTORY_KEEPS + i] = OF_THE_RECORD
+    first, count = 0, k[r.HISTORY_COUNT + i]
+    while first < count and not in_record(w, k, i, int(rows[first, PERIOD]), rows[first, PHASE], transient):
+        first += 1
+    drop_rows(k, i, first, rows)
+
+
+@inline
+def write_summary_of(w, k, i, history, totals, summary):
+    """Write the summary of the trajectory in lane i; from now on it keeps no switches."""
+    slot = k[r.HISTORY_SLOT + i]
+    summarise(
+        history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], k[r.STATE + i], w[r.X0 + i],
+        w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], totals[slot], summary[k[r.POINT + i]],
+    )  # fmt: skip
+    k[r.HISTORY_KEEPS + i] = NONE
+
+
+@part
+def end_history(w, k, i, transient, history, totals, summary):
+    """Write the summary of the trajectory that ends in lane i, unless it is written."""
+    if totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] != NONE:
+        if k[r.HISTORY_KEEPS + i] == ALL:
+            keep_those_of_the_record(w, k, i, transient, history[k[r.HISTORY_SLOT + i]])
+        write_summary_of(w, k, i, history, totals, summary)
 
 
 @inline

@@ -5,7 +5,7 @@ one follows or precedes within half an excitation period: an impact within π of
 if it is faster, and is a touch beside it if it is not. So a record of P periods has at most 2P main impacts.
 
 Written are its time (period, phase), its speed, and how many switches of the record came before it. A batch of switches
-notes when and how fast each lane comes to its end, and the impacts are written when it is known which switches were
+notes what ends in each lane, when and how fast, and the impacts are written when it is known which switches were
 taken. A motion that repeats itself (recurrence.py) has its impacts copied with its sections.
 """
 
@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.compile import inline, part
-from vibrodrive.jit.trig import PI, TWO_PI
+from vibrodrive.jit.compile import inline
+from vibrodrive.jit.trig import PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import IMPACT
+from vibrodrive.kernels.codes import IMPACT, S1
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
+from vibrodrive.kernels.switch import in_record
 
 TIME, PHASE, SPEED, BEFORE = 0, 1, 2, 3
 """Columns of an impact: its whole periods since τ = 0 and its phase, its speed -ξ', the switches before it."""
@@ -52,41 +53,25 @@ def write_impact(k, i, period, phi, speed, before, impacts):
 
 
 @inline
-def note_end(w, k, i, period, phi, v):
-    """Where lane i comes to in a batch: what ended there, and when, may not be what it goes on from."""
+def note_end(w, k, i, which, period, phi, v):
+    """The end of a state that a batch comes to in lane i: the switching function `which` is zero there.
+
+    Behind a wait whose end is known beforehand the lane goes on from a later instant.
+    """
+    k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period
     w[r.END_PHI + i] = phi
     w[r.END_SPEED + i] = -v
 
 
-NONE = -1
-"""`STATE_BEFORE` of a lane that cannot come to a switch of the record by this batch."""
-
-AHEAD = TWO_PI + 1.0
-"""By how much longer than the search ahead of it a batch may follow a motion: a wait is shorter than a period."""
-
-
-@part
-def note_counts(w, k, n, periods):
-    """What the lanes 0..n-1 are in and have counted before a batch of switches, where that may lead into the record."""
-    for i in range(n):
-        if w[r.LEFT + i] - w[r.CURSOR + i] > float(periods) * TWO_PI + AHEAD:
-            k[r.STATE_BEFORE + i] = NONE
-            continue
-        k[r.STATE_BEFORE + i] = k[r.STATE + i]
-        k[r.IMPACTS_BEFORE + i] = k[r.SWITCHES + IMPACT * STRIDE + i]
-        k[r.SWITCHES_BEFORE + i] = count_switches(k, i, r.SWITCHES)
-
-
-@part
-def write_impacts(w, k, n, impacts):
-    """Write the impacts that the batch has counted."""
-    for i in range(n):
-        if k[r.STATE_BEFORE + i] == NONE:
-            continue
-        if k[r.SWITCHES + IMPACT * STRIDE + i] > k[r.IMPACTS_BEFORE + i]:
-            period, before = k[r.END_PERIOD + i], k[r.SWITCHES_BEFORE + i]
-            write_impact(k, i, period, w[r.END_PHI + i], w[r.END_SPEED + i], before, impacts)
+@inline
+def keep_impact(w, k, i, transient, impacts):
+    """Write the impact, if it is one of the record, with which a batch has taken lane i over a switch."""
+    period, phi = k[r.END_PERIOD + i], w[r.END_PHI + i]
+    if k[r.ENDED + i] == S1 and in_record(w, k, i, period, phi, transient):
+        waited = period != k[r.PERIOD + i] or phi != w[r.PHI + i]
+        before = count_switches(k, i, r.SWITCHES) - (3 if waited else 2)
+        write_impact(k, i, period, phi, w[r.END_SPEED + i], before, impacts)
 
 
 @inline

@@ -22,7 +22,7 @@ STRIDE = LANES + 8
 soon after; like this that is each 64th, not each eighth."""
 
 ROWS_W = 91
-ROWS_K = 37
+ROWS_K = 36
 
 LINE = 64
 """Bytes of a line of the cache."""
@@ -70,11 +70,10 @@ LINE = 64
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
     # switches so far into each of the five states, in the order of `State`, and how many there were at the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
-    # main impacts written, and at the reference; impacts and switches counted before a batch of switches (impacts.py)
-    IMPACTS, END_PERIOD, IMPACTS_BEFORE, SWITCHES_BEFORE, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
-    # its state before that; where it keeps its switches, how many, of which added to its totals, and at the reference
-    # (history.py)
-    STATE_BEFORE, HISTORY_SLOT, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
+    # what has ended in a batch of switches, and when; main impacts written, and at the reference (impacts.py)
+    ENDED, END_PERIOD, IMPACTS, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
+    # where it keeps its switches, which, how many, of which added to its totals, and at the reference (history.py)
+    HISTORY_SLOT, HISTORY_KEEPS, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 PASSES, PAUSED, IN_USE, DRAWN, DISTURBED = (LANES + row for row in range(5))

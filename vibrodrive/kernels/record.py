@@ -17,7 +17,7 @@ from vibrodrive.kernels.codes import (
     INFINITY,
     UP,
 )
-from vibrodrive.kernels.history import end_history, write_switch
+from vibrodrive.kernels.history import end_history, keeps, write_switch
 from vibrodrive.kernels.impacts import count_switches, end_impacts, write_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import section_at, state_at
@@ -84,22 +84,22 @@ def record(w, k, i, before, after, x, v, transient, impacts, history, totals, ro
         if after == IMPACT and impacts.shape[1] > 0:
             write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -v, count_switches(k, i, r.SWITCHES), impacts)
         count_into(k, i, after)
-        if totals.shape[1] > 0:
-            write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
+    if totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
+        write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
     if rows_int.shape[0] > 0:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
         stored[0] += 1 if recorded else 0
 
 
 @part
-def finish(w, k, i, section, impacts, history, totals, summary, status, margin, counts, work):
+def finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work):
     """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
     row, line = k[r.POINT + i], section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan
         section[line, m, 1] = math.nan
     end_impacts(k, i, impacts)
-    end_history(w, k, i, history, totals, summary)
+    end_history(w, k, i, transient, history, totals, summary)
     for state in range(5):
         counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
     status[row] = k[r.STATUS + i]

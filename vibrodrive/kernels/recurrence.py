@@ -9,7 +9,8 @@ Whenever the mass leaves the obstacle its state is compared with a reference sta
 If they are equal, the section points of the cycle in between are copied as often as whole cycles fit into what is left
 of the record, its switches are counted as often, and the lane goes on after them; the last part of a cycle is computed.
 A new reference is set at every certified rest, and whenever a number of departures that grows by a quarter each time
-has not led back to the old one.
+has not led back to the old one. Where a summary is wanted, it follows from one cycle of switches (history.py), and the
+section and main impacts are copied when it is written; where only that is wanted, the trajectory ends there.
 
 The same phase is not enough for the same bits: the guesses from which the next searches start must be equal too. A
 certified rest therefore clears them. Nothing is copied for 1 - B < LEAST_FALL, where slides are searched by steps and
@@ -22,16 +23,19 @@ from __future__ import annotations
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.history import copy_switches, may_copy_switches, set_reference_history
+from vibrodrive.kernels.codes import NONE
+from vibrodrive.kernels.history import count_cycles, has_cycle, keep_all, set_reference_history, summarise_cycle
 from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
-from vibrodrive.kernels.switch import in_record, section_row
+from vibrodrive.kernels.switch import count_more, in_record, section_row
 from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16
 """Departures after which the first reference is replaced, unless the mass rests earlier."""
 
+ENDED_EARLY = -1.0
+"""What is left of the record of a trajectory of which nothing more is to be known."""
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
@@ -72,17 +76,17 @@ def set_reference(w, k, i, impacts):
 
 
 @part
-def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals):
+def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals, summary):
     """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
 
-    guessed: whether the bits of a switch depend on where its search began.
+    guessed: whether the bits of a switch depend on where its search began. False when all that was asked for is known.
     """
     rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # an impact is left only where H > 1
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
             set_reference(w, k, i, impacts)
-        return
+        return True
     start = k[r.PERIOD0 + i] + transient
     end = start + periods
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
@@ -91,14 +95,26 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
     # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
     # a hundredth of its evaluations, are less than three times these
     known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
+    summarised = totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == NONE
+    if known and not summarised and has_cycle(w, k, i, cycle, transient, periods, history):
+        nothing_else = section.shape[0] < summary.shape[0] and impacts.shape[1] == 0
+        if nothing_else:
+            count_cycles(w, k, i, cycle, transient, periods, history)
+        summarise_cycle(w, k, i, cycle, end, history, totals, summary)
+        summarised = True
+        if nothing_else:
+            k[r.SECTIONS + i] = periods
+            w[r.LEFT + i] = ENDED_EARLY
+            return False
     if known and period < start:
         cycles = (start - 1 - period) // cycle
+        keep_all(k, i, cycle, periods, totals)
     elif (
         known
         and points == cycle
         and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
         and impacts_repeat(w, k, i, cycle, impacts)
-        and may_copy_switches(k, i, totals)
+        and summarised
     ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
         row = section_row(k, i, section)
@@ -108,11 +124,11 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
         k[r.SECTIONS + i] += cycles * cycle
         switches = count_switches(k, i, r.SWITCHES) - count_switches(k, i, r.REFERENCE_SWITCHES)
         copy_impacts(k, i, cycles, cycle, switches, impacts)
-        copy_switches(w, k, i, cycles, cycle, history, totals)
         for state in range(5):
-            switches = r.SWITCHES + state * STRIDE + i
-            k[switches] += cycles * (k[switches] - k[r.REFERENCE_SWITCHES + state * STRIDE + i])
+            more = k[r.SWITCHES + state * STRIDE + i] - k[r.REFERENCE_SWITCHES + state * STRIDE + i]
+            count_more(k, i, state, cycles * more)
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle
     w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
     set_reference(w, k, i, impacts)
+    return True

@@ -11,12 +11,14 @@ from vibrodrive.kernels.codes import (
     CERTIFIED,
     DOWN,
     INFINITY,
+    OF_THE_RECORD,
     OK,
     S1,
     S2,
     UP,
 )
 from vibrodrive.kernels.event import begin_state, finish_at_rest
+from vibrodrive.kernels.history import clear_history
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.margins import record_margin_of_force, set_margin
 from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, excitation
@@ -87,6 +89,7 @@ def load(
     k[r.POINT + i] = row
     k[r.STATUS + i] = OK
     clear_reference(w, k, i)
+    clear_history(k, i, OF_THE_RECORD)
     w[r.WORK + i] = 0.0
     w[r.WORK_BOOKED + i] = 0.0
     set_margin(w, i, True, INFINITY)

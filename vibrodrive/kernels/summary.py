@@ -39,6 +39,8 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
     # at the last switch, if that is known: its time, F, -G and -∫G
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
+    # where H falls to 1 and rises to -1: the phase, NaN if it never does, and A cos φ there
+    TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
     # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, when the first and the last one were
     GROWTH, LATE, OFF, FIRST, LAST,
     # main impacts: the one that may still be replaced by a faster one, the one before, and how many there were
@@ -46,7 +48,7 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     # the last GAPS gaps between them, and for each length up to GAPS whether they repeat with it
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
-) = range(43)  # fmt: skip
+) = range(47)  # fmt: skip
 
 GAPS = 8
 """The longest cycle of gaps that is looked for."""
@@ -69,6 +71,16 @@ SAME = 1e-6
 
 
 @inline
+def turn_of(s, a, b):
+    """(φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; (NaN, 0) if it never does."""
+    level = (b + s) / a if a > 0.0 else 2.0
+    if not abs(level) < 1.0:
+        return UNKNOWN, 0.0
+    rising, cosine = math.asin(level), a * math.sqrt(1.0 - level * level)
+    return (PI - rising, -cosine) if s > 0.0 else (rising, cosine)
+
+
+@inline
 def time_of(rows, row):
     """τ of a switch, but for its rounding where many periods have passed."""
     return rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
@@ -81,10 +93,12 @@ def between(rows, a, b):
 
 
 @inline
-def clear_totals(totals):
-    """Nothing is summed yet."""
+def clear_totals(totals, a, b):
+    """Nothing is summed yet, of a motion in the field of A = a and B = b."""
     for n in range(TOTALS):
         totals[n] = 0.0
+    totals[TURN_UP], totals[COSINE_UP] = turn_of(1.0, a, b)
+    totals[TURN_DOWN], totals[COSINE_DOWN] = turn_of(-1.0, a, b)
     totals[HIGHEST] = -INFINITY
     totals[LEAST] = INFINITY
     totals[MOST] = -INFINITY
@@ -102,52 +116,46 @@ def begin_totals(rows, row, totals):
 
 @inline
 def forces(row, rows, a, af, eta, frac):
-    """(A sin φ + AF sin θ, -G, -∫G) at a switch: F, and what its integrals are made of."""
+    """(F, -G, -∫G, A cos φ) at a switch, F = A sin φ + AF sin θ."""
     s, c = sincos(rows[row, PHASE])
-    force, first, second = a * s, a * c, a * s
+    cosine = a * c
+    force, first, second = a * s, cosine, a * s
     if af > 0.0:
         theta = fast_phase(eta, frac, rows[row, PERIOD], rows[row, PHASE], 0.0)
         sf, cf = sincos(theta)
         force += af * sf
         first += af * cf / eta
         second += af * sf / (eta * eta)
-    return force, first, second
+    return force, first, second, cosine
 
 
 @inline
-def slow_peak(s, phi, h, g, a, b):
-    """ξ' where |ξ'| of a slide of direction s that begins at φ is largest, the fast excitation left out.
+def slow_peak(s, phi, h, g, cosine, slope, totals):
+    """The largest s ξ' of a slide of direction s that begins at φ, the fast excitation left out.
 
-    `g` is -G at its beginning. H falls back to s at a known phase: there, or at the slide's end.
+    g is -G at its beginning, `cosine` A cos φ at its end, h later, `slope` B + s. It is where H falls back to s, or at
+    the end.
     """
-    level = (b + s) / a if a > 0.0 else 2.0
-    best = g - (b + s) * h - a * sincos(phi + h)[1]
-    if abs(level) < 1.0:
-        rising = math.asin(level)
-        turn = (PI - rising if s > 0.0 else rising) - phi
-        turn -= math.floor(turn / TWO_PI) * TWO_PI
-        if turn < h:
-            if s * (b + s) < 0.0:  # each turn is faster than the one before
-                turn += math.floor((h - turn) / TWO_PI) * TWO_PI
-            v = g - (b + s) * turn - a * sincos(phi + turn)[1]
-            if s * v > s * best:
-                best = v
+    best = s * (g - slope * h - cosine)
+    turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
+    turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
+    if turn < h:
+        if s * slope < 0.0:  # each turn is faster than the one before
+            turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
+        best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best
 
 
 @part
-def fastest(s, row, rows, h, g, a, b, af, eta, frac, least):
-    """The largest s ξ' of a slide from switch `row`, if it is above `least`; or else `least`.
+def fast_peak(s, row, rows, h, g, slow, a, b, af, eta, frac, least):
+    """The largest s ξ' of a slide from switch `row` with a disturbance, if it is above `least`; or else `least`.
 
-    Without a disturbance it is at a known phase. With one it is looked for, where the slow part is near enough to its
-    own largest value, at eight points of each fast period, and put right by Newton's method on ξ'' = H - s.
+    It is looked for, where the slow part comes near enough to its own largest value `slow`, at eight points of each
+    fast period, and put right by Newton's method on ξ'' = H - s.
     """
     phi = rows[row, PHASE]
-    best = slow_peak(s, phi, h, g, a, b)
-    if af == 0.0:
-        return max(least, s * best)
     ripple = af / eta
-    if s * best + ripple <= least:
+    if slow + ripple <= least:
         return least
     theta = fast_phase(eta, frac, rows[row, PERIOD], phi, 0.0)
     step = TWO_PI / (8.0 * max(eta, 1.0))
@@ -185,20 +193,24 @@ def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
         return
     s = 1.0 if state == UP else -1.0
     v = rows[row1, DXI]
+    slope = b + s
     if totals[AT] == time_of(rows, row0):
         f0, g0, i0 = totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL]
     else:
-        f0, g0, i0 = forces(row0, rows, a, af, eta, frac)
-    f1, g1, i1 = forces(row1, rows, a, af, eta, frac)
+        f0, g0, i0, _ = forces(row0, rows, a, af, eta, frac)
+    f1, g1, i1, cosine = forces(row1, rows, a, af, eta, frac)
     totals[AT] = time_of(rows, row1)
     totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
     totals[FRICTION] += abs(x1 - x0)
-    totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - (b + s) * (i1 - i0)
-    if s > 0.0:
-        totals[MOST] = fastest(s, row0, rows, h, g0, a, b, af, eta, frac, totals[MOST])
-    else:
-        totals[LEAST] = -fastest(s, row0, rows, h, g0, a, b, af, eta, frac, -totals[LEAST])
-    a0, a1 = f0 - b - s, f1 - b - s
+    totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - slope * (i1 - i0)
+    peak = slow_peak(s, rows[row0, PHASE], h, g0, cosine, slope, totals)
+    fastest = totals[MOST] if s > 0.0 else -totals[LEAST]
+    if af > 0.0:
+        peak = fast_peak(s, row0, rows, h, g0, peak, a, b, af, eta, frac, fastest)
+    fastest = max(fastest, peak)
+    totals[MOST] = fastest if s > 0.0 else totals[MOST]
+    totals[LEAST] = totals[LEAST] if s > 0.0 else -fastest
+    a0, a1 = f0 - slope, f1 - slope
     totals[OFF] -= a0 * h * totals[LATE]
     if not landed:
         totals[LATE] *= a0 / a1
@@ -280,24 +292,24 @@ def gap_cycle(totals):
 
 
 @part
-def gap_cycle_of_period(rows, last, count, n, size, totals):
+def gap_cycle_of_period(rows, last, count, n, totals):
     """The same of a motion of period n, whose last `count` switches are one period; from its fastest impact on."""
+    first = last - count + 1
     main, speed = -1, 0.0
-    for back in range(count):
-        row = (last - back) % size
+    for row in range(last, first - 1, -1):
         if int(rows[row, AFTER]) == IMPACT and -rows[row, DXI] > speed:
-            main, speed = count - 1 - back, -rows[row, DXI]
+            main, speed = row, -rows[row, DXI]
     if main < 0:
         return 0.0
-    clear_totals(totals)
-    start = time_of(rows, (last - (count - 1 - main)) % size)
-    totals[MAINS] = 3.0  # gaps are kept from the next one on
+    for length in range(GAPS):
+        totals[REPEATS + length] = 1.0
+    start = time_of(rows, main)
     totals[MAIN_TIME], totals[MAIN_BEFORE], totals[MAIN_SPEED] = start, start - TWO_PI, speed
     kept = 0
     for step in range(main + 1, main + count + 1):
-        row = (last - (count - 1 - step % count)) % size
+        row = step if step <= last else step - count
         if int(rows[row, AFTER]) == IMPACT:
-            turned = float(n) if step >= count else 0.0
+            turned = float(n) if step > last else 0.0
             time, fast = (rows[row, PERIOD] + turned) * TWO_PI + rows[row, PHASE], -rows[row, DXI]
             if time - totals[MAIN_TIME] <= PI:
                 if fast > totals[MAIN_SPEED]:
@@ -318,9 +330,8 @@ def gap_cycle_of_period(rows, last, count, n, size, totals):
 
 
 @inline
-def alike(rows, a, b, size, n):
+def alike(rows, a, b, n):
     """Whether switch b is switch a, n periods later."""
-    a, b = a % size, b % size
     return (
         rows[a, AFTER] == rows[b, AFTER]
         and abs(between(rows, a, b) - n * TWO_PI) <= SAME
@@ -330,18 +341,18 @@ def alike(rows, a, b, size, n):
 
 
 @part
-def find_period(rows, first, last, size):
+def find_period(rows, first, last):
     """(n, switches in n periods): after how many periods the switches first … last repeat; (0, 0) if they do not.
 
-    Switch k is in row k mod `size`. The last n periods are compared with the n before, or with what is there of them.
+    The last n periods are compared with the n before, or with what is there of them.
     """
     for j in range(last - 1, first - 1, -1):
-        n = math.floor(between(rows, j % size, last % size) / TWO_PI + 0.5)
+        n = math.floor(between(rows, j, last) * (1.0 / TWO_PI) + 0.5)
         if n > LONGEST:
             break
-        if n >= 1 and alike(rows, j, last, size, n):
+        if n >= 1 and alike(rows, j, last, n):
             back = 1
-            while j - back >= first and back < last - j and alike(rows, j - back, last - back, size, n):
+            while j - back >= first and back < last - j and alike(rows, j - back, last - back, n):
                 back += 1
             if j - back < first or back == last - j:
                 return int(n), last - j
@@ -352,36 +363,49 @@ MODULUS = 9007199254740881
 """Numbers of sequences are below it: the largest prime below 2⁵³. Up to 20 states they are exact, of 6 digits each."""
 
 
+@inline
+def shortest_cycle(rows, first, count):
+    """Of how many switches the sequence of states is that the `count` from row `first` on repeat."""
+    for length in range(1, count // 2 + 1):
+        n = length
+        while n < count and rows[first + n, AFTER] == rows[first + n - length, AFTER]:
+            n += 1
+        if n == count and count % length == 0:
+            return length
+    return count
+
+
+@inline
+def least_rotation(rows, first, length):
+    """By how many switches a cycle of `length` states is turned to be the least of its rotations."""
+    start = 0
+    for turn in range(1, length):
+        for n in range(length):
+            one, other = start + n, turn + n
+            one -= length if one >= length else 0
+            other -= length if other >= length else 0
+            difference = rows[first + other, AFTER] - rows[first + one, AFTER]
+            if difference != 0.0:
+                if difference < 0.0:
+                    start = turn
+                break
+    return start
+
+
 @part
-def sequence_number(rows, last, count, size):
+def sequence_number(rows, last, count):
     """A number for the cycle of states that the last `count` switches lead through; equal for equal cycles.
 
     The shortest sequence that the cycle repeats is taken, in its least rotation.
     """
-    length = count
-    for m in range(1, count // 2 + 1):
-        if count % m == 0:
-            same = True
-            for n in range(m, count):
-                if rows[(last - n) % size, AFTER] != rows[(last - n + m) % size, AFTER]:
-                    same = False
-                    break
-            if same:
-                length = m
-                break
-    start = 0
-    for turn in range(1, length):  # the least rotation, beginning `turn` switches later
-        for n in range(length):
-            one = rows[(last - (length - 1 - (start + n) % length)) % size, AFTER]
-            other = rows[(last - (length - 1 - (turn + n) % length)) % size, AFTER]
-            if one != other:
-                if other < one:
-                    start = turn
-                break
+    first = last - count + 1
+    length = shortest_cycle(rows, first, count)
+    start = least_rotation(rows, first, length)
     number = 0
-    for n in range(length):
-        state = int(rows[(last - (length - 1 - (start + n) % length)) % size, AFTER])
-        number = (number * 6 + state + 1) % MODULUS
+    for n in range(start, start + length):
+        number = 6 * number + int(rows[first + (n if n < length else n - length), AFTER]) + 1
+        if number >= MODULUS:
+            number %= MODULUS
     return number
 
 
@@ -392,40 +416,49 @@ def leaves(state, a, b, af):
 
 
 @part
-def summarise(rows, added, count, size, state, x, a, b, af, eta, frac, totals, out):
-    """The summary of a motion whose switches 0 … count - 1 were recorded; switch k is in row k mod `size`.
+def add_switches(rows, first, end, a, b, af, eta, frac, totals):
+    """Add the switches first … end - 1 of a record. Row 0 begins it, unless totals were added before."""
+    if first == 0 and end > 0:
+        clear_totals(totals, a, b)
+        add_gap(rows, 0, totals)
+        begin_totals(rows, 0, totals)
+    for k in range(max(first, 1), end):
+        add_gap(rows, k, totals)
+        add_segment(rows, k - 1, k, a, b, af, eta, frac, totals)
 
-    What lies before switch `added` is in `totals` already, and need not be in a row any more. state, x: the one the
-    motion ends in, and ξ where that began.
+
+@part
+def summarise(rows, added, count, state, x, a, b, af, eta, frac, totals, out):
+    """The summary of a motion whose switches are the rows 0 … count - 1, or the last of them.
+
+    What lies before row `added`, and before row 0 then, is in `totals` already. state, x: the one the motion ends in,
+    and ξ where that began.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not leaves(state, a, b, af)
     if resting:
         n = 1
-        clear_totals(totals)
+        clear_totals(totals, a, b)
         totals[HIGHEST], totals[LEAST], totals[MOST] = x, 0.0, 0.0
         totals[state], totals[GROWTH] = TWO_PI, -INFINITY
         totals[FIRST], totals[LAST] = 0.0, TWO_PI
     elif count > 0:
-        n, switches = find_period(rows, max(0, count - REACH), last, size)
+        n, switches = find_period(rows, max(0, count - REACH), last)
     if switches > 0:
         for back in range(min(switches, last - switches + 1)):  # from an impact on, if there is one
-            if int(rows[(last - back) % size, AFTER]) == IMPACT:
+            if int(rows[last - back, AFTER]) == IMPACT:
                 last -= back
                 break
-        gaps = gap_cycle_of_period(rows, last, switches, n, size, totals)
-        sequence = sequence_number(rows, last, switches, size)
-        clear_totals(totals)
-        begin_totals(rows, (last - switches) % size, totals)
+        gaps = gap_cycle_of_period(rows, last, switches, n, totals)
+        sequence = sequence_number(rows, last, switches)
+        clear_totals(totals, a, b)
+        begin_totals(rows, last - switches, totals)
         for k in range(last - switches + 1, last + 1):
-            add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+            add_segment(rows, k - 1, k, a, b, af, eta, frac, totals)
     elif not resting:
-        for k in range(added, count):
-            add_gap(rows, k % size, totals)
-            if k == 0:
-                begin_totals(rows, 0, totals)
-            else:
-                add_segment(rows, (k - 1) % size, k % size, a, b, af, eta, frac, totals)
+        if count == 0:
+            clear_totals(totals, a, b)
+        add_switches(rows, added, count, a, b, af, eta, frac, totals)
         gaps = gap_cycle(totals)
     duration = float(n)
     if n == 0:

@@ -238,9 +238,15 @@ def leave_over(k, i, what):
 
 
 @inline
+def count_more(k, i, to, more):
+    """Count so many more switches into `to`."""
+    k[r.SWITCHES + to * STRIDE + i] += more
+
+
+@inline
 def count_into(k, i, to):
     """Count a switch into `to`."""
-    k[r.SWITCHES + to * STRIDE + i] += 1
+    count_more(k, i, to, 1)
 
 
 @inline

@@ -8,7 +8,7 @@ from __future__ import annotations
 from vibrodrive.jit.branchless import choose, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import DONE, FALLEN, NOTHING, S1, S2, S4, UNUSUAL, ZERO
+from vibrodrive.kernels.codes import DONE, FALLEN, KEEP_SWITCH, NOTHING, S1, S2, S4, UNUSUAL, ZERO
 from vibrodrive.kernels.first_zero import LEAST_GAP, first_cursor
 from vibrodrive.kernels.impacts import note_end
 from vibrodrive.kernels.lane import full
@@ -124,8 +124,9 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
         s, choose(gap, 0.0, x), 0.0, force, waited, False,
         w[r.B + i], inverse, there.p, there.q, there.pf, there.qf,
     )  # fmt: skip
-    leave_over(k, i, choose(over | aside | (met == NOTHING), DONE, UNUSUAL))
-    note_end(w, k, i, period1, there.phi, there.v)
+    done = choose(recorded, KEEP_SWITCH, DONE)
+    leave_over(k, i, choose(over | aside | (met == NOTHING), done, UNUSUAL))
+    note_end(w, k, i, which, period1, there.phi, there.v)
     commit_points(k, i, over & point, slot + 1)
     commit_state(k, i, over, to)
     commit_time(w, k, i, over, period1, there.phi, there.low, left, there.p, there.q)

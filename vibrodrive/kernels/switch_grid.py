@@ -22,11 +22,13 @@ from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
+    ALL,
     AT_ONCE,
     BRACKETED,
     CHECK_RECURRENCE,
     DONE,
     INFINITY,
+    KEEP_SWITCH,
     NOTHING,
     S1,
     S2,
@@ -210,9 +212,11 @@ def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     look = at_obstacle & (not fixed) & ((phi1 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
     idle = aside | (not (met | (w[r.OUTCOME + i] != NOTHING)))
-    leave_over(k, i, choose(over, choose(look, CHECK_RECURRENCE, DONE), choose(idle, DONE, UNUSUAL)))
+    more = choose(look, CHECK_RECURRENCE, DONE)
+    more += choose(recorded | (k[r.HISTORY_KEEPS + i] == ALL), KEEP_SWITCH, DONE)
+    leave_over(k, i, choose(over, more, choose(idle, DONE, UNUSUAL)))
 
-    note_end(w, k, i, there, phi1, v)
+    note_end(w, k, i, which, there, phi1, v)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
     left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)

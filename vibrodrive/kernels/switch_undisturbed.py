@@ -12,10 +12,12 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
+    ALL,
     BRACKETED,
     CHECK_RECURRENCE,
     DONE,
     DOWN,
+    KEEP_SWITCH,
     NOTHING,
     REST,
     S1,
@@ -135,9 +137,11 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     since = commit_departure(k, i, left_obstacle)
     look = left_obstacle & (rested | (phi2 == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
     more = choose(point1, WRITE_POINT, DONE) + choose(look, CHECK_RECURRENCE, DONE)
+    kept = recorded | recorded1 | (k[r.HISTORY_KEEPS + i] == ALL)
+    more += choose(kept, KEEP_SWITCH, DONE)
     leave_over(k, i, choose(over, more, choose(aside | (not met), DONE, UNUSUAL)))
 
-    note_end(w, k, i, period1, phi1, there.v)
+    note_end(w, k, i, which, period1, phi1, there.v)
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
     next_state = choose(up, UP, DOWN)
     commit_state(k, i, over, next_state)
