@@ -37,7 +37,7 @@ from vibrodrive.kernels.literal_scan import scan as scan_every
 from vibrodrive.kernels.record import finish
 from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
 from vibrodrive.kernels.setup import is_disturbed, load
-from vibrodrive.kernels.switch import leave_over, write_points
+from vibrodrive.kernels.switch import has_rows, leave_over, write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_grid import apply_switches_on_grid
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
@@ -73,27 +73,25 @@ def list_ended(w, todo, n):
 
 
 @part
-def keep_switches(w, k, n, on_grid, transient, impacts, history, totals):
-    """Keep the switches that a batch has taken, and main impacts, where they are wanted."""
-    for i in range(n):
-        if k[r.LEFT_OVER + i] & KEEP_SWITCH:
-            if impacts.shape[1] > 0:
-                keep_impact(w, k, i, transient, impacts)
-            if totals.shape[1] > 0:
-                keep_switch(w, k, i, on_grid, transient, history, totals)
-
-
-@part
-def follow_up(w, k, n, guessed, transient, periods, budget, section, impacts, history, totals, summary):
-    """What a batch of switches at ε = 0 leaves to be done: section points that were passed, recurrences.
+def follow_up(
+    w, k, n, fast, on_grid, transient, periods, budget, section, impacts, history, totals, summary
+):  # fmt: skip
+    """What a batch of switches leaves to be done: section points that were passed, what is kept, recurrences.
 
     Returns how many trajectories have ended by that.
     """
     ended = 0
+    points, keeps = has_rows(section, summary) and not fast, impacts.shape[1] > 0 or totals.shape[1] > 0
     for i in range(n):
-        write_points(w, k, i, section)
+        if points:
+            write_points(w, k, i, section)
+        if keeps and k[r.LEFT_OVER + i] & KEEP_SWITCH:
+            if impacts.shape[1] > 0:
+                keep_impact(w, k, i, transient, impacts)
+            if totals.shape[1] > 0:
+                keep_switch(w, k, i, on_grid, transient, history, totals)
         if k[r.LEFT_OVER + i] & CHECK_RECURRENCE and not detect_recurrence(
-            w, k, i, guessed, transient, periods, budget, section, impacts, history, totals, summary
+            w, k, i, not on_grid, transient, periods, budget, section, impacts, history, totals, summary
         ):
             leave_over(k, i, UNUSUAL)
             ended += 1
@@ -191,11 +189,9 @@ def run(
                 m = apply_switches_on_grid(w, k, n, method == FIXED_BRACKETED, transient, periods, budget)
             else:
                 m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
-            if impacts.shape[1] > 0 or totals.shape[1] > 0:
-                keep_switches(w, k, n, bracketed, transient, impacts, history, totals)
-            if not fast:
+            if not fast or impacts.shape[1] > 0 or totals.shape[1] > 0:
                 m += follow_up(
-                    w, k, n, not bracketed, transient, periods, budget, section, impacts, history, totals, summary
+                    w, k, n, fast, bracketed, transient, periods, budget, section, impacts, history, totals, summary
                 )  # fmt: skip
             if m > 0:
                 list_unusual(k, todo, n)

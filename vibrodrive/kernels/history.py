@@ -181,9 +181,15 @@ def has_cycle(w, k, i, cycle, transient, periods, history):
 
 
 @inline
-def last_return(period, phase, cycle, until, phi):
-    """How many cycles a switch at (period, phase) can be moved on by without coming to lie behind (until, φ)."""
-    return (until - period - (1 if phase > phi else 0)) // cycle
+def lies_behind(period, phase, until, phi):
+    """Whether a switch at (period, phase) comes after (until, φ)."""
+    return period > until or (period == until and phase > phi)
+
+
+@inline
+def last_return(rows, cycle, until, phi):
+    """How many cycles the switch of the first row can be moved on by without coming to lie behind (until, φ)."""
+    return (until - int(rows[0, PERIOD]) - (1 if rows[0, PHASE] > phi else 0)) // cycle
 
 
 @part
@@ -193,11 +199,12 @@ def summarise_cycle(w, k, i, cycle, end, history, totals, summary):
     Behind the cycle come the switches that follow, two cycles up to the last one of the record.
     """
     rows, more, phi = history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
-    last, most = 0, last_return(int(rows[0, PERIOD]), rows[0, PHASE], cycle, end, phi)
-    while last + 1 < more and last_return(int(rows[last + 1, PERIOD]), rows[last + 1, PHASE], cycle, end, phi) == most:
-        last += 1
+    later = last_return(rows, cycle, end, phi) * cycle
+    last = more - 1
+    while lies_behind(int(rows[last, PERIOD]) + later, rows[last, PHASE], end, phi):
+        last -= 1
     for row in range(more):
-        rows[row, PERIOD] += float((most - 2) * cycle)
+        rows[row, PERIOD] += float(later - 2 * cycle)
     for row in range(more + last + 1):
         write_switch(
             w, k, i, int(rows[row, PERIOD]) + cycle, rows[row, PHASE], int(rows[row, BEFORE]), int(rows[row, AFTER]),
@@ -210,10 +217,13 @@ def summarise_cycle(w, k, i, cycle, end, history, totals, summary):
 def count_cycles(w, k, i, cycle, transient, periods, history):
     """Count the switches that follow those of the cycle in the first rows, to the end of the record."""
     rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + transient
+    end = start + periods
+    before, most = last_return(rows, cycle, start, phi), last_return(rows, cycle, end, phi)
     for row in range(k[r.HISTORY_COUNT + i]):
         period, phase = int(rows[row, PERIOD]), rows[row, PHASE]
-        before = max(last_return(period, phase, cycle, start, phi), 0) if transient > 0 else 0
-        count_more(k, i, int(rows[row, AFTER]), last_return(period, phase, cycle, start + periods, phi) - before)
+        first = before - (1 if lies_behind(period + before * cycle, phase, start, phi) else 0)
+        last = most - (1 if lies_behind(period + most * cycle, phase, end, phi) else 0)
+        count_more(k, i, int(rows[row, AFTER]), last - (max(first, 0) if transient > 0 else 0))
 
 
 @part

@@ -28,7 +28,7 @@ from vibrodrive.kernels.history import count_cycles, has_cycle, keep_all, set_re
 from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
 from vibrodrive.kernels.lane import STRIDE
 from vibrodrive.kernels.motion import time_between
-from vibrodrive.kernels.switch import count_more, in_record, section_row
+from vibrodrive.kernels.switch import count_more, has_rows, in_record, section_row
 from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16
@@ -97,7 +97,7 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
     known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
     summarised = totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == NONE
     if known and not summarised and has_cycle(w, k, i, cycle, transient, periods, history):
-        nothing_else = section.shape[0] < summary.shape[0] and impacts.shape[1] == 0
+        nothing_else = impacts.shape[1] == 0 and not has_rows(section, summary)
         if nothing_else:
             count_cycles(w, k, i, cycle, transient, periods, history)
         summarise_cycle(w, k, i, cycle, end, history, totals, summary)

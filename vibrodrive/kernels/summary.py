@@ -273,7 +273,9 @@ def digits_of(gaps, length, last):
     for turn in range(length):
         digits = 0.0
         for n in range(length):
-            gap = gaps[(last - (turn + n) % length) % GAPS]
+            back = turn + n
+            back -= length if back >= length else 0
+            gap = gaps[(last - back) % GAPS]
             if gap < 1.0 or gap > 9.0:
                 return 0.0
             digits = 10.0 * digits + gap

@@ -260,8 +260,14 @@ def count_switch(k, i, recorded, impact, to):
 
 
 @inline
+def has_rows(section, summary):
+    """Whether `section` has a row for each point, as `summary`; or one for all of them, as it is not wanted."""
+    return section.shape[0] == summary.shape[0]
+
+
+@inline
 def section_row(k, i, section):
-    """The row of `section` that belongs to lane i: one for each point; or one for all of them, if it is not wanted."""
+    """The row of `section` that belongs to lane i."""
     return min(k[r.POINT + i], section.shape[0] - 1)
 
 
