@@ -250,6 +250,18 @@ def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
         assert_same(swept, k, vd.simulate(A=a, **run))
 
 
+@pytest.mark.jit
+def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
+    """The cycle is exact, but the two periods before it are not: this motion has no period yet."""
+    scene = dict(B=0.1, tau0=0.6385324289869151, transient=1, periods=6)
+    A = [2.4, 2.719252649683075]
+    swept = vd.sweep(A=A, **scene, record="summary")
+    assert swept.period[1] == 0
+    assert vd.sweep(A=A, **(scene | {"periods": 12}), record="summary").period[1] > 0
+    for k, a in enumerate(A):
+        assert_same(swept, k, vd.simulate(A=a, **scene))
+
+
 def test_columns_are_those_that_are_named():
     assert len(SUMMARIES) == OUT
     columns = [name for name in vars(summary) if name.startswith("OUT_")]

@@ -159,27 +159,6 @@ def keep_all(k, i, cycle, periods, totals):
         clear_history(k, i, ALL)
 
 
-@part
-def has_cycle(w, k, i, cycle, transient, periods, history):
-    """Whether the summary of a motion that is back at its reference after `cycle` periods follows from what is kept.
-
-    If so, its switches since then are the first rows; and if not, only those of the record are kept from now on.
-    """
-    rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
-    kept_all = k[r.HISTORY_KEEPS + i] == ALL
-    more = count - first
-    certain = kept_all or in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
-    certain = certain and first >= 0 and 0 < 2 * more <= REACH and may_follow_from_a_cycle(cycle, periods)
-    for row in range(first if certain else count, count):
-        apart = abs(rows[row, PHASE] - w[r.PHI0 + i])
-        certain = certain and min(apart, TWO_PI - apart) > END_OF_RECORD
-    if certain:
-        drop_rows(k, i, first, rows)
-    elif kept_all:
-        keep_those_of_the_record(w, k, i, transient, rows)
-    return certain
-
-
 @inline
 def lies_behind(period, phase, until, phi):
     """Whether a switch at (period, phase) comes after (until, φ)."""
@@ -187,9 +166,32 @@ def lies_behind(period, phase, until, phi):
 
 
 @inline
-def last_return(rows, cycle, until, phi):
-    """How many cycles the switch of the first row can be moved on by without coming to lie behind (until, φ)."""
-    return (until - int(rows[0, PERIOD]) - (1 if rows[0, PHASE] > phi else 0)) // cycle
+def last_return(rows, row, cycle, until, phi):
+    """How many cycles the switch of a row can be moved on by without coming to lie behind (until, φ)."""
+    return (until - int(rows[row, PERIOD]) - (1 if rows[row, PHASE] > phi else 0)) // cycle
+
+
+@part
+def has_cycle(w, k, i, cycle, transient, periods, history):
+    """Whether the summary of a motion that is back at its reference after `cycle` periods follows from what is kept.
+
+    For that the last two cycles of the record must lie behind the reference. If so, the switches since then are the
+    first rows; and if not, only those of the record are kept from now on.
+    """
+    rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
+    kept_all = k[r.HISTORY_KEEPS + i] == ALL
+    more, phi = count - first, w[r.PHI0 + i]
+    certain = kept_all or in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
+    certain = certain and first >= 0 and 0 < 2 * more <= REACH and may_follow_from_a_cycle(cycle, periods)
+    for row in range(first if certain else count, count):
+        apart = abs(rows[row, PHASE] - phi)
+        certain = certain and min(apart, TWO_PI - apart) > END_OF_RECORD
+    certain = certain and last_return(rows, first, cycle, k[r.PERIOD0 + i] + transient + periods, phi) >= 2
+    if certain:
+        drop_rows(k, i, first, rows)
+    elif kept_all:
+        keep_those_of_the_record(w, k, i, transient, rows)
+    return certain
 
 
 @part
@@ -199,7 +201,7 @@ def summarise_cycle(w, k, i, cycle, end, history, totals, summary):
     Behind the cycle come the switches that follow, two cycles up to the last one of the record.
     """
     rows, more, phi = history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
-    later = last_return(rows, cycle, end, phi) * cycle
+    later = last_return(rows, 0, cycle, end, phi) * cycle
     last = more - 1
     while lies_behind(int(rows[last, PERIOD]) + later, rows[last, PHASE], end, phi):
         last -= 1
@@ -218,7 +220,7 @@ def count_cycles(w, k, i, cycle, transient, periods, history):
     """Count the switches that follow those of the cycle in the first rows, to the end of the record."""
     rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + transient
     end = start + periods
-    before, most = last_return(rows, cycle, start, phi), last_return(rows, cycle, end, phi)
+    before, most = last_return(rows, 0, cycle, start, phi), last_return(rows, 0, cycle, end, phi)
     for row in range(k[r.HISTORY_COUNT + i]):
         period, phase = int(rows[row, PERIOD]), rows[row, PHASE]
         first = before - (1 if lies_behind(period + before * cycle, phase, start, phi) else 0)
