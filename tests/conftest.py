@@ -30,7 +30,11 @@ def compile_kernels() -> None:
     import vibrodrive as vd
     from vibrodrive.periodic.attractors import attractors
 
-    vd.simulate(A=3.04, transient=1, periods=1).sample(4)
+    short = {"transient": 1, "periods": 1}
+    for method in vd.Method:
+        vd.simulate(A=3.04, method=method, dtau=0.1, **short).sample(4)
+        for record in ("section", "summary"):
+            vd.sweep(A=[3.04], eps=[0.0, 2e-4], method=method, dtau=0.1, record=record, threads=1, **short)
     vd.orbits(A=3.04, max_period=2)
     attractors([3.04], limit=100)
 

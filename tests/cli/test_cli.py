@@ -63,7 +63,7 @@ def quick(monkeypatch):
             yield block
 
     monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda threads: None)
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda plan: None)
     return computed
 
 

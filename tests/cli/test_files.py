@@ -605,7 +605,7 @@ def test_dask_without_its_extra_is_refused(run, idle, monkeypatch):
 def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
     sweep = import_module("vibrodrive.batch.sweep")
     monkeypatch.setattr(sweep, "run_blocks", lambda plan, which, **o: fake.run_blocks(plan))
-    monkeypatch.setattr(sweep, "load_kernels", lambda threads: None)
+    monkeypatch.setattr(sweep, "load_kernels", lambda plan: None)
     Path("d.toml").write_text(CONFIGS["sweep"] + '[figure]\nkind = "bifurcation"\nx = "A"\n')
     code, _, err = run("sweep", "d.toml", "--set", "A=3.17", "--set", "eps=0", "--plot")
     assert code == 0, err

@@ -52,6 +52,8 @@ def behind_the_machine_code() -> set[str]:
     loaded = modules()
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
     assert len(dispatchers) > 5
+    engine, alone = loaded["vibrodrive.kernels.engine"], loaded["vibrodrive.kernels.single"]
+    dispatchers += [engine.batch(2, False), alone.single(2)]  # made when they are asked for
     known: set[str] = set()
     seen: set[int] = set()
 
@@ -241,7 +243,7 @@ def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_p
     from vibrodrive.model.config import read
     from vibrodrive.store.layout import Origin
 
-    def compile_kernels(threads):
+    def compile_kernels(plan):
         with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and what it calls
             time.sleep(1.2)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.kernels.engine import run
-from vibrodrive.kernels.lane import LANES, new_lanes
+from vibrodrive.kernels.engine import batch
+from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
@@ -30,11 +30,10 @@ def evaluations(**arguments) -> float:
     s, n = plan.settings, plan.n_points
     work = np.empty(n)
     w, k = new_lanes(1)
-    none = np.empty((LANES, 0, 6)), np.empty((LANES, 0)), np.empty((n, 0))
-    run(
-        w[0], k[0], plan.points(0, n), np.arange(n), np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods,
-        s.budget, np.empty((n, s.periods, 2)), np.empty((n, 0, 4)), *none, np.empty(n, np.int8), np.empty(n),
-        np.empty((n, 5), np.int64), work, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
+    batch(s.method, plan.scalars["eps"] > 0.0)(
+        w[0], k[0], plan.points(0, n), np.arange(n), np.zeros(1, np.int64), s.transient, s.periods, s.budget,
+        np.empty((n, s.periods, 2)), None, None, None, None, np.empty(n, np.int8), np.empty(n),
+        np.empty((n, 5), np.int64), work,
     )  # fmt: skip
     return float(work.sum())
 

@@ -14,6 +14,7 @@ import tempfile
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import closing
+from dataclasses import replace
 from typing import Any
 from uuid import uuid4
 
@@ -22,13 +23,14 @@ import numpy as np
 
 from vibrodrive.batch.records import as_quantities
 from vibrodrive.jit.slices import Halt, in_slices
-from vibrodrive.kernels.engine import run
+from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import PASSES, new_lanes
+from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, bad, check_count
+from vibrodrive.model.parameters import COLUMNS, ETA, Method, Scan, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings, make_plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
@@ -100,33 +102,54 @@ def fill(
     summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
     """
     s, n = settings, len(points)
-    disturbance = points[:, COLUMNS.index("A")] * points[:, COLUMNS.index("eps")]
-    # disturbed (expensive) points first, so that the last points, when lanes run empty, are cheap
-    order = np.argsort(disturbance == 0.0, kind="stable")
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
-    before = points, order, np.zeros(1, np.int64), s.method, s.scan, s.transient, s.periods, s.budget
-    behind = (
-        np.empty((n, 0)) if summary is None else summary, status, margin, counts, np.empty(n),
-        np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64),
-    )  # fmt: skip
-    main = np.empty((n, 0, 4)) if impacts is None else impacts
     w, k = new_lanes(threads)
-    history, totals = new_history(threads, summary is not None)
+    main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0))
+    literal = s.scan == Scan.LITERAL and s.method != Method.CERTIFIED
+    records: list[tuple[np.ndarray | None, ...]] = [(main if literal else None, None, None, None)] * threads
+    if impacts is not None or summary is not None:
+        memory = new_history(threads, summary is not None)
+        records = [(main, *own, sums if summary is None else summary) for own in zip(*memory, strict=True)]
+    results = status, margin, counts, np.empty(n)
+    more = (True, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64)) if literal else ()
+    kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points)]
+
+    def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:
+        own = sections[thread], *records[thread]
+        arguments = points, order, counter, s.transient, s.periods, s.budget, *own, *results, *more
+        return kernel(w[thread], k[thread], *arguments)
 
     def work(thread: int) -> None:
-        lanes = k[thread]
+        for task in kernels:
 
-        def advance(passes: int) -> bool:
-            lanes[1, PASSES] = passes
-            return run(w[thread], lanes, *before, sections[thread], main, history[thread], totals[thread], *behind)
+            def advance(passes: int, task: tuple[Any, ...] = task) -> bool:
+                k[thread, 1, PASSES] = passes
+                return call(thread, *task)
 
-        in_slices(advance, halt)
+            in_slices(advance, halt)
 
     if threads > 1:
-        # compiled before there are threads
-        none = points, order[:0], np.zeros(1, np.int64), *before[3:]
-        run(w[0], k[0], *none, sections[0], main, history[0], totals[0], *behind)
+        for kernel, order, _ in kernels:  # compiled before there are threads
+            call(0, kernel, order[:0], np.zeros(1, np.int64))
     _in_threads(work, threads, halt)
+
+
+def _kernels(settings: Settings, points: np.ndarray) -> list[tuple[Any, np.ndarray]]:
+    """What computes which points: kernels, and for each the numbers of its points, int64 (m,).
+
+    Disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap.
+    """
+    if settings.scan == Scan.LITERAL and settings.method != Method.CERTIFIED:
+        return [(single(settings.method), np.arange(len(points)))]
+    disturbed = _disturbed(points)
+    parts = (batch(settings.method, kind) for kind in (True, False)), (disturbed, ~disturbed)
+    return [(kernel, np.flatnonzero(which)) for kernel, which in zip(*parts, strict=True) if which.any()]
+
+
+def _disturbed(points: np.ndarray) -> np.ndarray:
+    """Which points have a disturbance that is anything at all: as `is_disturbed` of kernels/setup.py, to the bit."""
+    a, eps, eta = (points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))
+    return a * eps * eta * eta > 0.0
 
 
 def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
@@ -145,10 +168,19 @@ def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
             raise
 
 
-def load_kernels(threads: int | None = None) -> None:
-    """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of no points."""
-    plan = make_plan({"A": 1.0, "transient": 0, "periods": 1})
-    compute(plan, 0, 0, check_threads(threads))
+def load_kernels(plan: Plan) -> None:
+    """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of two points at most.
+
+    They are of the kinds that the plan has, disturbed and not: where anything is largest or smallest, so is ε A η².
+    """
+    ends = [np.unique([axis.argmin(), axis.argmax()]) for axis in plan.axes.values()]
+    corners = np.meshgrid(*ends, indexing="ij") if ends else []
+    points = plan.rows(np.ravel_multi_index([at.ravel() for at in corners], plan.shape) if ends else np.zeros(1, int))
+    _, kinds = np.unique(_disturbed(points), return_index=True)
+    short = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
+    section = np.empty((len(kinds), 1, 2)) if SECTION in plan.record else None
+    outcome = np.empty(len(kinds), np.int8), np.empty(len(kinds)), np.empty((len(kinds), 5), np.int64)
+    fill_records(short, points[kinds], 1, Halt(), section, *outcome)
 
 
 def check_threads(threads: int | None) -> int:

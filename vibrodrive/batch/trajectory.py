@@ -10,12 +10,11 @@ import numpy as np
 
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
-from vibrodrive.kernels.engine import run
-from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.sampling import sample_segments
+from vibrodrive.kernels.single import single
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, Status, bad, check_count
+from vibrodrive.model.parameters import COLUMNS, ETA, Scan, Status, bad, check_count
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
 
@@ -256,17 +255,15 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
-        history, totals = new_history(1, False)
-        none = history[0], totals[0], np.empty((1, 0))
         arguments = (
-            w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.method, s.scan,
-            s.transient, s.periods, s.budget, section, impacts, *none, status, margin, counts, work,
+            w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.transient, s.periods,
+            s.budget, section, impacts, None, None, None, status, margin, counts, work, s.scan == Scan.LITERAL,
             rows_int, rows_float, stored,
         )  # fmt: skip
 
         def advance(passes: int, k=k, arguments=arguments) -> bool:
             k[0, 1, PASSES] = passes
-            return run(*arguments)
+            return single(s.method)(*arguments)
 
         in_slices(advance, halt)
         n = int(stored[0])

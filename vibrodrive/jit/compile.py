@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import inspect
 import os
 import re
 import sys
@@ -29,8 +30,13 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import event, types
+from numba.core import event, ir, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.ir_utils import build_definitions
 from numba.core.registry import cpu_target
+from numba.core.untyped_passes import IRProcessing
 
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 """Folder of the whole package, wherever in it this file lies."""
@@ -205,14 +211,76 @@ _INNER = {
 }
 
 
-def _once(dispatcher):
-    """Compiled for types alone, not once more for every constant it is called with.
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Constants(FunctionPass):
+    """An argument that is known is put in as a constant: branches that depend on it are cut before they are compiled.
 
-    Constants reach a formula when LLVM inlines it; a second compilation is a second wait for nothing.
+    Numba does that itself for None and for what a function takes from around it, not for arguments.
+    """
+
+    _name = "vibrodrive_constants"
+
+    def __init__(self) -> None:
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        for block in state.func_ir.blocks.values():
+            for statement in block.find_insts(ir.Assign):
+                given = statement.value
+                if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
+                    statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
+        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        return True
+
+
+class _Unlinked(JITCodeLibrary):
+    """The code of a piece that kernels alone call: LLVM optimises it, and makes machine code of it, with theirs.
+
+    Numba does both for each function by itself, too, which takes as long again.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0  # as where there is no way in
+
+    @property
+    def codegen(self) -> _Unlinked:
+        return self
+
+    def set_env(self, name: str, env: object) -> None:
+        """Numba puts Python objects that a function needs into its machine code; here is none."""
+
+
+class _Piece(CompilerBase):
+    """Numba's compiler for what kernels alone call."""
+
+    def define_pipelines(self) -> list[Any]:
+        self.state.library = _Unlinked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_Constants, IRProcessing)
+        passes.finalize()
+        return [passes]
+
+
+def _once(dispatcher, *constant):
+    """Compiled for types alone, not once more for every constant it is called with, but for arguments named `constant`.
+
+    Other constants reach a formula when LLVM inlines it; a second compilation is a second wait for nothing.
     """
     if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
+        names = inspect.getfullargspec(dispatcher.py_func).args
         template = dispatcher.get_call_template
-        dispatcher.get_call_template = lambda args, kws: template([types.unliteral(a) for a in args], kws)
+
+        def for_types(args, kws):
+            kept = [a if name in constant else types.unliteral(a) for name, a in zip(names, args, strict=True)]
+            return template(kept, kws)
+
+        dispatcher.get_call_template = for_types
     return dispatcher
 
 
@@ -221,14 +289,20 @@ def inline(function):
     return _once(numba.njit(forceinline=True, **_INNER)(function))
 
 
-def inline_each(function):
-    """A formula of its own for every set of constants it is called with: where it must be free of branches."""
-    return numba.njit(forceinline=True, **_INNER)(function)
+_ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": _Piece, **_INNER}
+"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
+
+
+def inline_each(*constant):
+    """A formula of its own for every value of the arguments named here, which its callers have as constants."""
+    return lambda function: _once(numba.njit(forceinline=True, **_ENCLOSED)(function), *constant)
 
 
 def part(function):
-    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short.
+    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short."""
+    return _once(numba.njit(**_ENCLOSED)(function))
 
-    Called by kernels only: it has no way in from Python, which would take as long to compile again.
-    """
-    return _once(numba.njit(no_cpython_wrapper=True, **_INNER)(function))
+
+def part_each(*constant):
+    """A piece of its own for every value of the arguments named here: only what that one needs is compiled."""
+    return lambda function: _once(numba.njit(**_ENCLOSED)(function), *constant)

@@ -71,7 +71,7 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
     from vibrodrive.jit.compile import compilation
 
     before = compilation.seconds
-    load_kernels(threads)
+    load_kernels(plan)
     loading = monotonic() - began - (compilation.seconds - before)
     count, blocks = check_threads(threads), len(plan.blocks())
     computing, waves = _computing(plan, count)

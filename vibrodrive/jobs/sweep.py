@@ -223,7 +223,7 @@ class _Work:
         if not local:
             self.tally.elsewhere = "waiting for workers, which compile the kernels where they have none"
             return "what workers take to load or compile the kernels included"
-        load_kernels(self.job.threads)
+        load_kernels(writer.plan)
         compiled = compilation.seconds - before
         loaded = f"after {duration(monotonic() - began - compiled)} to load the kernels"
         return f"{loaded} and {duration(compiled)} to compile them" if compiled else loaded

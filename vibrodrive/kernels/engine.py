@@ -1,16 +1,19 @@
-"""The one loop: search, apply the switch, record, go on. For a single trajectory and for batches of them.
+"""The loop that a sweep runs: search, apply the switch, record, go on, many trajectories at once.
 
-`run` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the search in every
-lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found (switch_undisturbed.py,
-switch_disturbed.py, switch_grid.py); both are loops over lanes that vectorise. Everything else, every switch on a
-grid and those of a single trajectory are processed one lane at a time (event.py). A motion that repeats itself is not
-computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
-another, so a trajectory's bits depend on nothing but its point.
+A kernel of `batch` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the
+search in every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found
+(switch_undisturbed.py, switch_disturbed.py, switch_grid.py); both are loops over lanes that vectorise. Everything else,
+and every switch on a grid with a disturbance, is processed one lane at a time (event.py). A motion that repeats itself
+is not computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
+another, so a trajectory's bits depend on nothing but its point. What is followed by itself has a loop of its own
+(single.py).
 """
 
 from __future__ import annotations
 
-from vibrodrive.jit.compile import inline, jit, part
+from functools import cache
+
+from vibrodrive.jit.compile import inline, jit, part_each
 from vibrodrive.jit.counter import next_index
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
@@ -20,7 +23,6 @@ from vibrodrive.kernels.codes import (
     FIXED,
     FIXED_BRACKETED,
     KEEP_SWITCH,
-    LITERAL,
     MULLER_BRACKETED,
     NOTHING,
     STEPPED,
@@ -31,12 +33,10 @@ from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
 from vibrodrive.kernels.history import assign_slots, keep_switch, leave_slot
 from vibrodrive.kernels.impacts import keep_impact
-from vibrodrive.kernels.lane import DISTURBED, DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
-from vibrodrive.kernels.literal_scan import fill_tables
-from vibrodrive.kernels.literal_scan import scan as scan_every
+from vibrodrive.kernels.lane import DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.record import finish
 from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
-from vibrodrive.kernels.setup import is_disturbed, load
+from vibrodrive.kernels.setup import load
 from vibrodrive.kernels.switch import has_rows, leave_over, write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_grid import apply_switches_on_grid
@@ -48,7 +48,7 @@ STEPS, EVALUATIONS = 3, 2
 looking costs more than a step."""
 
 
-@part
+@part_each("grid")
 def search_undisturbed(w, k, n, grid):
     """Advance the searches in the lanes 0..n-1 at ε = 0: those with a bracket as a batch, the others one by one."""
     if search_brackets(w, k, n, EVALUATIONS) < n:
@@ -72,7 +72,7 @@ def list_ended(w, todo, n):
     return m
 
 
-@part
+@part_each("fast")
 def follow_up(
     w, k, n, fast, on_grid, transient, periods, budget, section, impacts, history, totals, summary
 ):  # fmt: skip
@@ -81,18 +81,18 @@ def follow_up(
     Returns how many trajectories have ended by that.
     """
     ended = 0
-    points, keeps = has_rows(section, summary) and not fast, impacts.shape[1] > 0 or totals.shape[1] > 0
+    points = summary is None or has_rows(section, summary)
     for i in range(n):
-        if points:
+        if points and not fast:
             write_points(w, k, i, section)
-        if keeps and k[r.LEFT_OVER + i] & KEEP_SWITCH:
+        if totals is not None and k[r.LEFT_OVER + i] & KEEP_SWITCH:
             if impacts.shape[1] > 0:
                 keep_impact(w, k, i, transient, impacts)
             if totals.shape[1] > 0:
                 keep_switch(w, k, i, on_grid, transient, history, totals)
-        if k[r.LEFT_OVER + i] & CHECK_RECURRENCE and not detect_recurrence(
+        if not fast and k[r.LEFT_OVER + i] & CHECK_RECURRENCE and not detect_recurrence(
             w, k, i, not on_grid, transient, periods, budget, section, impacts, history, totals, summary
-        ):
+        ):  # fmt: skip
             leave_over(k, i, UNUSUAL)
             ended += 1
     return ended
@@ -107,117 +107,108 @@ def list_unusual(k, todo, n):
         m += 1 if k[r.LEFT_OVER + i] == UNUSUAL else 0
 
 
-@jit(_nrt=False)
-def run(
-    lanes_w, lanes_k, points, order, counter, method, scan, transient, periods, budget,
-    section, impacts, history, totals, summary, status, margin, counts, work, rows_int, rows_float, stored,
-):  # fmt: skip
-    """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
+@cache
+def batch(method: int, disturbed: bool):
+    """The kernel of sweeps that finds switches by `method`, for points with a disturbance or for those without one.
 
-    lanes_w, lanes_k : memory of the lanes, and for tables and lists (lane.py)
-    points float64 (n, columns), order int64 (n,), counter int64 (1,)
-    section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
-    status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
-    impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
-    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
-    summary float64 (n, OUT): what each motion comes to; not computed where totals is (LANES, 0)
-    work float64 (n,): evaluations of switching functions
-    rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches of a single trajectory behind
-    the last one before the record, as many as fit, and how many there were.
-
-    Returns whether all is done. If not, the passes granted (lane.PASSES) are spent, and the next call goes on.
+    Each is compiled when it is first called, from what it needs alone; once more where more than sections is recorded,
+    as types tell None from an array.
     """
-    w, g = lanes_w[0], lanes_w[1]
-    k, todo = lanes_k[0], lanes_k[1]
     grid = method != CERTIFIED
-    # a literal scan is vectorised along its grid, one trajectory at a time, with tables in g
-    literal = grid and scan == LITERAL
-    lanes = 1 if literal else LANES
-    alone = rows_int.shape[0] > 0  # its switches are written down one by one
-    leaps = grid and not (literal or alone)
-    if leaps:
+    if grid and not disturbed:
         method = FIXED_BRACKETED if method == FIXED else MULLER_BRACKETED
-    if todo[PAUSED]:
-        n, c, fast = todo[IN_USE], todo[DRAWN], todo[DISTURBED] == 1
-    else:
-        n, c, fast = 0, next_index(counter), False
-        assign_slots(k)
-    passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
-    while True:
-        passes -= 1
-        if passes == 0:
-            todo[PAUSED], todo[IN_USE], todo[DRAWN], todo[DISTURBED] = 1, n, c, 1 if fast else 0
-            return False
-        # lanes are filled with trajectories of one kind: disturbed or undisturbed
-        while c < order.shape[0] and n < lanes:
-            disturbed = is_disturbed(points, order[c])
-            if n > 0 and disturbed != fast:
-                break
-            fast = disturbed
-            if load(
-                w, k, n, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
-            ):  # fmt: skip
-                if literal:
-                    fill_tables(g, w[r.DTAU + n], w[r.ETA + n])
-                n += 1
-            else:
-                finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-            c = next_index(counter)
-        if n == 0:
-            if c >= order.shape[0]:
+    fixed = method == FIXED_BRACKETED
+    bracketed = grid and not disturbed
+    scans = grid and disturbed
+    repeats = not (disturbed or fixed)
+
+    @jit(_nrt=False)
+    def run(
+        lanes_w, lanes_k, points, order, counter, transient, periods, budget,
+        section, impacts, history, totals, summary, status, margin, counts, work,
+    ):  # fmt: skip
+        """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
+
+        lanes_w, lanes_k : memory of the lanes, and for lists (lane.py)
+        points float64 (n, columns), order int64 (m,), counter int64 (1,)
+        section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
+        status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
+        work float64 (n,): evaluations of switching functions
+        impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
+        history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
+        summary float64 (n, OUT): what each motion comes to; not computed where totals is (LANES, 0)
+        The last three groups may all be None where neither is wanted.
+
+        Returns whether all is done. If not, the passes granted (lane.PASSES) are spent, and the next call goes on.
+        """
+        w, k, todo = lanes_w[0], lanes_k[0], lanes_k[1]
+        if todo[PAUSED]:
+            n, c = todo[IN_USE], todo[DRAWN]
+        else:
+            n, c = 0, next_index(counter)
+            assign_slots(k)
+        passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
+        while True:
+            passes -= 1
+            if passes == 0:
+                todo[PAUSED], todo[IN_USE], todo[DRAWN] = 1, n, c
+                return False
+            while c < order.shape[0] and n < LANES:
+                if load(w, k, n, points, order[c], method, transient, periods, section, None, None, None):
+                    n += 1
+                else:
+                    finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                c = next_index(counter)
+            if n == 0:
                 todo[PAUSED] = 0
                 return True
-            continue
-        bracketed = leaps and not fast
-        scans = grid and not bracketed
-        if literal:
-            scan_every(w, k, 0, g)
-        elif scans:
-            search_on_grid(w, n, fast)
-        elif fast:
-            search_stepwise(w, n, STEPS)
-        else:
-            search_undisturbed(w, k, n, grid)
-        if alone or scans:
-            m = list_ended(w, todo, n)
-        else:
-            if fast:
-                mark_points(w, k, n, transient, periods)
-                write_ahead(w, k, n, transient, section)
-                m = apply_switches_disturbed(w, k, n, transient, periods, budget)
-            elif bracketed:
-                m = apply_switches_on_grid(w, k, n, method == FIXED_BRACKETED, transient, periods, budget)
+            if scans:
+                search_on_grid(w, n, True)
+                m = list_ended(w, todo, n)
             else:
-                m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
-            if not fast or impacts.shape[1] > 0 or totals.shape[1] > 0:
-                m += follow_up(
-                    w, k, n, fast, bracketed, transient, periods, budget, section, impacts, history, totals, summary
-                )  # fmt: skip
-            if m > 0:
-                list_unusual(k, todo, n)
-        ended = 0
-        for j in range(m):
-            i = todo[j]
-            if bracketed and w[r.SEARCH_MODE + i] != STEPPED and w[r.LEFT + i] != ENDED_EARLY:
-                w[r.WORK + i] = w[r.WORK_BOOKED + i]  # what was tried in vain is free, or the budget would end sooner
-                begin_search(w, k, i, k[r.STATE + i], False, method)
-                set_search_mode(w, i, True, STEPPED)
-                continue
-            if not process_event(
-                w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals, summary,
-                rows_int, rows_float, stored,
-            ):  # fmt: skip
-                finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-                todo[ended] = i  # never ahead of j
-                ended += 1
-        # close the gaps from the back, so that the lane moved in is never one of the gaps itself
-        for j in range(ended - 1, -1, -1):
-            i = todo[j]
-            n -= 1
-            if i != n:
-                slot = k[r.HISTORY_SLOT + i]
-                for row in range(ROWS_W):
-                    w[row * STRIDE + i] = w[row * STRIDE + n]
-                for row in range(ROWS_K):
-                    k[row * STRIDE + i] = k[row * STRIDE + n]
-                leave_slot(k, n, slot)
+                if disturbed:
+                    search_stepwise(w, n, STEPS)
+                    mark_points(w, k, n, transient, periods)
+                    write_ahead(w, k, n, transient, section)
+                    m = apply_switches_disturbed(w, k, n, transient, periods, budget)
+                else:
+                    search_undisturbed(w, k, n, grid)
+                    if grid:
+                        m = apply_switches_on_grid(w, k, n, fixed, transient, periods, budget)
+                    else:
+                        m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
+                if not disturbed or totals is not None:
+                    m += follow_up(
+                        w, k, n, disturbed, grid, transient, periods, budget, section, impacts, history, totals, summary
+                    )  # fmt: skip
+                if m > 0:
+                    list_unusual(k, todo, n)
+            ended = 0
+            for j in range(m):
+                i = todo[j]
+                if bracketed and w[r.SEARCH_MODE + i] != STEPPED and w[r.LEFT + i] != ENDED_EARLY:
+                    # what was tried in vain is free, or the budget would end sooner
+                    w[r.WORK + i] = w[r.WORK_BOOKED + i]
+                    begin_search(w, k, i, k[r.STATE + i], False, method)
+                    set_search_mode(w, i, True, STEPPED)
+                    continue
+                if not process_event(
+                    w, k, i, method, repeats, False, transient, periods, budget, section, impacts, history, totals,
+                    summary, None, None, None,
+                ):  # fmt: skip
+                    finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                    todo[ended] = i  # never ahead of j
+                    ended += 1
+            # close the gaps from the back, so that the lane moved in is never one of the gaps itself
+            for j in range(ended - 1, -1, -1):
+                i = todo[j]
+                n -= 1
+                if i != n:
+                    slot = k[r.HISTORY_SLOT + i]
+                    for row in range(ROWS_W):
+                        w[row * STRIDE + i] = w[row * STRIDE + n]
+                    for row in range(ROWS_K):
+                        k[row * STRIDE + i] = k[row * STRIDE + n]
+                    leave_slot(k, n, slot)
+
+    return run

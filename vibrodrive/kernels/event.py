@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
     AT_ONCE,
@@ -23,7 +23,6 @@ from vibrodrive.kernels.codes import (
     FIXED_BRACKETED,
     IMPACT,
     LIMIT_MET,
-    LITERAL,
     MULLER_BRACKETED,
     REST,
     S1,
@@ -116,7 +115,7 @@ SMALLEST = 5e-324
 NOWHERE = Arrival(*10 * [0.0])
 
 
-@inline
+@inline_each("method")
 def reach(w, i, method):
     """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
     most, left = longest(w, i), w[r.LEFT + i]
@@ -129,7 +128,7 @@ def reach(w, i, method):
     return steps if steps > 1.0 else 1.0
 
 
-@inline
+@inline_each("method")
 def begin_search(w, k, i, state, from_rest, method):
     """Begin the search for what ends `state`, at its beginning."""
     limit, which = reach(w, i, method), terminating_function(state)
@@ -144,7 +143,7 @@ def begin_search(w, k, i, state, from_rest, method):
         start_on_grid(w, i, which)
 
 
-@part
+@part_each("method")
 def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
     """Begin `state` at the present time, where the adhesive force is `force`, and the search for what ends it."""
     commit_state(k, i, True, state)
@@ -255,13 +254,15 @@ def grid_event(w, k, i, fixed):
     return S1 if hit else which, h
 
 
-@inline
+@inline_each("method", "repeats")
 def process_event(
-    w, k, i, method, scan, transient, periods, budget, section, impacts, history, totals, summary,
+    w, k, i, method, repeats, literal, transient, periods, budget, section, impacts, history, totals, summary,
     rows_int, rows_float, stored,
 ):  # fmt: skip
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
+    repeats: whether the motion is looked at for a return to where it has been. Times on a fixed grid never come back; a
+    literal scan visits every point; a single trajectory's switches are written down one by one.
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
     if w[r.LEFT + i] == ENDED_EARLY:
@@ -269,9 +270,6 @@ def process_event(
     certified = method == CERTIFIED
     fixed = method == FIXED or method == FIXED_BRACKETED
     undisturbed = certified and w[r.AF + i] == 0.0
-    # times on a fixed grid never come back; the literal scan visits every point; a single trajectory's switches are
-    # written down one by one
-    may_repeat = w[r.AF + i] == 0.0 and not fixed and scan != LITERAL and rows_int.shape[0] == 0
     state = k[r.STATE + i]
     there = NOWHERE
     phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
@@ -313,7 +311,7 @@ def process_event(
             v_off = velocity_rounding(w, i, h) if event == STRETCHED else 0.0
 
         # what one period may cost: switches, and what their searches took
-        price = SCAN_PRICE if scan == LITERAL else SEARCH_PRICE
+        price = SCAN_PRICE if literal else SEARCH_PRICE
         cost = number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * price)
         commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
         if cost > budget:
@@ -366,7 +364,7 @@ def process_event(
             begin_state(w, k, i, to, x, 0.0, force, at_boundary, x_off, v_off, method)
             if state == REST or state == IMPACT:
                 commit_departure(k, i, True)
-                if may_repeat:
+                if repeats:
                     return detect_recurrence(
                         w, k, i, certified, transient, periods, budget, section, impacts, history, totals, summary
                     )  # fmt: skip

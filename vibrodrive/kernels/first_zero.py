@@ -34,7 +34,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive.jit.branchless import ROUND, choose, fma, wide
-from vibrodrive.jit.compile import inline, inline_each, part
+from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.jit.trig import PI, TWO_PI, arc, arc_of_product, dot
 from vibrodrive.kernels.codes import (
     BOTH,
@@ -224,7 +224,7 @@ def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
     return choose(close | trusted, jump, ahead), zero
 
 
-@inline_each
+@inline_each("fast", "grid")
 def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
@@ -336,17 +336,12 @@ def search(w, i, fast, grid):
     w[WORK + i] += choose(on, 1.0, 0.0)
 
 
-@part
+@part_each("fast")
 def search_on_grid(w, n, fast):
-    """One step in each of the lanes 0..n-1. Two loops, so that each is free of branches."""
+    """One step in each of the lanes 0..n-1."""
     wide()
-    m = full(n)
-    if fast:
-        for i in range(m):
-            search(w, i, True, True)
-    else:
-        for i in range(m):
-            search(w, i, False, True)
+    for i in range(full(n)):
+        search(w, i, fast, True)
 
 
 @part

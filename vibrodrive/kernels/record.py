@@ -81,12 +81,12 @@ def record(w, k, i, before, after, x, v, transient, impacts, history, totals, ro
     """
     recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
-        if after == IMPACT and impacts.shape[1] > 0:
+        if impacts is not None and after == IMPACT and impacts.shape[1] > 0:
             write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -v, count_switches(k, i, r.SWITCHES), impacts)
         count_into(k, i, after)
-    if totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
+    if totals is not None and totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
         write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
-    if rows_int.shape[0] > 0:
+    if rows_int is not None:
         write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
         stored[0] += 1 if recorded else 0
 
@@ -98,8 +98,10 @@ def finish(w, k, i, transient, section, impacts, history, totals, summary, statu
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan
         section[line, m, 1] = math.nan
-    end_impacts(k, i, impacts)
-    end_history(w, k, i, transient, history, totals, summary)
+    if impacts is not None:
+        end_impacts(k, i, impacts)
+    if totals is not None:
+        end_history(w, k, i, transient, history, totals, summary)
     for state in range(5):
         counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
     status[row] = k[r.STATUS + i]

@@ -71,7 +71,8 @@ def set_reference(w, k, i, impacts):
     k[r.REFERENCE_PERIOD + i] = k[r.PERIOD + i]
     k[r.REFERENCE_SECTIONS + i] = k[r.SECTIONS + i]
     k[r.SINCE + i] = 0
-    set_reference_impact(w, k, i, impacts)
+    if impacts is not None:
+        set_reference_impact(w, k, i, impacts)
     set_reference_history(k, i)
 
 
@@ -95,25 +96,28 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
     # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
     # a hundredth of its evaluations, are less than three times these
     known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
-    summarised = totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == NONE
-    if known and not summarised and has_cycle(w, k, i, cycle, transient, periods, history):
-        nothing_else = impacts.shape[1] == 0 and not has_rows(section, summary)
-        if nothing_else:
-            count_cycles(w, k, i, cycle, transient, periods, history)
-        summarise_cycle(w, k, i, cycle, end, history, totals, summary)
-        summarised = True
-        if nothing_else:
-            k[r.SECTIONS + i] = periods
-            w[r.LEFT + i] = ENDED_EARLY
-            return False
+    summarised = True
+    if totals is not None:
+        summarised = totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == NONE
+        if known and not summarised and has_cycle(w, k, i, cycle, transient, periods, history):
+            nothing_else = impacts.shape[1] == 0 and not has_rows(section, summary)
+            if nothing_else:
+                count_cycles(w, k, i, cycle, transient, periods, history)
+            summarise_cycle(w, k, i, cycle, end, history, totals, summary)
+            summarised = True
+            if nothing_else:
+                k[r.SECTIONS + i] = periods
+                w[r.LEFT + i] = ENDED_EARLY
+                return False
     if known and period < start:
         cycles = (start - 1 - period) // cycle
-        keep_all(k, i, cycle, periods, totals)
+        if totals is not None:
+            keep_all(k, i, cycle, periods, totals)
     elif (
         known
         and points == cycle
         and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
-        and impacts_repeat(w, k, i, cycle, impacts)
+        and (impacts is None or impacts_repeat(w, k, i, cycle, impacts))
         and summarised
     ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
@@ -123,7 +127,8 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
             section[row, m, 1] = section[row, m - cycle, 1]
         k[r.SECTIONS + i] += cycles * cycle
         switches = count_switches(k, i, r.SWITCHES) - count_switches(k, i, r.REFERENCE_SWITCHES)
-        copy_impacts(k, i, cycles, cycle, switches, impacts)
+        if impacts is not None:
+            copy_impacts(k, i, cycles, cycle, switches, impacts)
         for state in range(5):
             more = k[r.SWITCHES + state * STRIDE + i] - k[r.REFERENCE_SWITCHES + state * STRIDE + i]
             count_more(k, i, state, cycles * more)

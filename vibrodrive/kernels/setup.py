@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.compile import inline, part, part_each
 from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
@@ -75,7 +75,7 @@ def is_disturbed(points, row):
     return points[row, 0] * points[row, 2] * points[row, 3] * points[row, 3] > 0.0
 
 
-@part
+@part_each("method")
 def load(
     w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored
 ):  # fmt: skip
@@ -109,7 +109,7 @@ def load(
         distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
         record_margin_of_force(w, k, i, distance, TWO_PI)
     commit_state(k, i, True, state)
-    if rows_int.shape[0] > 0:
+    if rows_int is not None:
         stored[0] = 1
         write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
     if waits(state) and not can_leave(w, i, state):

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive.jit.branchless import choose, fma, wide
-from vibrodrive.jit.compile import inline, inline_each, part
+from vibrodrive.jit.compile import inline, inline_each, part_each
 from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import (
@@ -122,7 +122,7 @@ def refine_briefly(base, sig, c0, d1, d2, c1, c2, al, be, low, high, g0, g1, tol
     return choose(soon, p1, p2), refined
 
 
-@inline_each
+@inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned.
 
@@ -233,20 +233,12 @@ def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     set_side(w, i, over, down)
 
 
-@part
+@part_each("fixed")
 def apply_switches_on_grid(w, k, n, fixed, transient, periods, budget):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot.
-
-    Two loops, so that each is free of branches.
-    """
+    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
     wide()
-    m = full(n)
-    if fixed:
-        for i in range(m):
-            apply_switch_on_grid(w, k, i, True, transient, periods, budget)
-    else:
-        for i in range(m):
-            apply_switch_on_grid(w, k, i, False, transient, periods, budget)
+    for i in range(full(n)):
+        apply_switch_on_grid(w, k, i, fixed, transient, periods, budget)
     left = 0
     for i in range(n):
         left += 1 if k[r.LEFT_OVER + i] == UNUSUAL else 0

@@ -18,10 +18,9 @@ import numpy as np
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI
-from vibrodrive.kernels.engine import run
 from vibrodrive.kernels.event import SMALLEST
-from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.kernels.single import single
 from vibrodrive.model.parameters import COLUMNS, Method
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
@@ -53,10 +52,8 @@ class Certified:
         self._lanes = new_lanes(1)
         self._order = np.zeros(1, np.int64)
         self._counters = np.zeros((2, 1), np.int64)
-        history, totals = new_history(1, False)
-        none = history[0], totals[0], np.empty((1, 0))
         self._results = (
-            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), *none, np.empty(1, np.int8), np.empty(1),
+            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), None, None, None, np.empty(1, np.int8), np.empty(1),
             np.zeros((1, 5), np.int64), np.empty(1),
         )  # fmt: skip
         self._rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3))
@@ -67,9 +64,9 @@ class Certified:
             self._point[0, COLUMNS.index(name)] = value
         self._counters[:] = 0
         w, k = self._lanes
-        run(
-            w[0], k[0], self._point, self._order, self._counters[0], int(Method.CERTIFIED), 0, 0, AHEAD, ROWS,
-            *self._results, *self._rows, self._counters[1],
+        single(int(Method.CERTIFIED))(
+            w[0], k[0], self._point, self._order, self._counters[0], 0, AHEAD, ROWS, *self._results, False,
+            *self._rows, self._counters[1],
         )  # fmt: skip
         whole, real = self._rows
         for row in range(1, min(int(self._counters[1, 0]), ROWS)):

@@ -1,0 +1,119 @@
+"""The loop for what is followed by itself: a single trajectory whose switches are written down, and literal scans,
+which are vectorised along their grid.
+
+One search at a time is followed to its end in registers, where a batch of lanes keeps its searches in memory.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from vibrodrive.jit.compile import inline_each, jit, part, part_each
+from vibrodrive.jit.counter import next_index
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
+from vibrodrive.kernels.event import process_event
+from vibrodrive.kernels.first_zero import search
+from vibrodrive.kernels.history import assign_slots
+from vibrodrive.kernels.lane import IN_USE, PASSES, PAUSED
+from vibrodrive.kernels.literal_scan import fill_tables
+from vibrodrive.kernels.literal_scan import scan as scan_every
+from vibrodrive.kernels.record import finish
+from vibrodrive.kernels.setup import load
+from vibrodrive.kernels.undisturbed import search_bracket
+
+MOST = 1000
+"""Steps of a search after which Python may look at its signals (slices.py)."""
+
+
+@part
+def follow_certified(w, k):
+    """Go on with the search in lane 0, without a grid, to its end or for MOST steps."""
+    w[r.OUTCOME] = NOTHING
+    if w[r.SEARCH_MODE] == AT_ONCE:
+        w[r.OUTCOME] = ZERO
+    elif w[r.SEARCH_MODE] == BRACKETED:
+        for _ in range(MOST):
+            search_bracket(w, k, 0)
+            if w[r.OUTCOME] != NOTHING:
+                return
+    else:
+        for _ in range(MOST):
+            search(w, 0, True, False)
+            if w[r.OUTCOME] != NOTHING:
+                return
+
+
+@part_each("fast")
+def follow_on_grid(w, fast):
+    """The same on a grid, with a disturbance (`fast`) or without."""
+    for _ in range(MOST):
+        search(w, 0, fast, True)
+        if w[r.OUTCOME] != NOTHING:
+            return
+
+
+@inline_each("method")
+def follow(w, k, table, method, literal):
+    """Go on with the search in lane 0."""
+    if method == CERTIFIED:
+        follow_certified(w, k)
+    elif literal:
+        scan_every(w, k, 0, table)
+    elif w[r.AF] > 0.0:
+        follow_on_grid(w, True)
+    else:
+        follow_on_grid(w, False)
+
+
+@cache
+def single(method: int):
+    """The kernel that finds the switches of one trajectory after the other by `method`; see engine.py."""
+
+    @jit(_nrt=False)
+    def run(
+        lanes_w, lanes_k, points, order, counter, transient, periods, budget,
+        section, impacts, history, totals, summary, status, margin, counts, work, literal, rows_int, rows_float, stored,
+    ):  # fmt: skip
+        """As the kernels of `batch`, and:
+
+        literal : whether every point of the grid is visited
+        rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches behind the last one before
+        the record, as many as fit, and how many there were
+        """
+        w, table, k, todo = lanes_w[0], lanes_w[1], lanes_k[0], lanes_k[1]
+        under_way = False
+        if todo[PAUSED]:
+            under_way = todo[IN_USE] > 0
+        else:
+            assign_slots(k)
+        passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
+        while True:
+            passes -= 1
+            if passes == 0:
+                todo[PAUSED], todo[IN_USE] = 1, 1 if under_way else 0
+                return False
+            if not under_way:
+                c = next_index(counter)
+                if c >= order.shape[0]:
+                    todo[PAUSED] = 0
+                    return True
+                if not load(
+                    w, k, 0, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
+                ):  # fmt: skip
+                    finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                    continue
+                under_way = True
+                if method != CERTIFIED and literal:
+                    fill_tables(table, w[r.DTAU], w[r.ETA])
+            follow(w, k, table, method, literal)
+            if w[r.OUTCOME] == NOTHING:
+                continue
+            under_way = process_event(
+                w, k, 0, method, False, literal, transient, periods, budget, section, impacts, history, totals, summary,
+                rows_int, rows_float, stored,
+            )  # fmt: skip
+            if not under_way:
+                finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+
+    return run
