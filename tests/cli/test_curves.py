@@ -95,3 +95,41 @@ def test_other_axes_are_refused():
     for axes in ({"A": [2.5, 2.6]}, {"A": [2.5, 2.6], "eps": [0.0, 1e-4]}):
         with pytest.raises(ValueError, match=r"axes = .*: must be A alone, or A and B"):
             check_plane(make_plan(axes))
+
+
+SCENE = """
+[physical]
+mu = 0.6
+alpha = 3.4
+[sweep]
+omega0 = {start = 100.0, stop = 160.0, num = 6}
+a0 = {start = 0.5e-3, stop = 1e-3, num = 5}
+[run]
+transient = 20
+periods = 10
+record = ["summary", "impacts"]
+"""
+
+
+@pytest.mark.jit
+def test_curves_are_drawn_over_a_map_and_nothing_else_is(run):
+    Path("m.toml").write_text(SCENE)
+    assert run("orbits", "c.toml")[0] == 0
+    code, _, err = run("sweep", "m.toml")
+    assert code == 0, err
+    for options in (("--quantity", "energy"), ("--kind", "map"), ("--quantity", "kept")):
+        code, _, err = run("plot", "m.h5", *options, "--over", "c.h5", "-o", "over.png")
+        assert (code, "over.png drawn" in err) == (0, True), err
+    assert "a0 = 0.5 to 1 mm, 5 values" in run("info", "m.h5")[1]
+    refused = {
+        ("m.h5", "--quantity", "impact_speed", "--over", "c.h5"): "must be map, for anything to be drawn over it",
+        ("m.h5", "--over", "c.h5", "--over", "c.h5"): "one of each",
+        ("m.h5", "--over", "m.h5"): "must be another file than",
+        ("c.h5", "--over", "m.h5"): "holds no sweep",
+        ("m.h5", "--over", "m.toml"): "m.toml",
+    }
+    for arguments, told in refused.items():
+        code, _, err = run("plot", *arguments, "-o", "x.png")
+        assert (code, told in err, "Traceback" in err) == (2, True, False), err
+        assert len([line for line in err.splitlines() if line.startswith("vibrodrive: ")]) == 1
+    assert not Path("x.png").exists()

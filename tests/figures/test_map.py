@@ -6,16 +6,30 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 
 import vibrodrive as vd
-from vibrodrive.figures.map import APART, CLASSES, PALETTE, digits, edges, map_figure, states
+from vibrodrive.figures.colours import (
+    APART,
+    BROKEN,
+    CLASSES,
+    HOLDS,
+    LACKING,
+    OVER,
+    PALETTE,
+    UNDER,
+    digits,
+    states,
+)
+from vibrodrive.figures.map import edges, limits_map, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.physical import Physical, power
 from vibrodrive.model.plan import Settings
 from vibrodrive.periodic.curves import Curve
+from vibrodrive.store.limits import Limits
 
 
 def results(axes, **arrays):
@@ -32,19 +46,28 @@ def plane():
 
 
 def cells(fig):
-    """(edges across, edges up, colours (rows, columns)) of the map."""
-    (mesh,) = fig.axes[0].collections
-    corners = mesh.get_coordinates()
-    values = np.ma.filled(mesh.get_array().astype(float), np.nan).reshape(len(corners) - 1, -1)
-    table = mesh.get_cmap().colors
-    colours = [["none" if np.isnan(v) else to_hex(table[int(v)]) for v in row] for row in values]
-    return corners[0, :, 0], corners[:, 0, 1], colours
+    """(ends across, ends up, colours (rows, columns)) of the map."""
+    (image,) = fig.axes[0].images
+    left, right, low, high = image.get_extent()
+    colours = [["none" if v[3] == 0 else to_hex(v) for v in row] for row in image.to_rgba(image.get_array())]
+    return [left, right], [low, high], colours
+
+
+def pixels(fig, dpi):
+    """Colours of the pixels of the map as it is drawn: (rows, columns), lowest row first."""
+    fig.dpi = dpi
+    canvas = FigureCanvasAgg(fig)
+    canvas.draw()
+    box = fig.axes[0].get_window_extent()
+    image = np.asarray(canvas.buffer_rgba())[::-1]
+    inside = image[round(box.y0) + 2 : round(box.y1) - 1, round(box.x0) + 2 : round(box.x1) - 1, :3]
+    return np.array([[to_hex(c / 255) for c in row] for row in inside])
 
 
 def test_each_point_has_its_place_and_the_colour_of_its_period(plane):
     x, y, colours = cells(map_figure(plane))
-    assert x.tolist() == [0.5, 1.5, 2.5, 3.5]
-    assert y.tolist() == pytest.approx([0.05, 0.15, 0.25])
+    assert x == [0.5, 3.5]
+    assert y == pytest.approx([0.05, 0.25])
     named = [*PALETTE[:CLASSES], *PALETTE[CLASSES:]]
     assert colours[0] == [named[0], named[2], named[8]], "B = 0.1: periods 1, 3, more"
     assert colours[1] == [named[1], named[7], named[9]], "B = 0.2: periods 2, 8, none"
@@ -103,8 +126,66 @@ def test_a_quantity_over_decades_is_drawn_over_its_logarithm(plane):
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"0", "no such value"}
     plane.energy = np.linspace(1.0, 2.0, 6).reshape(3, 2)
     assert map_figure(plane, "energy").axes[1].get_yscale() == "linear"
+    plane.energy[0, 0], plane.status[0, 0] = 0.0, Status.NEVER_LEAVES
+    at_rest = map_figure(plane, "energy")
+    assert (at_rest.axes[1].get_yscale(), cells(at_rest)[2][0][0]) == ("linear", to_hex(APART))
+    assert [t.get_text() for t in at_rest.legends[0].get_texts()] == ["rests"]
+    plane.status[0, 0] = Status.OK
     low, high = map_figure(plane, "energy", limits=(0.5, 4.0)).axes[1].get_ylim()
     assert (low, high) == (0.5, 4.0)
+
+
+@pytest.mark.parametrize("limits", [(5e-3, 1.0), (0.5, 1.0)])
+def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane, limits):
+    plane.energy = np.array([[0.0, 1e-3], [0.7, 1.0], [10.0, np.nan]])
+    fig = map_figure(plane, "energy", limits=limits)
+    colours = cells(fig)[2]
+    assert colours[1][0] == UNDER, "1e-3"
+    assert colours[0][2] == OVER, "10"
+    assert not {colours[0][1], colours[1][1]} & {UNDER, OVER}, "0.7, 1"
+    assert colours[0][0] == (to_hex(APART) if limits[0] == 5e-3 else UNDER), "0 is apart on a logarithmic scale"
+    bar = fig.axes[1]
+    assert bar.get_yscale() == ("log" if limits[0] == 5e-3 else "linear")
+    ends = [to_hex(p.get_facecolor()) for p in bar.patches if len(p.get_path().vertices) < 6]
+    assert set(ends) >= {UNDER, OVER}
+    plane.energy = np.full((3, 2), 0.75)
+    assert not {UNDER, OVER} & {c for row in cells(map_figure(plane, "energy", limits=limits))[2] for c in row}
+    line = results({"A": np.linspace(1, 3, 4)}, energy=np.array([1e-3, 0.6, 0.8, 5.0]))
+    _, below, above = map_figure(line, "energy", limits=limits).axes[0].lines
+    assert (np.flatnonzero(np.isfinite(below.get_ydata())), below.get_marker()) == (0, "v")
+    assert (np.flatnonzero(np.isfinite(above.get_ydata())), above.get_marker()) == (3, "^")
+
+
+def test_every_cell_is_where_its_values_are_and_the_rarest_of_a_pixel_is_shown():
+    """A line one cell wide and a lone cell are on a map of far more cells than pixels, at any resolution."""
+    eps = np.geomspace(1e-6, 1e-2, 1500)
+    period = np.ones((1500, 1500), np.int8)
+    period[1237, :] = 2  # one value of A
+    period[400, np.argmin(np.abs(eps - 1e-3))] = 3
+    fig = map_figure(results({"A": np.linspace(1.0, 4.0, 1500), "eps": eps}, period=period))
+    for dpi in (40, 120):
+        seen = pixels(fig, dpi)
+        assert set(np.unique(seen)) == {to_hex(c) for c in PALETTE[:3]}
+        columns = np.flatnonzero((seen == to_hex(PALETTE[1])).all(axis=0))
+        assert columns / seen.shape[1] == pytest.approx(1237.5 / 1500, abs=1.5 / seen.shape[1])
+        ((row, column),) = np.argwhere(seen == to_hex(PALETTE[2]))
+        assert row / seen.shape[0] == pytest.approx(0.75, abs=2.5 / seen.shape[0]), "three of four decades"
+        assert column / seen.shape[1] == pytest.approx(400.5 / 1500, abs=2.5 / seen.shape[1])
+
+
+def test_a_megapixel_is_a_small_file(tmp_path):
+    noise = np.random.default_rng(0).integers(1, 9, (1000, 1000))
+    fig = map_figure(results({"A": np.linspace(1, 2, 1000), "B": np.linspace(0.1, 0.2, 1000)}, period=noise))
+    for ending in ("png", "pdf", "svg"):
+        assert save(fig, tmp_path / f"x.{ending}").stat().st_size < 2_000_000
+
+
+def test_cells_of_unequal_width_are_drawn_as_wide_as_they_are():
+    A = np.array([1.0, 2.0, 5.0])  # cells from 0.5 to 1.5, 3.5, 6.5
+    row = cells(map_figure(results({"A": A, "B": np.array([0.1, 0.2])}, period=np.array([[1, 1], [2, 2], [3, 3]]))))[2][
+        0
+    ]
+    assert [row.count(to_hex(c)) / len(row) for c in PALETTE[:3]] == pytest.approx([1 / 6, 2 / 6, 3 / 6], abs=0.01)
 
 
 def test_an_exponent_has_its_zero_in_the_middle(plane):
@@ -129,7 +210,7 @@ def test_one_axis_has_marks_and_a_third_is_named(plane, tmp_path):
     axes = {"A": np.linspace(1, 3, 4), "B": np.linspace(0.1, 0.2, 3), "tau0": np.array([0.5, 1.0])}
     fig = map_figure(results(axes, period=np.arange(24).reshape(4, 3, 2)))
     assert r"$\tau_0 = 0.5$ (first of 2)" in fig.axes[0].get_title(loc="right")
-    assert (len(cells(fig)[0]), len(cells(fig)[1])) == (5, 4)
+    assert np.shape(cells(fig)[2]) == (3, 4)
     for ending in ("png", "pdf", "svg"):
         assert save(fig, tmp_path / f"x.{ending}").stat().st_size < 500_000
 
@@ -141,9 +222,117 @@ def test_curves_lie_over_a_map_of_a_and_b(plane):
         line = fig.axes[0].lines[-1]
         assert np.array_equal(line.get_xdata(), getattr(curve, x))
         assert [t.get_text() for t in fig.legends[0].get_texts()] == ["border collision"]
-    other = results({"A": np.array([1.0, 2.0]), "eps": np.array([0.1, 0.2])}, period=np.ones((2, 2), int))
+    other = results({"tau0": np.array([1.0, 2.0]), "eps": np.array([0.1, 0.2])}, period=np.ones((2, 2), int))
     with pytest.raises(ValueError, match="curves"):
         map_figure(other, curves=[curve])
+
+
+def scene(x, y):
+    """Results over two axes of a scene; what is no axis has one value."""
+    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Physical.g}
+    ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
+    axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}
+    swept = results(axes, period=np.ones((3, 3), int))
+    swept.scalars = {name: value for name, value in fixed.items() if name not in axes}
+    if "alpha" not in axes and "mu" not in axes:
+        swept.scalars["B"] = Physical(1e-3, 1.0, 0.6, 3.4).B
+    if "A" in axes:
+        del swept.scalars["a0"]
+    return swept
+
+
+class Straight(Curve):
+    """A curve whose A at any B is known."""
+
+    def at(self, B):
+        return np.array([1.0 + 20.0 * B])
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A")],
+)
+def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
+    B = np.linspace(0.0, 0.5, 201)
+    curve = Straight("border", 1, 1, (), 1, 1.0 + 20.0 * B, B, ("edge", "edge"), ())
+    swept = scene(x, y)
+    fig = map_figure(swept, x=x, y=y, curves=[curve])
+    ax = fig.axes[0]
+    line = ax.lines[-1]
+    assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$"}[x])
+    for u, v in line.get_xydata()[:: len(line.get_xydata()) // 7]:
+        shown = {x: u, y: v}
+        if "a0" in shown:
+            shown["a0"] *= 1e-3
+        here = Physical(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
+        assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
+    assert "numbers on curves: period" in ax.get_title(loc="right")
+
+
+def test_curves_that_do_not_reach_the_map_are_refused():
+    far = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.3, 0.4]), ("edge", "edge"), ())
+    with pytest.raises(ValueError, match=r"curves that reach B = 0\.099"):
+        map_figure(scene("omega0", "a0"), curves=[far])
+    with pytest.raises(ValueError, match="this is alpha, mu"):
+        map_figure(scene("alpha", "mu"), x="alpha", curves=[far])
+
+
+@pytest.fixture
+def disturbed():
+    gaps = np.array([[1, 1, 2], [122, 0, 122], [0, 0, 1]])
+    return results({"A": np.array([1.0, 2.0, 3.0]), "eps": np.geomspace(1e-6, 1e-4, 3)}, gaps=gaps)
+
+
+def test_structure_is_kept_where_the_gaps_are_those_of_the_undisturbed_motion(disturbed):
+    fig = map_figure(disturbed, "kept", undisturbed=np.array([[1], [122], [0]]))
+    by_A = np.transpose(cells(fig)[2]).tolist()
+    assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(LACKING)] * 3]
+    assert [t.get_text() for t in fig.axes[1].get_yticklabels()] == ["kept", "lost"]
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to keep"]
+    with pytest.raises(ValueError, match="undisturbed = None: must be"):
+        map_figure(disturbed, "kept")
+
+
+def limits_over(axes, k2, **fixed):
+    k2 = np.array(k2)
+    return Limits(
+        axes=axes, fixed=fixed, numbers={"k2": k2}, n=np.ones(k2.shape, int), done=np.ones(k2.shape, bool),
+        how=np.full(k2.shape, ""), criterion="impacts", title="",
+    )  # fmt: skip
+
+
+def test_the_limit_is_a_line_over_the_map(disturbed):
+    found = limits_over(
+        {"A": np.array([1.0, 2.5, 3.0])}, [[1e-5, 2e-5, np.inf], [1.0] * 3, [1.0] * 3], B=0.1, eta=101.0
+    )
+    for x, order in (("A", slice(None)), ("eps", slice(None, None, -1))):
+        fig = map_figure(disturbed, "gaps", x=x, k2=found)
+        line = fig.axes[0].lines[-1]
+        assert line.get_xydata()[:2, order].tolist() == [[1.0, 1e-5], [2.5, 2e-5]]
+        assert np.isnan(line.get_xydata()[2]).any()
+        assert any("k_2" in t.get_text() for t in fig.legends[0].get_texts())
+    for other in (
+        limits_over({"A": np.array([1.0, 2.0])}, np.ones((3, 2)), B=0.2, eta=101.0),
+        limits_over({"B": np.array([0.1, 0.2])}, np.ones((3, 2)), A=2.0, eta=101.0),
+    ):
+        with pytest.raises(ValueError, match="limits = "):
+            map_figure(disturbed, "gaps", k2=other)
+
+
+def test_limits_over_two_axes_are_a_map_of_k2():
+    axes = {"A": np.array([1.0, 2.0, 3.0]), "B": np.array([0.1, 0.2])}
+    k2 = np.ones((3, 3, 2))
+    k2[0] = [[1e-6, 1e-3], [np.inf, np.nan], [1e-4, 1e-5]]
+    found = limits_over(axes, k2, eta=101.0)
+    found.done[0, 2, 1] = False
+    fig = limits_map(found)
+    colours = cells(fig)[2]
+    assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), to_hex(LACKING), "none")
+    assert len({c for row in colours for c in row}) == 6
+    assert {t.get_text() for t in fig.legends[0].get_texts()} == {"not lost", "no periodic motion", "not computed"}
+    assert fig.axes[1].get_yscale() == "log"
+    with pytest.raises(ValueError, match="kind"):
+        limits_map(limits_over({"A": axes["A"]}, np.ones((3, 3)), B=0.1, eta=101.0))
 
 
 def test_power_is_half_m_v_squared_times_the_frequency():
@@ -162,6 +351,9 @@ def test_power_is_half_m_v_squared_times_the_frequency():
         (("section", "summary"), {"quantity": "energy"}, ("map", "energy")),
         (("section", "summary"), {}, (None, "dxi")),
         (("section",), {"kind": "map", "quantity": "status"}, ("map", "status")),
+        (("summary",), {"quantity": "kept"}, ("map", "kept")),
+        (("section", "impacts"), {"quantity": "impact_speed"}, ("bifurcation", "impact_speed")),
+        (("impacts",), {}, ("bifurcation", "impact_phase")),
     ],
 )
 def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
@@ -179,6 +371,9 @@ def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
             "quantity = 'energy': must be one of status, margin: this sweep recorded",
         ),
         (("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
+        (("section",), {"quantity": "impact_speed"}, "must be left out: this sweep recorded section"),
+        (("impacts",), {"quantity": "xi"}, "must be one of impact_phase, impact_speed: this sweep recorded impacts"),
+        (("impacts",), {"kind": "poincare"}, "must be map or bifurcation: this sweep recorded impacts"),
         (("summary",), {"quantity": "impact_power"}, "a power needs omega0, mu, alpha, mass"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
     ],

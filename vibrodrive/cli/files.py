@@ -69,8 +69,9 @@ def _sweep_info(file: Path) -> None:
     click.echo("holds     a sweep (vibrodrive sweep)")
     click.echo(f"computed  {100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)")
     for name, values in plan.axes.items():
-        unit = f" {SCENE_AXES[name].shown}".rstrip() if name in SCENE_AXES else ""
-        click.echo(f"axis      {name} = {values[0]:g} to {values[-1]:g}{unit}, {len(values)} values")
+        unit, scale = (SCENE_AXES[name].shown, SCENE_AXES[name].scale) if name in SCENE_AXES else ("", 1.0)
+        ends = f"{scale * values[0]:g} to {scale * values[-1]:g} {unit}".rstrip()
+        click.echo(f"axis      {name} = {ends}, {len(values)} values")
     scalars = {k: v for k, v in plan.scalars.items() if k not in plan.axes}
     click.echo("fixed     " + ", ".join(f"{k} = {v:g}" for k, v in scalars.items() if v == v))
     click.echo(f"switches  {Method(s.method).name.lower()}, scan {Scan(s.scan).name.lower()}")

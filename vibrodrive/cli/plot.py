@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +13,11 @@ import click
 from vibrodrive.cli.common import FILE, METHOD, SET, check_figure, read, say, working
 from vibrodrive.model.drawing import (
     BIFURCATION,
+    DIAGRAM_QUANTITIES,
+    K2,
+    KEPT,
     KINDS,
+    MAP,
     MAP_QUANTITIES,
     SECTION_QUANTITIES,
     choose_drawing,
@@ -24,9 +30,9 @@ if TYPE_CHECKING:
     from vibrodrive.model.plan import Plan
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
-    "sweep": {"kind": KINDS, "quantity": (*SECTION_QUANTITIES, *MAP_QUANTITIES)},
+    "sweep": {"kind": KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
     "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": SECTION_QUANTITIES},
-    "limits": {},
+    "limits": {"kind": (MAP,), "quantity": (K2,)},
     "failures": {},
     "curves": {},
 }
@@ -40,39 +46,58 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 @click.option(
     "--quantity",
     metavar="NAME",
-    type=click.Choice([*SECTION_QUANTITIES, *MAP_QUANTITIES]),
-    help="Of the section: dxi or xi. Of a map: " + ", ".join(MAP_QUANTITIES) + ".",
+    type=click.Choice([*DIAGRAM_QUANTITIES, *MAP_QUANTITIES, K2]),
+    help="Of the section: dxi or xi; of main impacts: impact_phase or impact_speed. Of a map: "
+    + ", ".join(MAP_QUANTITIES)
+    + f"; of limits over two axes: {K2}.",
+)
+@click.option(
+    "--over", type=FILE, multiple=True, help="Draw limits, or bifurcations over A and B, from their file over a map."
 )
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
 @click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
 def plot(
-    file: Path, output: Path | None, kind: str | None, quantity: str | None, dpi: int | None, follow: bool
+    file: Path,
+    output: Path | None,
+    kind: str | None,
+    quantity: str | None,
+    over: tuple[Path, ...],
+    dpi: int | None,
+    follow: bool,
 ) -> None:
     """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves."""
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
-    check_figure(target, {"result file": file})
-    share = draw(file, target, options, dpi)
+    check_figure(target, {"result file": file, **{f"file {one} of --over": one for one in over}})
+    share = draw(file, target, options, dpi, over)
     while follow and share < 1:
         _wait(file, share)
-        share = draw(file, target, options, dpi)
+        share = draw(file, target, options, dpi, over)
 
 
-def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = None) -> float:
-    """Draw a file and return the share that is computed."""
+def draw(
+    file: Path, target: Path, options: dict[str, Any], dpi: int | None = None, over: tuple[Path, ...] = ()
+) -> float:
+    """Draw a file, and what lies over it, and return the share that is computed."""
     from vibrodrive.figures.style import save
     from vibrodrive.store.header import read_kind
 
     holds = read_kind(file)
     _refuse_options(file, holds, options)
+    if over and holds != "sweep":
+        from vibrodrive.model.parameters import bad
+
+        raise click.ClickException(bad("--over", str(over[0]), f"left out: {file} holds no sweep"))
     if holds == "sweep":
-        figure, share = _sweep(file, options)
+        figure, share = _sweep(file, options, over)
     elif holds == "limits":
         from vibrodrive.figures.limits import limits_figure
+        from vibrodrive.figures.map import limits_map
         from vibrodrive.store.limits import load_limits
 
         found = load_limits(file)
-        figure, share = limits_figure(found), float(found.done.mean())
+        with _in_one_line():
+            figure, share = (limits_map if options else limits_figure)(found), float(found.done.mean())
     elif holds == "failures":
         from vibrodrive.figures.failures import failures_figure
         from vibrodrive.store.failures import load_failures
@@ -95,8 +120,22 @@ def draw(file: Path, target: Path, options: dict[str, Any], dpi: int | None = No
     return share
 
 
-def _sweep(file: Path, options: dict[str, Any]) -> tuple[Figure, float]:
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """What cannot be drawn as it is asked for is said in a line; files that cannot be read have their own."""
+    from vibrodrive.store.header import NoResult
+
+    try:
+        yield
+    except NoResult:
+        raise
+    except ValueError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
     from vibrodrive.figures import diagrams as figures
+    from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
     from vibrodrive.model import config
     from vibrodrive.store.reader import load, look
 
@@ -104,7 +143,12 @@ def _sweep(file: Path, options: dict[str, Any]) -> tuple[Figure, float]:
     origin = report.header.origin
     wanted = merge_wishes(config.parse(origin.config, origin.overrides).figure, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
-    return figures.from_results(load(file), **wanted), report.share
+    results, drawn_over = load(file), read_overlays(over)
+    if wanted.get("quantity") == KEPT:
+        with working(file.name):
+            drawn_over["undisturbed"] = undisturbed_gaps(results)
+    with _in_one_line():
+        return figures.from_results(results, **wanted, **drawn_over), report.share
 
 
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:

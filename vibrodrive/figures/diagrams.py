@@ -23,6 +23,7 @@ from vibrodrive.figures.curves import (
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INK, WIDTH, equation, letter, name_axes, new, save, styled
 from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, choose_drawing
+from vibrodrive.model.parameters import bad
 
 __all__ = [
     "bifurcation",
@@ -91,19 +92,22 @@ def from_results(
     x: str | None = None,
     y: str | None = None,
     limits: tuple[float, float] | None = None,
+    **over: Any,
 ) -> Figure:
     """The figure that suits a Results: a bifurcation diagram over a long axis, else Poincaré sections; without a
     section a map of the period.
 
     `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y` and `limits` as in
-    `bifurcation` and `map_figure`. One motion, without any axis, has no diagram: its section is drawn. Raises
-    ValueError as `choose_drawing`.
+    `bifurcation` and `map_figure`, `over` what the latter draws besides. One motion, without any axis, has no diagram:
+    its section is drawn. Raises ValueError as `choose_drawing`.
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE
     kind, quantity = choose_drawing(results, kind, quantity)
     if kind == MAP:
-        return map_figure(results, quantity, x, y, limits=limits)
+        return map_figure(results, quantity, x, y, limits=limits, **over)
+    if over:
+        raise ValueError(bad("kind", kind, f"{MAP}, for anything to be drawn over it"))
     if not results.axes:
         return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)

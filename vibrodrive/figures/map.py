@@ -1,77 +1,35 @@
 """Maps: a quantity of every motion of a sweep, as a colour in the plane of two axes; over one axis, as marks.
 
-Every cell is a number into a table of colours, for classes (periods, gaps, statuses) as for continuous quantities:
-what lies outside the scale (a motion that rests, one without this quantity) has a colour of its own, and a point that
-is not computed has none, so that the hatched ground shows.
+Colours are those of colours.py; where a point is not computed the hatched ground shows. Where cells are finer than
+pixels, that one of a pixel is shown whose colour is the rarest on the map: thin structures stay, and stay whole, and a
+megapixel makes no larger file than the pixels of the figure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize, to_rgba
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.bifurcation import SHARED, conditions, is_geometric
-from vibrodrive.figures.plane import draw_curves
-from vibrodrive.figures.style import equation, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_POWER, MAP, choose_drawing
+from vibrodrive.figures.bifurcation import SHARED, FullestImage, conditions, is_geometric
+from vibrodrive.figures.colours import OVER, SHADES, STATUSES, UNDER, Painted, paint
+from vibrodrive.figures.overlay import draw_limit, placed
+from vibrodrive.figures.plane import LEGEND_LINE, draw_lines
+from vibrodrive.figures.style import as_shown, equation, name_axes, new, note, styled
+from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, choose_drawing
 from vibrodrive.model.parameters import Status, bad
 from vibrodrive.model.physical import Physical, power
 from vibrodrive.model.records import SUMMARIES
-from vibrodrive.model.states import State
 
-PALETTE = (
-    "#eff427",
-    "#16e9ea",
-    "#fca579",
-    "#ac92fa",
-    "#e76317",
-    "#06846c",
-    "#6042da",
-    "#7c3502",
-    "#5b057a",
-    "#1f1f1f",
-)
-"""Of classes. Each is darker than the one before by about a tenth of the way from white to black, so that their order
-survives a copy in grey; and they stay apart for the colour-blind."""
-
-CLASSES = 8
-"""So many periods, cycles of gaps or sequences have a colour of their own; OTHER and NONE are the last two."""
-
-OTHER, NONE = PALETTE[CLASSES:]
-
-APART = "white"
-"""What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all of PALETTE and the scale."""
-
-RESTS = "#e8c95a"
-"""What rests, on the diverging scale, whose middle is white."""
-
-LACKING = "#d0d0d0"
-"""A point that is computed, and has no such value."""
-
-SHADES = 512
-"""Steps of a continuous scale."""
-
-DECADES = 2.0
-"""A positive quantity that spans more is drawn over its logarithm."""
-
-PLAIN_STATES = 12
-"""The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
-
-STATUSES = {
-    Status.OK: ("ok", "#f2f2f2"),
-    Status.NEVER_LEAVES: ("never leaves", PALETTE[1]),
-    Status.TOO_CLOSE: ("too close", PALETTE[4]),
-    Status.BUDGET: ("out of budget", PALETTE[8]),
-}
-"""Name and colour of each status of a point that is computed."""
+if TYPE_CHECKING:
+    from vibrodrive.periodic.curves import Curve
+    from vibrodrive.store.limits import Limits
 
 LABELS = {
     "status": "status",
@@ -84,28 +42,23 @@ LABELS = {
     "energy": r"energy of the impacts $\sum\xi\mathrm{′}^2/2$ a period",
     "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ a period",
     "lyapunov": "Lyapunov exponent a period",
+    KEPT: "structure of the undisturbed motion",
+    K2: r"limit $k_2$ in $\varepsilon$",
 }
 """What a colour bar, or the ordinate over one axis, says."""
 
 WIDTH = 4.7
 """Width of a map in inches: scaled to one column of a page, its letters are still read."""
 
+TALLER = 0.6
+"""Inches more for the legend of curves."""
+
 LINE = 62
 """Letters in a line of the note above a map."""
 
 
-class Painted(NamedTuple):
-    """Colours of `cells`: numbers into `colours` (n, 4), masked where nothing is computed.
-
-    Of classes, `labels` names the first colours; of a continuous quantity `labels` is empty and `norm` says where each
-    of the first SHADES lies. `apart` has names and colours of what is outside the scale.
-    """
-
-    cells: np.ma.MaskedArray
-    colours: np.ndarray
-    labels: tuple[str, ...]
-    norm: Normalize
-    apart: tuple[tuple[str, str], ...]
+FINEST = 4000
+"""Columns or rows at most that cells of unequal width are cut into."""
 
 
 @styled
@@ -114,8 +67,10 @@ def map_figure(
     quantity: str = "period",
     x: str | None = None,
     y: str | None = None,
-    curves: Sequence[Any] | None = None,
+    curves: Sequence[Curve] | None = None,
     limits: tuple[float, float] | None = None,
+    undisturbed: np.ndarray | None = None,
+    k2: Limits | None = None,
 ) -> Figure:
     """Map of a quantity over two axes of a sweep; over its only axis, its values.
 
@@ -125,42 +80,93 @@ def map_figure(
         at least one axis. Of more than two the longest ones are drawn; the others stand at their first value, which
         is named.
     quantity : str
-        one of a summary, or "status", "margin"; "impact_power" for `energy` in W, where a scene with a mass is known.
+        one of a summary, or "status", "margin"; "impact_power" for `energy` in W, where a scene with a mass is known;
+        "kept" for whether `gaps` are those of the undisturbed motion.
     x, y : str, optional
         the axes drawn to the right and upwards; of the two longest ones the first and the second unless given.
     curves : sequence, optional
-        of `vd.curves`, drawn over a map of A and B.
+        of `vd.curves`, drawn over a map of A and B, or of a scene from which A and B follow.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; all values unless given.
+        range of the colours of a continuous quantity; all values unless given. Values beyond it have colours of their
+        own, at the ends of the bar.
+    undisturbed : int array, optional
+        for "kept": `gaps` of the undisturbed motions, over the same axes with one value of ε and Δτ
+        (`jobs.maps.undisturbed_gaps`).
+    k2 : Limits, optional
+        limits in ε or Δτ over the other axis of the map, drawn as a line.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, for what was not recorded, and where there is no axis.
+        for an unknown quantity or axis, for what was not recorded, where there is no axis, and for curves or limits of
+        another plane.
     """
     _, quantity = choose_drawing(results, MAP, quantity)
     names = list(results.axes)
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
-    painted = _paint(quantity, _values(results, quantity)[index], status, limits)
-    fig, axes = new(1, 1, width=WIDTH, height=3.7)
-    ax = axes[0, 0]
-    if y is None:
-        _draw_line(ax, painted, results.axes[x], quantity)
-        name_axes(ax, x, None)
-    else:
-        turned = names.index(x) < names.index(y)
-        _draw_cells(ax, painted, results.axes[x], results.axes[y], turned)
-        name_axes(ax, x, y)
-        _add_bar(fig, ax, painted, quantity)
-    _say(ax, results, (x, y), quantity, status)
-    if curves and {x, y} != {"A", "B"}:
-        raise ValueError(bad("curves", f"{len(curves)} curves", f"left out: they are of A and B, and this is {x}, {y}"))
+    values = _kept(results, undisturbed) if quantity == KEPT else _values(results, quantity)
+    painted = paint(quantity, values[index], status, limits)
+    fig, ax = _draw(results.axes, x, y, painted, values[index], quantity, TALLER if curves else 0.0)
+    _say(ax, results, (x, y), quantity, status, numbered=bool(curves))
     if curves:
-        draw_curves(ax, curves, x=x, legend=False)
+        draw_lines(ax, placed(curves, results, x, y))
+    if k2 is not None:
+        draw_limit(ax, k2, results, x, y)
     _add_legend(fig, painted, cells=y is not None)
     return fig
+
+
+@styled
+def limits_map(found: Limits, limits: tuple[float, float] | None = None) -> Figure:
+    """Map of the limit k₂ in ε over the two axes of a file of limits, in the order of the file.
+
+    Parameters
+    ----------
+    found : Limits
+    limits : (float, float), optional
+        range of the colours, as of `map_figure`.
+
+    Raises
+    ------
+    ValueError
+        where there is one axis only, and for limits of starts.
+    """
+    if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
+        raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
+    c = found.curves.index(("eps", "certified"))
+    status = np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
+    values = found.numbers["k2"][c]
+    painted = paint(K2, values, status, limits)
+    x, y = found.axes
+    fig, ax = _draw(found.axes, x, y, painted, values, K2)
+    note(ax, ", ".join([*(equation(n, v) for n, v in found.fixed.items()), f"kept: {found.criterion}"]))
+    _add_legend(fig, painted, cells=True)
+    return fig
+
+
+def _draw(
+    axes: Mapping[str, np.ndarray],
+    x: str,
+    y: str | None,
+    painted: Painted,
+    values: np.ndarray,
+    quantity: str,
+    more: float = 0.0,
+) -> tuple[Figure, Axes]:
+    """The cells, or marks, with their scale; `more` inches for a legend."""
+    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
+    ax = panels[0, 0]
+    across = as_shown(x, axes[x])
+    if y is None:
+        _draw_line(ax, painted, values, across, quantity)
+    else:
+        names = list(axes)
+        _draw_cells(ax, painted, across, as_shown(y, axes[y]), turned=names.index(x) < names.index(y))
+        _add_bar(fig, ax, painted, quantity)
+    name_axes(ax, x, y)
+    return fig, ax
 
 
 def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[str, str | None]:
@@ -195,167 +201,96 @@ def _values(results: Any, quantity: str) -> np.ndarray:
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 
-def _paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
-    """Colours of the values of all points."""
-    done = status != Status.NOT_COMPUTED
-    if quantity in _CLASSIFY:
-        if limits is not None:
-            raise ValueError(bad("limits", limits, f"left out: {quantity} has classes, no range"))
-        kind, labels, colours = _CLASSIFY[quantity](values, done)
-        norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
-        apart: list[tuple[str, str]] = []
-        rests = status == Status.NEVER_LEAVES
-        if quantity != "status" and rests.any():  # the period of a rest is 1, but it is no such motion
-            apart.append(("rests", APART))
-            kind = np.where(rests, len(colours), kind)
-            colours = [*colours, to_rgba(APART)]
-    else:
-        kind, norm, shades, apart = _shade(quantity, np.where(done, values, np.nan), limits)
-        labels, colours = [], [*shades, *(to_rgba(colour) for _, colour in apart)]
-    lacking = done & (kind < 0)
-    if lacking.any():
-        apart.append(("no such value", LACKING))
-        kind = np.where(lacking, len(colours), kind)
-        colours = [*colours, to_rgba(LACKING)]
-    table = np.array([to_rgba(c) for c in colours])
-    return Painted(np.ma.masked_array(kind, ~done), table, tuple(labels), norm, tuple(apart))
-
-
-Classes = tuple[np.ndarray, list[str], list[Any]]
-"""Number of the class of each point (-1: none), names and colours of the classes."""
-
-
-def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
-    kind = np.where(values < 1, np.where(values == 0, CLASSES + 1, -1), np.minimum(values - 1, CLASSES))
-    return kind, [*map(str, range(1, CLASSES + 1)), "more", "none"], list(PALETTE)
-
-
-def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
-    """The most frequent values, the largest area first, and all the others; 0 is none."""
-    found, counts = np.unique(values[done & (values > 0)], return_counts=True)
-    order = np.argsort(-counts, kind="stable")[:CLASSES]
-    shown = found[order]
-    place = np.full(len(found), len(shown))
-    place[order] = np.arange(len(shown))
-    labels, colours = [name(v) for v in shown.tolist()], list(PALETTE[: len(shown)])
-    if len(found) > len(shown):
-        labels.append("other")
-        colours.append(OTHER)
-    kind = np.full(values.shape, -1)
-    some = values > 0
-    kind[some & done] = place[np.searchsorted(found, values[some & done])]
-    kind[values == 0] = len(labels)
-    return kind, [*labels, "none"], [*colours, NONE]
-
-
-def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
-    kind = np.full(values.shape, -1)
-    for k, status in enumerate(STATUSES):
-        kind[values == status] = k
-    return kind, [label for label, _ in STATUSES.values()], [colour for _, colour in STATUSES.values()]
-
-
-def digits(number: int) -> str:
-    """A number of gaps as a cycle: 122 -> "1, 2, 2"."""
-    return ", ".join(str(number))
-
-
-def states(number: int) -> str:
-    """A number of a sequence as the first letters of its states: 53 -> "UDI"; its own digits where it is a long one."""
-    found: list[int] = []
-    left = number
-    while left and len(found) <= PLAIN_STATES:
-        left, state = divmod(left, 6)
-        found.append(state - 1)
-    if left or -1 in found:
-        return str(number)
-    return "".join(State(s).name[0] for s in found[::-1])
-
-
-_CLASSIFY: dict[str, Any] = {
-    "period": _periods,
-    "gaps": lambda values, done: _cycles(values, done, digits),
-    "sequence": lambda values, done: _cycles(values, done, states),
-    "status": _statuses,
-}
-
-
-def _shade(
-    quantity: str, values: np.ndarray, limits: tuple[float, float] | None
-) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]]]:
-    """Number of the shade of each value (SHADES: set apart, -1: none), the scale, its shades, and what is set apart."""
-    finite = values[np.isfinite(values)]
-    positive = finite[finite > 0]
-    name, shades, colour, outside = "", "cividis", APART, values == -np.inf
-    if quantity == "lyapunov":
-        name, shades, colour = "rests", "RdBu_r", RESTS
-        most = float(np.abs(finite).max(initial=0.0)) or 1.0
-        norm = Normalize(*(limits or (-most, most)))
-    elif positive.size and finite.min() >= 0 and np.log10(positive.max() / positive.min()) > DECADES:
-        name, outside = "0", values == 0
-        norm = LogNorm(*(limits if limits and limits[0] > 0 else (positive.min(), positive.max())))
-    else:
-        low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
-        norm = Normalize(*((low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)))
-    kind = np.full(values.shape, -1)
-    inside = np.isfinite(values) & ~outside
-    share = np.asarray(norm(np.clip(values[inside], norm.vmin, norm.vmax)), float)
-    kind[inside] = np.minimum(share * SHADES, SHADES - 1).astype(int)
-    kind[outside] = SHADES
-    apart = [(name, colour)] if outside.any() else []
-    return kind, norm, mpl.colormaps[shades](np.linspace(0, 1, SHADES)), apart
+def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
+    """Whether the gaps are those of the undisturbed motion: 1 or 0, -1 where that has none; int64 over all axes."""
+    if undisturbed is None:
+        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions, for {KEPT}"))
+    return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
 
 
 def edges(values: np.ndarray) -> np.ndarray:
     """Borders of the cells of ascending values (n,): n + 1 of them, half-way between values as the axis is drawn."""
+    return 10.0 ** _borders(values) if is_geometric(values) else _borders(values)
+
+
+def _borders(values: np.ndarray) -> np.ndarray:
+    """The same where the axis is drawn: of a logarithmic one their decades."""
     u = np.log10(values) if is_geometric(values) else values
     if u[-1] == u[0]:
         return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
     inner = (u[1:] + u[:-1]) / 2
-    borders = np.concatenate([[u[0] - (inner[0] - u[0])], inner, [u[-1] + (u[-1] - inner[-1])]])
-    return 10.0**borders if is_geometric(values) else borders
+    return np.concatenate([[u[0] - (inner[0] - u[0])], inner, [u[-1] + (u[-1] - inner[-1])]])
 
 
 def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned: bool) -> None:
     across, up = np.argsort(x, kind="stable"), np.argsort(y, kind="stable")
     index = (painted.cells.T if turned else painted.cells)[up][:, across]
-    ax.patch.set(facecolor="white", edgecolor="0.6", hatch="//////", linewidth=0)
-    ax.pcolormesh(
-        edges(x[across]),
-        edges(y[up]),
-        index,
-        cmap=ListedColormap(painted.colours),
-        vmin=-0.5,
-        vmax=len(painted.colours) - 0.5,
-        rasterized=True,
-    )
-    for values, axis in ((x[across], "x"), (y[up], "y")):
+    rarest_last = np.argsort(-painted.counts, kind="stable")
+    rank = np.empty(len(rarest_last) + 1)
+    rank[rarest_last] = np.arange(1.0, len(rank))
+    rank[-1] = 0.0  # not computed: yields to whatever shares its pixel
+    image = rank[index.filled(-1)]
+    extent: Any = []
+    for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
         if is_geometric(values):
             ax.set(**{f"{axis}scale": "log"})
         ax.set(**{f"{axis}lim": edges(values)[[0, -1]]})
+        extent += _borders(values)[[0, -1]].tolist()
+        image = np.take(image, _evenly(values), axis=k)
+    ax.patch.set(facecolor="white", edgecolor="0.6", hatch="//////", linewidth=0)
+    drawn = FullestImage(
+        ax,
+        cmap=ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]])),
+        norm=Normalize(-0.5, len(rank) - 0.5),
+        origin="lower",
+        extent=extent,
+        interpolation="nearest",
+        transform=ax.transLimits + ax.transAxes,  # columns and rows are even as the axes are drawn, not as they count
+    )
+    drawn.set_data(image)
+    drawn.set_clip_path(ax.patch)
+    ax.add_image(drawn)
     ax.tick_params(which="both", direction="out", top=False, right=False)  # on colours, ticks inside are not seen
 
 
-def _draw_line(ax: Axes, painted: Painted, x: np.ndarray, quantity: str) -> None:
-    """Marks over the only axis: classes on rungs, a continuous quantity on its scale."""
+def _evenly(values: np.ndarray) -> np.ndarray:
+    """Numbers of the cells of ascending values in columns of one width as drawn: each once if they have it."""
+    borders = _borders(values)
+    span = borders[-1] - borders[0]
+    count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
+    if count <= len(values):
+        return np.arange(len(values))
+    centres = borders[0] + span * (np.arange(count) + 0.5) / count
+    return np.searchsorted(borders[1:-1], centres)
+
+
+def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, quantity: str) -> None:
+    """Marks over the only axis: classes on rungs, other quantities on their scale, with arrows where beyond."""
     order = np.argsort(x, kind="stable")
-    kind, n = painted.cells[order], len(painted.labels)
+    kind, n = painted.cells[order].filled(-1), len(painted.labels)
     if n:
-        ax.plot(x[order], np.ma.masked_where(kind >= n, kind), ".", ms=3, mew=0)
+        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", ms=3, mew=0)
         ax.set_yticks(range(n), painted.labels)
         ax.set_ylim(-0.5, n - 0.5)
     else:
-        level = painted.norm.inverse((np.ma.masked_where(kind >= SHADES, kind) + 0.5) / SHADES)
-        ax.plot(x[order], level, ".", ms=3, mew=0)
+        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", ms=3, mew=0)
         ax.set_yscale("log" if isinstance(painted.norm, LogNorm) else "linear")
+        low, high = painted.norm.vmin, painted.norm.vmax
+        beyond: Any = ((SHADES, "v", low, UNDER), (SHADES + 1, "^", high, OVER))
+        for number, mark, end, colour in beyond:
+            if (kind == number).any():
+                there = np.where(kind == number, end, np.nan)
+                ax.plot(x[order], there, mark, ms=4, mew=0, color=colour, clip_on=False)
+                ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     if is_geometric(x[order]):
         ax.set_xscale("log")
     ax.set_ylabel(LABELS[quantity])
 
 
 def _add_bar(fig: Figure, ax: Axes, painted: Painted, quantity: str) -> None:
-    shown = painted.colours[: len(painted.labels) or SHADES]
-    bar = fig.colorbar(ScalarMappable(painted.norm, ListedColormap(shown)), ax=ax)
+    shown = ListedColormap(painted.colours[: len(painted.labels) or SHADES])
+    scale = ScalarMappable(painted.norm, shown.with_extremes(under=UNDER, over=OVER))
+    bar = fig.colorbar(scale, ax=ax, extend=painted.extend)
     bar.set_label(LABELS[quantity], size=10)
     if painted.labels:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
@@ -363,8 +298,10 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, quantity: str) -> None:
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else 9)
 
 
-def _say(ax: Axes, results: Any, drawn: tuple[str | None, ...], quantity: str, status: np.ndarray) -> None:
-    """What holds for all points, and how many are not as the others."""
+def _say(
+    ax: Axes, results: Any, drawn: tuple[str | None, ...], quantity: str, status: np.ndarray, numbered: bool
+) -> None:
+    """What holds for all points, how many are not as the others, and what the numbers on curves are."""
     names = ["A", *SHARED, *(["mass"] if quantity == IMPACT_POWER else [])]
     if "eps" in results.axes or results.scalars.get("eps", 0.0) > 0:
         names.append("eta")
@@ -377,7 +314,8 @@ def _say(ax: Axes, results: Any, drawn: tuple[str | None, ...], quantity: str, s
     told = [f"{name}: {count}" for name, count in counts.items() if count]
     if told:
         told[0] = f"of {status.size} points {told[0]}"
-    note(ax, "\n".join(_wrapped(part) for part in (lines, told) if part))
+    curves = ["numbers on curves: period of their orbit"] if numbered else []
+    note(ax, "\n".join(_wrapped(part) for part in (lines, told, curves) if part))
 
 
 def _of(count: int) -> str:
@@ -407,4 +345,5 @@ def _add_legend(fig: Figure, painted: Painted, cells: bool) -> None:
         if np.ma.getmaskarray(painted.cells).any():
             handles.append(Patch(fc="white", ec="0.6", hatch="//////", lw=0, label="not computed"))
     if handles:
-        fig.legend(handles=handles, loc="outside lower center", ncols=min(3, len(handles)))
+        columns = min(3, len(handles))
+        fig.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=LEGEND_LINE)

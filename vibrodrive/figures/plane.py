@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,16 +34,29 @@ PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
 """Where along the curves their periods are written, in turn, so that neighbours do not collide."""
 
 
-@styled
+class Line(NamedTuple):
+    """A curve of bifurcations as points of a plane (points,), whatever its axes are."""
+
+    kind: str
+    period: int
+    across: np.ndarray
+    up: np.ndarray
+
+
 def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: bool = True, legend: bool = True) -> None:
+    """Draw curves over A and B, as `draw_lines`; x: the axis across, "A" or "B", the other one is upright."""
+    lines = [Line(c.kind, c.period, *((c.A, c.B) if x == "A" else (c.B, c.A))) for c in curves]
+    draw_lines(ax, lines, periods=periods, legend=legend)
+
+
+@styled
+def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend: bool = False) -> None:
     """Draw curves into a plane whose limits are set, over whatever is there.
 
     Parameters
     ----------
     ax : Axes
-    curves : sequence of Curve
-    x : str
-        the axis across, "A" or "B"; the other one is upright.
+    lines : sequence of Line
     periods : bool
         write the period of its orbit on each curve.
     legend : bool
@@ -51,17 +64,18 @@ def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: boo
     """
     named = set()
     limits = ax.get_xlim(), ax.get_ylim()
-    for k, curve in enumerate(curves):
-        points = (curve.A, curve.B) if x == "A" else (curve.B, curve.A)
-        style = dict(KINDS[curve.kind])
+    for k, line in enumerate(lines):
+        style = dict(KINDS[line.kind])
         label = style.pop("label")
         # the halos of all lie below the lines of all
-        ax.plot(*points, "-", color="white", lw=style["lw"] + 2 * HALO, alpha=0.7, zorder=4, solid_capstyle="butt")
-        ax.plot(*points, **style, zorder=5, label="_" if curve.kind in named else label)
-        named.add(curve.kind)
+        width = style["lw"] + 2 * HALO
+        ax.plot(line.across, line.up, "-", color="white", lw=width, alpha=0.7, zorder=4, solid_capstyle="butt")
+        ax.plot(line.across, line.up, **style, zorder=5, label="_" if line.kind in named else label)
+        named.add(line.kind)
         ax.set(xlim=limits[0], ylim=limits[1])
-        if periods and curve.kind != "onset":
-            _write_period(ax, curve.period, np.column_stack(points), PLACES[k % len(PLACES)], style["color"])
+        if periods and line.kind != "onset":
+            points = np.column_stack([line.across, line.up])
+            _write_period(ax, line.period, points, PLACES[k % len(PLACES)], style["color"])
     if legend and named:
         ax.legend(loc="best", handlelength=LEGEND_LINE, frameon=True, framealpha=0.9, edgecolor="none")
 

@@ -123,8 +123,13 @@ def equation(name: str, value: float) -> str:
     """“ε = 2·10⁻⁴” as mathtext."""
     if name not in SYMBOLS:
         return f"{name} = ${number(value)}$"
-    unit = UNITS.get(name, "")
+    unit, value = UNITS.get(name, ""), float(as_shown(name, value))
     return f"${SYMBOLS[name]} = {number(value)}$" + (unit if unit == "°" else f" {unit}".rstrip())
+
+
+def as_shown(name: str, values: Any) -> Any:
+    """Values of a parameter, number or array, in the unit that figures show."""
+    return values * SCENE_AXES[name].scale if name in SCENE_AXES else values
 
 
 @styled

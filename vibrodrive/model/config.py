@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.drawing import KINDS, MAP_QUANTITIES, SECTION_QUANTITIES
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import SETTINGS, Plan, make_plan
@@ -266,7 +266,7 @@ def _text(key: str) -> Callable[[object], str]:
 _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "figure": {
         "kind": _choice("figure.kind", *KINDS),
-        "quantity": _choice("figure.quantity", *SECTION_QUANTITIES, *MAP_QUANTITIES),
+        "quantity": _choice("figure.quantity", *DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
         "x": _choice("figure.x", *HOMES["sweep"]),
         "y": _choice("figure.y", *HOMES["sweep"]),
         "limits": _limits,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.records import SECTION, SUMMARIES, SUMMARY
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARIES, SUMMARY
 
 BIFURCATION, POINCARE, MAP = "bifurcation", "poincare", "map"
 
@@ -15,6 +15,11 @@ KINDS = (BIFURCATION, POINCARE, MAP)
 SECTION_QUANTITIES = ("dxi", "xi")
 """Of diagrams of the section."""
 
+IMPACT_QUANTITIES = ("impact_phase", "impact_speed")
+"""Of bifurcation diagrams of the main impacts."""
+
+DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
+
 OF_SUMMARY = tuple(q.name for q in SUMMARIES)
 
 OF_EVERY_SWEEP = ("status", "margin")
@@ -22,25 +27,33 @@ OF_EVERY_SWEEP = ("status", "margin")
 IMPACT_POWER = "impact_power"
 """`energy` in W, where a sweep has a scene with a mass."""
 
+KEPT = "kept"
+"""Whether `gaps` are those of the undisturbed motion."""
+
+K2 = "k2"
+"""Of a map of limits."""
+
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
 """What must be known of a scene for a power: each an axis or one number."""
 
-MAP_QUANTITIES = (*OF_SUMMARY, IMPACT_POWER, *OF_EVERY_SWEEP)
+MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_EVERY_SWEEP)
 """Of maps over two axes, and of lines over one."""
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
     """The kind of figure and its quantity for a sweep, where either may be left open.
 
-    A quantity of the summary asks for a map. Without any wish the section is drawn if there is one (kind None: the
-    diagram that suits the axes), else a map of the period.
+    A quantity of the summary asks for a map, one of the impacts for a bifurcation diagram. Without any wish the section
+    is drawn if there is one (kind None: the diagram that suits the axes), else a map of the period, or the phases of
+    the impacts.
 
     Parameters
     ----------
     swept : Plan or Results
         its axes, scalars and record.
     kind, quantity : str, optional
-        one of KINDS; one of SECTION_QUANTITIES for a diagram of the section, of MAP_QUANTITIES for a map.
+        one of KINDS; one of SECTION_QUANTITIES for a diagram of the section, of IMPACT_QUANTITIES for one of the
+        impacts, of MAP_QUANTITIES for a map.
 
     Raises
     ------
@@ -48,30 +61,47 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         for a kind or quantity that is unknown, or was not recorded; and for a map of one motion.
     """
     record = swept.record
-    recorded = "this sweep recorded " + ", ".join(record)
     if kind not in (None, *KINDS):
         raise ValueError(bad("kind", kind, "one of " + ", ".join(KINDS)))
+    if quantity is None and kind in (None, BIFURCATION) and record == (IMPACTS,):
+        quantity = IMPACT_QUANTITIES[0]
     if kind is None and (quantity in MAP_QUANTITIES or (quantity is None and SECTION not in record)):
         kind = MAP
     if kind != MAP:
-        if SECTION not in record:
-            raise ValueError(bad("kind", kind or BIFURCATION, f"{MAP}: {recorded}"))
-        if quantity not in (None, *SECTION_QUANTITIES):
-            allowed = "one of " + ", ".join(SECTION_QUANTITIES) + (f" for a diagram of kind {kind}" if kind else "")
-            raise ValueError(bad("quantity", quantity, allowed))
-        return kind, quantity or "dxi"
+        return _choose_diagram(swept, kind, quantity)
     if not swept.axes:
         raise ValueError(bad("kind", MAP, "left out for one motion: it has no axis"))
     quantity = quantity or "period"
-    known = [*(OF_SUMMARY if SUMMARY in record else ()), *OF_EVERY_SWEEP]
+    known = [*((*OF_SUMMARY, KEPT) if SUMMARY in record else ()), *OF_EVERY_SWEEP]
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:
             allowed = f"energy: a power needs {', '.join(missing)} of a scene in SI units with an axis"
             raise ValueError(bad("quantity", quantity, allowed))
     elif quantity not in known:
+        recorded = "this sweep recorded " + ", ".join(record)
         raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}: {recorded}"))
     return kind, quantity
+
+
+def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
+    """The same where it is no map."""
+    record = swept.record
+    recorded = "this sweep recorded " + ", ".join(record)
+    if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:
+        if IMPACTS not in record or not swept.axes:
+            told = recorded if swept.axes else "one motion has no axis"
+            raise ValueError(bad("quantity", quantity, f"left out: {told}"))
+        return BIFURCATION, str(quantity)
+    if SECTION not in record:
+        if IMPACTS in record and quantity is not None:
+            raise ValueError(bad("quantity", quantity, f"one of {', '.join(IMPACT_QUANTITIES)}: {recorded}"))
+        allowed = f"{MAP} or {BIFURCATION}" if IMPACTS in record else MAP
+        raise ValueError(bad("kind", kind or BIFURCATION, f"{allowed}: {recorded}"))
+    if quantity not in (None, *SECTION_QUANTITIES):
+        allowed = "one of " + ", ".join(SECTION_QUANTITIES) + (f" for a diagram of kind {kind}" if kind else "")
+        raise ValueError(bad("quantity", quantity, allowed))
+    return kind, quantity or SECTION_QUANTITIES[0]
 
 
 def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
@@ -81,7 +111,7 @@ def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     """
     kept = dict(wanted)
     merged = kept | now
-    suits = MAP_QUANTITIES if merged.get("kind") == MAP else SECTION_QUANTITIES
+    suits = MAP_QUANTITIES if merged.get("kind") == MAP else DIAGRAM_QUANTITIES
     if "kind" in merged and merged.get("quantity", suits[0]) not in suits:
         kept.pop("kind" if "quantity" in now else "quantity", None)
     if (

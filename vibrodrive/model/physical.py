@@ -14,15 +14,17 @@ if TYPE_CHECKING:
 
 
 class Quantity(NamedTuple):
-    """A quantity of the scene that may be an axis: its unit in files (UDUNITS) and in figures, and its meaning."""
+    """A quantity of the scene that may be an axis: its unit in files (UDUNITS) and in figures, its meaning, and how
+    many units of figures are one of files."""
 
     unit: str
     shown: str
     meaning: str
+    scale: float = 1.0
 
 
 SCENE_AXES = {
-    "a0": Quantity("m", "m", "amplitude a0 of the excitation"),
+    "a0": Quantity("m", "mm", "amplitude a0 of the excitation", 1e3),
     "omega0": Quantity("rad s-1", "rad/s", "angular frequency Ω0 of the excitation"),
     "mu": Quantity("1", "", "coefficient of friction μ"),
     "alpha": Quantity("degree", "°", "angle α of the incline"),
@@ -81,6 +83,23 @@ def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
     return known
 
 
+def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
+    """The A, a0 or omega0 at which the amplitude is A, the rest of the scene being known; numbers or arrays."""
+    if name == "A":
+        return A
+    unit = friction(known["mu"], known["alpha"], known["g"])
+    return A * unit / _each(_square, known["omega0"]) if name == "a0" else (A * unit / known["a0"]) ** 0.5
+
+
+def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
+    """The B, mu or alpha (degrees) at which the incline over friction is B, as `amplitude_axis`."""
+    if name == "B":
+        return B
+    if name == "mu":
+        return _tangent(known["alpha"]) / B
+    return _each(_angle, B * known["mu"])
+
+
 def _each(function: Callable[[float], float], x: Any) -> Any:
     """The function of a number, or of each in an array: not NumPy's own, whose last bits are others."""
     if isinstance(x, float):
@@ -101,6 +120,10 @@ def _cosine(degrees: float) -> float:
 
 def _tangent(degrees: float) -> float:
     return math.tan(math.radians(degrees))
+
+
+def _angle(tangent: float) -> float:
+    return math.degrees(math.atan(tangent))
 
 
 def _at_least_tiny(x: Any) -> Any:

@@ -1,0 +1,68 @@
+"""The undisturbed motions that a map of kept structure is held against, and what lies over a map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.figures.map import map_figure
+from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
+from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
+from vibrodrive.stability.criterion import parse_criterion
+from vibrodrive.stability.evaluate import Evaluator
+from vibrodrive.store.limits import create
+
+
+@pytest.mark.jit
+def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
+    A = np.array([1.05, 1.5, 2.65, 2.8, 3.04, 3.1666, 3.22])
+    swept = vd.sweep(A=A, eps=[1e-5, 1e-2], tau0=[0.0, 1.0], transient=10, periods=10, record="summary")
+    found = undisturbed_gaps(swept)
+    assert found.shape == (len(A), 1, 2)
+    with Evaluator(make_plan({"A": A}), "eps", 1) as evaluator:
+        orbits = evaluator.undisturbed(np.arange(len(A)), parse_criterion("impacts"))
+    for gaps, orbit in zip(found[:, 0, 0].tolist(), orbits, strict=True):
+        if orbit is None or orbit.cycle is None:
+            assert gaps == 0
+        else:
+            cycle = orbit.cycle.gaps.tolist()
+            least = min("".join(map(str, cycle[k:] + cycle[:k])) for k in range(len(cycle)))
+            # of a doubled orbit the gaps repeat before the impacts do
+            assert least == str(gaps) * (len(least) // len(str(gaps)))
+
+
+@pytest.mark.jit
+def test_structure_is_lost_where_the_limit_says_so():
+    """Within one record; k₂ is found by another search, from the impacts one by one."""
+    for A in (1.5, 2.5, 2.8):
+        k2 = vd.limit(A, transient=100, periods=200).k2
+        eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])
+        swept = vd.sweep(A=[A], eps=eps, transient=100, periods=200, record="summary")
+        gaps = undisturbed_gaps(swept)
+        assert (swept.gaps == gaps).tolist() == [[True, True, True, False]]
+        image = map_figure(swept, "kept", x="A", undisturbed=gaps).axes[0].images[0].get_array()
+        assert [np.unique(row).size for row in np.asarray(image)] == [1] * len(image)
+        assert np.unique(image).size == 2
+
+
+@pytest.mark.jit
+def test_nothing_is_lost_without_a_disturbance_on_axes_of_a_scene():
+    scene = {"omega0": np.linspace(100.0, 160.0, 4), "a0": np.array([0.6e-3, 0.8e-3]), "mu": 0.6, "alpha": 3.4}
+    plan = make_plan({**scene, "transient": 500, "periods": 64, "record": "summary"})
+    swept = Results.collect(plan, run_blocks(plan))
+    assert (undisturbed_gaps(swept) == swept.gaps).all()
+    assert len(np.unique(swept.gaps)) > 2
+
+
+def test_only_curves_and_limits_are_drawn_over_a_map(tmp_path):
+    config = parse("[sweep]\nA = [2.5, 2.8]\n")
+    for name in ("one.h5", "other.h5"):
+        create(tmp_path / name, config, config.plan().axes, "impacts")
+    assert list(read_overlays([tmp_path / "one.h5"])) == ["k2"]
+    with pytest.raises(ConfigError, match="one of each"):
+        read_overlays([tmp_path / "one.h5", tmp_path / "other.h5"])
+    assert read_overlays([]) == {}

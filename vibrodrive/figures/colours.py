@@ -1,0 +1,229 @@
+"""The colours of a map: classes (periods, gaps, statuses) and continuous quantities as numbers into one table.
+
+What lies outside the scale (a motion that rests, one without this quantity, a value beyond the limits) has a colour of
+its own, and a point that is not computed has none.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
+
+from vibrodrive.model.drawing import K2, KEPT
+from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.states import State
+
+PALETTE = (
+    "#eff427",
+    "#16e9ea",
+    "#fca579",
+    "#ac92fa",
+    "#e76317",
+    "#06846c",
+    "#6042da",
+    "#7c3502",
+    "#5b057a",
+    "#1f1f1f",
+)
+"""Of classes. Each is darker than the one before by about a tenth of the way from white to black, so that their order
+survives a copy in grey; and they stay apart for the colour-blind."""
+
+CLASSES = 8
+"""So many periods, cycles of gaps or sequences have a colour of their own; OTHER and NONE are the last two."""
+
+OTHER, NONE = PALETTE[CLASSES:]
+
+APART = "white"
+"""What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all of PALETTE and the scale."""
+
+RESTS = "#e8c95a"
+"""What rests, on the diverging scale, whose middle is white."""
+
+LACKING = "#d0d0d0"
+"""A point that is computed, and has no such value."""
+
+SHADES = 512
+"""Steps of a continuous scale."""
+
+DECADES = 2.0
+"""A positive quantity that spans more is drawn over its logarithm."""
+
+UNDER, OVER = "#009a7b", "#e0218a"
+"""Values below and above the limits of a continuous scale: no colour of either scale comes near."""
+
+HOLDS, BROKEN = "#d3e8f5", "#b5430d"
+"""Structure kept and lost: light and dark, blue and red."""
+
+PLAIN_STATES = 12
+"""The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
+
+STATUSES = {
+    Status.OK: ("ok", "#f2f2f2"),
+    Status.NEVER_LEAVES: ("never leaves", PALETTE[1]),
+    Status.TOO_CLOSE: ("too close", PALETTE[4]),
+    Status.BUDGET: ("out of budget", PALETTE[8]),
+}
+"""Name and colour of each status of a point that is computed."""
+
+
+class Painted(NamedTuple):
+    """Colours of `cells`: numbers into `colours` (n, 4), masked where nothing is computed.
+
+    Of classes, `labels` names the first colours; of a continuous quantity `labels` is empty and `norm` says where each
+    of the first SHADES lies; `extend` tells on which sides values are beyond it: "neither", "min", "max" or "both".
+    `apart` has names and colours of what is outside the scale.
+    """
+
+    cells: np.ma.MaskedArray
+    colours: np.ndarray
+    labels: tuple[str, ...]
+    norm: Normalize
+    apart: tuple[tuple[str, str], ...]
+    extend: str = "neither"
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Points of each colour: int64 (n,)."""
+        return np.bincount(self.cells.compressed(), minlength=len(self.colours))
+
+
+def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
+    """Colours of the values of all points; `limits` as of `map_figure`. Raises ValueError where it has none."""
+    done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
+    lacking, extend = LACKS.get(quantity, "no such value"), "neither"
+    if quantity in _CLASSIFY:
+        if limits is not None:
+            raise ValueError(bad("limits", limits, f"left out: {quantity} has classes, no range"))
+        kind, labels, colours = _CLASSIFY[quantity](values, done)
+        norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
+        apart: list[tuple[str, str]] = []
+        if quantity != "status" and rests.any():  # the period of a rest is 1, but it is no such motion
+            apart.append(("rests", APART))
+            kind = np.where(rests, len(colours), kind)
+            colours = [*colours, APART]
+    else:
+        kind, norm, shades, apart, extend = _shade(
+            quantity, np.where(done, values, np.nan), rests & (quantity != "margin"), limits
+        )
+        labels, colours = [], [*shades, UNDER, OVER, *(colour for _, colour in apart)]
+    if (done & (kind < 0)).any():
+        apart.append((lacking, LACKING))
+        kind = np.where(done & (kind < 0), len(colours), kind)
+        colours = [*colours, LACKING]
+    table = np.array([to_rgba(c) for c in colours])
+    return Painted(np.ma.masked_array(kind, ~done), table, tuple(labels), norm, tuple(apart), extend)
+
+
+LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
+"""What a computed point without a value is, where that can be said."""
+
+
+Classes = tuple[np.ndarray, list[str], list[Any]]
+"""Number of the class of each point (-1: none), names and colours of the classes."""
+
+
+def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
+    kind = np.where(values < 1, np.where(values == 0, CLASSES + 1, -1), np.minimum(values - 1, CLASSES))
+    return kind, [*map(str, range(1, CLASSES + 1)), "more", "none"], list(PALETTE)
+
+
+def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
+    """The most frequent values, the largest area first, and all the others; 0 is none."""
+    found, counts = np.unique(values[done & (values > 0)], return_counts=True)
+    order = np.argsort(-counts, kind="stable")[:CLASSES]
+    shown = found[order]
+    place = np.full(len(found), len(shown))
+    place[order] = np.arange(len(shown))
+    labels, colours = [name(v) for v in shown.tolist()], list(PALETTE[: len(shown)])
+    if len(found) > len(shown):
+        labels.append("other")
+        colours.append(OTHER)
+    kind = np.full(values.shape, -1)
+    some = values > 0
+    kind[some & done] = place[np.searchsorted(found, values[some & done])]
+    kind[values == 0] = len(labels)
+    return kind, [*labels, "none"], [*colours, NONE]
+
+
+def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
+    kind = np.full(values.shape, -1)
+    for k, status in enumerate(STATUSES):
+        kind[values == status] = k
+    return kind, [label for label, _ in STATUSES.values()], [colour for _, colour in STATUSES.values()]
+
+
+def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
+    return np.where(values < 0, -1, 1 - values), ["kept", "lost"], [HOLDS, BROKEN]
+
+
+def digits(number: int) -> str:
+    """A number of gaps as a cycle: 122 -> "1, 2, 2"."""
+    return ", ".join(str(number))
+
+
+def states(number: int) -> str:
+    """A number of a sequence as the first letters of its states: 53 -> "UDI"; its own digits where it is a long one."""
+    found: list[int] = []
+    left = number
+    while left and len(found) <= PLAIN_STATES:
+        left, state = divmod(left, 6)
+        found.append(state - 1)
+    if left or -1 in found:
+        return str(number)
+    return "".join(State(s).name[0] for s in found[::-1])
+
+
+_CLASSIFY: dict[str, Any] = {
+    "period": _periods,
+    "gaps": lambda values, done: _cycles(values, done, digits),
+    "sequence": lambda values, done: _cycles(values, done, states),
+    "status": _statuses,
+    KEPT: _kept,
+}
+
+
+def _shade(
+    quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
+) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
+    """Number of the shade of each value (then: below and above the limits, set apart; -1: none), the scale, its shades,
+    what is set apart, and where values are beyond the scale."""
+    finite = values[np.isfinite(values) & ~rests]
+    shades, colour, outside = "cividis", APART, rests
+    if quantity == "lyapunov":
+        shades, colour, outside = "RdBu_r", RESTS, rests | (values == -np.inf)
+        most = float(np.abs(finite).max(initial=0.0)) or 1.0
+        norm = Normalize(*(limits or (-most, most)))
+    else:
+        norm = _scale(finite, limits)
+    name = "rests"
+    if isinstance(norm, LogNorm) and (finite == 0).any():
+        name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
+    if quantity == K2:
+        name, outside = "not lost", values == np.inf
+    below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
+    inside = np.isfinite(values) & ~outside & ~below & ~above
+    kind = np.full(values.shape, -1)
+    kind[inside] = np.minimum(np.asarray(norm(values[inside]), float) * SHADES, SHADES - 1).astype(int)
+    kind[below], kind[above], kind[outside] = SHADES, SHADES + 1, SHADES + 2
+    extend = {(True, False): "min", (False, True): "max", (True, True): "both"}.get(
+        (below.any(), above.any()), "neither"
+    )
+    apart = [(name, colour)] if outside.any() else []
+    return kind, norm, mpl.colormaps[shades](np.linspace(0, 1, SHADES)), apart, extend
+
+
+def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
+    """Over the limits, or all values: logarithmic where what is drawn is positive and spans more than DECADES."""
+    positive = finite[finite > 0]
+    low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
+    if limits is None and low == 0 and positive.size:  # a 0 is set apart if the others need a logarithm
+        low = positive.min()
+    if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
+        return LogNorm(low, high)
+    if limits is None:
+        low, high = finite.min(initial=np.inf), finite.max(initial=-np.inf)
+        low, high = (low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)
+    return Normalize(low, high)

@@ -1,0 +1,85 @@
+"""What a map shows beside what its sweep recorded: the undisturbed motions, and other result files drawn over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.model.config import ConfigError
+from vibrodrive.model.parameters import Method, bad
+from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.results import Results
+
+NONE = {"eps": 0.0, "dtau": np.nan}
+"""No disturbance."""
+
+
+def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
+    """Whole periods between main impacts, as `gaps` of a summary, of the motion without ε and Δτ at every point.
+
+    They are followed as long as by `limits`, from the same start: near a bifurcation they settle slowly.
+
+    Parameters
+    ----------
+    results : Results
+        of a sweep over any axes.
+    threads : int, optional
+        all by default.
+
+    Returns
+    -------
+    int64 (axes…)
+        with one value along the axes eps and dtau; 0 where gaps do not repeat.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> from vibrodrive.jobs.maps import undisturbed_gaps
+    >>> swept = vd.sweep(A=[1.5, 2.8], eps=[1e-4, 1e-2], transient=50, periods=50, record="summary")
+    >>> undisturbed_gaps(swept).tolist()
+    [[1], [2]]
+    """
+    from vibrodrive.batch.sweep import run_blocks
+    from vibrodrive.stability.structure import SETTLING, WATCHED
+
+    s = results.settings
+    settings = Settings(int(Method.CERTIFIED), s.scan, max(SETTLING, s.transient), WATCHED, s.budget)
+    axes = {name: values for name, values in results.axes.items() if name not in NONE}
+    plan = Plan(axes, {**results.scalars, **NONE}, settings, record=(SUMMARY,))
+    gaps = Results.collect(plan, run_blocks(plan, threads=threads)).gaps.astype(np.int64)
+    return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])
+
+
+def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
+    """Files of curves or of limits as arguments of `map_figure`, one of each at most.
+
+    Raises
+    ------
+    ConfigError
+        for a file of another kind, and for two of one.
+    what `load_curves` and `load_limits` raise
+    """
+    from vibrodrive.store.header import read_kind
+
+    found: dict[str, Any] = {}
+    for file in files:
+        kind = read_kind(file)
+        name = {"curves": "curves", "limits": "k2"}.get(kind)
+        if name is None or name in found:
+            raise ConfigError(bad("--over", str(file), "a file of limits or of curves over A and B, one of each"))
+        found[name] = _load(file, kind)  # what loads it loads Numba, too
+    return found
+
+
+def _load(file: Path, kind: str) -> Any:
+    if kind == "limits":
+        from vibrodrive.store.limits import load_limits
+
+        return load_limits(file)
+    from vibrodrive.store.curves import load_curves
+
+    return load_curves(file).curves
