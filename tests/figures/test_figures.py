@@ -76,6 +76,20 @@ def test_quantity_and_limits(two_regimes):
     assert ax.get_xlabel() == "$A$"
 
 
+def test_a_diagram_of_the_impacts_shows_each_and_nothing_behind_the_last(two_regimes):
+    A = two_regimes.axes["A"]
+    phase = np.full((len(A), 8), np.nan)
+    phase[:, 0] = 1.5
+    phase[A >= 3.1, 1] = 2.5
+    swept = SimpleNamespace(**{**vars(two_regimes), "record": ("impacts",)}, impact_phase=phase)
+    for wish in ({}, {"quantity": "impact_phase"}, {"kind": "bifurcation"}):
+        (ax,) = figures.from_results(swept, **wish).axes
+        assert ax.get_ylabel() == r"phase $\varphi$ of the main impacts in rad"
+        shown, value = image(ax)
+        assert inked(shown[:, 0], value) == [1.5]
+        assert inked(shown[:, -1], value) == [1.5, 2.5]
+
+
 def test_a_second_axis_becomes_panels(two_regimes):
     both = results(np.stack([two_regimes.section, two_regimes.section + 1]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
     fig = figures.bifurcation(both)

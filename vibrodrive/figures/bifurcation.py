@@ -12,7 +12,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
-from vibrodrive.figures.style import GREYS, equation, letter, name_axes, new, note, styled
+from vibrodrive.figures.style import GREYS, as_shown, equation, letter, name_axes, new, note, styled
+from vibrodrive.model.drawing import IMPACT_QUANTITIES
 from vibrodrive.model.parameters import Method, Status, bad
 
 QUANTITIES = ("xi", "dxi")
@@ -33,6 +34,12 @@ AT_ONCE = 4096
 FAINTEST = 0.3
 """Ink of a spot visited once: dark enough for a poor printer."""
 
+LABELS = {
+    "impact_phase": r"phase $\varphi$ of the main impacts in rad",
+    "impact_speed": r"speed $|\xi\mathrm{′}|$ of the main impacts",
+}
+"""Of ordinates that have no symbol of their own."""
+
 LINES = 16
 """A motion of this period or less is drawn in full ink."""
 
@@ -51,7 +58,8 @@ def bifurcation(
     results : Results
         at least one axis; every further axis becomes panels (PANELS at most, evenly spaced).
     quantity : str
-        "dxi" or "xi": which coordinate of the section.
+        "dxi" or "xi": which coordinate of the section; or "impact_phase", "impact_speed" of the main impacts, where
+        these are recorded.
     x : str, optional
         the axis drawn along the abscissa; the longest one unless given.
     limits : (float, float), optional
@@ -62,7 +70,7 @@ def bifurcation(
     ValueError
         for an unknown quantity or axis, and where there is no axis.
     """
-    column = quantity_index(quantity)
+    visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
         raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion has its section)"))
@@ -71,16 +79,19 @@ def bifurcation(
     elif x not in names:
         raise ValueError(bad("x", x, "one of the axes " + ", ".join(names)))
     across = names.index(x)
-    section = np.moveaxis(np.asarray(results.section)[..., column], across, -2)
+    section = np.moveaxis(visited, across, -2)
     done = np.moveaxis(computed(results.status), across, -1)
-    values = results.axes[x]
+    values = as_shown(x, results.axes[x])
     rest = [n for n in names if n != x]
     rows = some(list(np.ndindex(section.shape[:-2])))
     limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
         density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits)
-        name_axes(ax, None, quantity)
+        if quantity in LABELS:
+            ax.set_ylabel(LABELS[quantity])
+        else:
+            name_axes(ax, None, quantity)
         if len(rows) > 1:
             letter(ax, k, ", ".join(equation(n, results.axes[n][i]) for n, i in zip(rest, index, strict=True)))
         missing = int((~done[index]).sum())
@@ -89,6 +100,13 @@ def bifurcation(
         note(ax, "; ".join(notes))
     name_axes(axes[-1, 0], x, None)
     return fig
+
+
+def _visited(results: Any, quantity: str) -> np.ndarray:
+    """What is drawn of each motion: float64 (axes…, section points or impacts), NaN behind the last impact."""
+    if quantity in IMPACT_QUANTITIES:
+        return np.asarray(getattr(results, quantity))
+    return np.asarray(results.section)[..., quantity_index(quantity)]
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> None:
