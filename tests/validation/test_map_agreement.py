@@ -1,0 +1,73 @@
+"""Pixels of a map agree with the list of orbits; and the comparison sees where they do not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vibrodrive.model.parameters import Status
+from vibrodrive.periodic.curves import Curve, curves
+from vibrodrive.validation import map_agreement
+from vibrodrive.validation.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
+
+
+@pytest.mark.jit
+def test_pixels_off_the_curves_agree_with_the_list():
+    A, B = np.linspace(2.2, 3.2, 41), np.linspace(0.08, 0.3, 23)
+    found = compare_map(A, B, curves((2.2, 3.2), (0.08, 0.3), 2, num=2), 2, sample=60)
+    assert (found.pixels, found.judged) == (41 * 23, 60)
+    assert found.share == 1.0, found.wrong
+    assert found.shown > 40
+    assert "| agree | 60 (100.000 %) |" in table(found)
+
+
+@pytest.mark.jit
+def test_what_does_not_agree_is_followed_on_for_its_reason(monkeypatch):
+    """A = 3.0554 settles slowly, 2e-3 below a doubling; the list is made to lie for the other two pixels."""
+    A, B = np.array([2.8, 3.0554]), np.array([0.1, 0.3])
+    true = map_agreement.stable_orbits
+
+    def listed(a, b, longest):
+        orbits = true(a, b, longest)
+        if (a, b) == (2.8, 0.1):  # faster than any is
+            return [SimpleNamespace(**{**vars(orbits[0]), "speeds": orbits[0].speeds + 1.0})]
+        return orbits
+
+    monkeypatch.setattr(map_agreement, "stable_orbits", listed)
+    found = compare_map(A, B, [], 2)
+    assert {(d.A, d.B): d.reason for d in found.wrong} == {(2.8, 0.1): UNEXPLAINED, (3.0554, 0.1): SLOW}
+    assert found.share == 0.5
+    assert any(UNEXPLAINED in line for line in table(found))
+
+
+def orbit(**changes):
+    return SimpleNamespace(**({"period": 2, "impacts": 3, "speeds": np.array([1.0, 2.0])} | changes))
+
+
+def pixel(**changes):
+    return {"status": Status.OK, "period": 2, "impacts": 1.5, "impact_speed_max": 2.0} | changes
+
+
+def test_a_pixel_agrees_only_with_the_orbit_it_shows():
+    assert agrees(pixel(), [orbit(period=1), orbit()], 3)
+    for other in ({"period": 4}, {"period": 0}, {"impacts": 1.0}, {"impact_speed_max": 2.001}):
+        assert not agrees(pixel(**other), [orbit()], 3)
+    assert not agrees(pixel(), [], 3)
+    assert agrees(pixel(period=4), [], 3)
+    assert agrees(pixel(period=1, status=Status.NEVER_LEAVES), [], 3)
+    assert not agrees(pixel(period=1, status=Status.NEVER_LEAVES), [orbit()], 3)
+    assert COEXISTING in map_agreement.REASONS
+
+
+def test_pixels_near_a_curve_are_those_within_one_pixel():
+    A, B = np.linspace(1.0, 3.0, 21), np.linspace(0.0, 1.0, 11)
+    curve = Curve("fold", 1, 1, "", "", np.array([1.5, 2.5]), np.array([0.2, 0.8]), ("edge", "edge"), ())
+    near = near_curves(A, B, [curve])
+    x, y = np.meshgrid(np.arange(21.0), np.arange(11.0), indexing="ij")
+    way = np.clip(((x - 5) * 10 + (y - 2) * 6) / 136, 0, 1)
+    distance = np.hypot(x - 5 - 10 * way, y - 2 - 6 * way)
+    assert near[distance <= 1.0].all()
+    assert not near[distance > 1.3].any()
+    assert not near_curves(A, B, []).any()
