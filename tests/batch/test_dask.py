@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import signal
@@ -12,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -95,6 +97,21 @@ def command(folder, *options):
     )
 
 
+def digest(path):
+    """SHA-256 of all variables of a file, their chunks as they are stored; attributes hold the date."""
+    found = hashlib.sha256()
+    with h5py.File(path) as file:
+        for name in sorted(file):
+            data = file[name]
+            found.update(f"{name} {data.shape} {data.dtype}".encode())
+            if data.chunks is None:
+                found.update(data[...].tobytes())
+            else:
+                for k in range(data.id.get_num_chunks()):
+                    found.update(data.id.read_direct_chunk(data.id.get_chunk_info(k).chunk_offset)[1])
+    return found.hexdigest()
+
+
 @pytest.mark.jit
 def test_any_executor_gives_the_same_bits(local):
     with ThreadPoolExecutor(2) as pool:
@@ -148,6 +165,21 @@ def test_stopped_on_a_cluster_and_resumed_at_home(cluster, local, tmp_path):
     assert process.returncode == 0, err
     assert look(file).done.sum() >= report.done.sum()
     assert bits(vd.load(file)) == local
+
+
+@pytest.mark.jit
+def test_a_cluster_writes_the_same_file_of_every_record(cluster, tmp_path):
+    text = CONFIG.replace("periods = 30000", 'periods = 300\nrecord = ["section", "impacts", "summary"]')
+    digests = set()
+    for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "c.toml").write_text(text)
+        process = command(folder, *options)
+        _, err = process.communicate(timeout=120)
+        assert process.returncode == 0, err
+        digests.add(digest(folder / "c.h5"))
+    assert len(digests) == 1
 
 
 def test_an_address_where_nobody_listens_is_one_line_and_no_file(tmp_path):
