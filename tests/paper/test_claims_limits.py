@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.model.packaged import configurations
 from vibrodrive.paper import claims_limits
 from vibrodrive.paper.analysis import structures
 from vibrodrive.paper.claim import CLAIMS, Verdict, judge
-from vibrodrive.paper.run import configurations, run_paper
+from vibrodrive.paper.run import run_paper
 from vibrodrive.paper.session import NotApplicable, Session
 
 

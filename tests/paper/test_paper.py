@@ -11,11 +11,12 @@ import pytest
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures.model import ALPHA, drawing
 from vibrodrive.figures.scheme import scheme
+from vibrodrive.model.packaged import configurations
 from vibrodrive.model.states import TRANSITIONS, State
 from vibrodrive.paper.analysis import PhaseSlip, find_phase_slip
 from vibrodrive.paper.claim import CLAIMS, Verdict, plain
 from vibrodrive.paper.figures import FIGURES
-from vibrodrive.paper.run import SUBJECTS, configurations, run_paper
+from vibrodrive.paper.run import SUBJECTS, run_paper
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import reference_orbit
 from vibrodrive.store.reader import load

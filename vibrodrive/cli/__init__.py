@@ -18,6 +18,7 @@ from vibrodrive import __version__
 from vibrodrive.cli.common import leave, same_command
 from vibrodrive.cli.failures import atlas
 from vibrodrive.cli.files import info, verify
+from vibrodrive.cli.init import init
 from vibrodrive.cli.limits import limits
 from vibrodrive.cli.orbits import orbits
 from vibrodrive.cli.paper import paper
@@ -31,7 +32,7 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper):
+for command in (init, sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper):
     cli.add_command(command)
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from vibrodrive import __version__
 from vibrodrive.figures.style import save
+from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
 from vibrodrive.paper import (  # noqa: F401 (they register their claims)
     claims_grid,
@@ -34,15 +35,6 @@ class Paper(NamedTuple):
 
     files: list[Path]
     claims: list[Judged]
-
-
-def configurations() -> Path:
-    """The directory of the configurations: beside the package in a checkout, inside it when installed."""
-    here = Path(__file__).parents[1]
-    for place in (here / "configs", here.parent / "configs"):
-        if place.is_dir():
-            return place
-    raise FileNotFoundError(2, "no configurations beside the package: give their directory", str(here))
 
 
 def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:
