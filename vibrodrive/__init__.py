@@ -39,15 +39,15 @@ _HOMES = {
     "curves": "periodic.curves",
     "impact_map": "periodic.impact_map",
     "limit": "stability.limit",
-    "load": "store.reader",
+    "load": "store.every_kind",
     "orbits": "periodic.search",
-    "sweep": "batch.sweep",
+    "sweep": "jobs.call",
 }
 """Module of every public name."""
 
 if TYPE_CHECKING:
-    from vibrodrive.batch.sweep import sweep
     from vibrodrive.batch.trajectory import Trajectory, simulate
+    from vibrodrive.jobs.call import sweep
     from vibrodrive.model.parameters import ETA, Method, Scan, Status
     from vibrodrive.model.physical import Physical
     from vibrodrive.model.results import Results
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
     from vibrodrive.stability.limit import limit
-    from vibrodrive.store.reader import load
+    from vibrodrive.store.every_kind import load
 
 
 def __getattr__(name: str) -> Any:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time, sleep
 
 import numpy as np
@@ -37,6 +38,11 @@ def on_threads():
         vd.sweep(**LONG, executor=pool)
 
 
+def into_a_file():
+    with TemporaryDirectory() as folder:
+        vd.sweep(**LONG, path=os.path.join(folder, "x.h5"))
+
+
 def sample():
     MOTION.sample(20_000)
 
@@ -53,6 +59,7 @@ CASES = {
     "sweep on one thread": sweep(threads=1),
     "sweep on two threads": sweep(threads=2),
     "sweep on an executor": on_threads,
+    "sweep into a file": into_a_file,
     "limit": lambda: vd.limit(3.04, transient=10_000_000, periods=100),
     "orbits": lambda: vd.orbits(4.5, max_period=13),
     "impact map": impacts,

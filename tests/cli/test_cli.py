@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import signal
 import subprocess
@@ -258,6 +259,74 @@ def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
     assert code == 0
     assert "block 0 is damaged" in err
     assert run("verify", "small.h5")[0] == 0
+
+
+def test_info_and_verify_speak_json(run, quick):
+    """What is no number is null there; a program need not read prose."""
+    plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
+    text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
+    writer = open_writer(Path("s.h5"), plan, Origin(text, (), "Half a sweep"))
+    writer.write(fake.block(plan, 1))
+    writer.close()
+    code, out, err = run("info", "s.h5", "--json")
+    assert (code, err) == (0, "")
+    told = json.loads(out, parse_constant=lambda word: pytest.fail(word))
+    assert told["title"] == "Half a sweep"
+    assert told["blocks"] == {"computed": 1, "of": 3}
+    assert told["computed"] == pytest.approx(1 / 3)
+    assert told["axes"] == {"A": {"first": 1.0, "last": 2.0, "num": 3000}}
+    assert told["settings"]["periods"] == 1
+    assert told["statuses"]["NOT_COMPUTED"] == 1976
+    told = json.loads(run("verify", "s.h5", "--json")[1])
+    assert (told["whole"], told["complete"]) == (True, False)
+    with h5py.File("s.h5", "r+") as file:
+        file["margin"][1500] = 7.0
+    code, out, err = run("verify", "s.h5", "--json")
+    told = json.loads(out)
+    assert (code, err, told["whole"]) == (1, "", False)
+    assert "block 1 (points 1024 to 2047" in told["damaged"][0]
+
+
+def test_a_damaged_block_is_named_and_the_rest_drawn(run, quick):
+    Path("wide.toml").write_text(SMALL.replace("num = 40", "num = 3000"))
+    run("sweep", "wide.toml")
+    with h5py.File("wide.h5") as file:
+        chunk = file["section_dxi"].id.get_chunk_info(2)
+    raw = bytearray(Path("wide.h5").read_bytes())
+    raw[chunk.byte_offset + 100] ^= 4
+    Path("wide.h5").write_bytes(raw)
+    code, out, err = run("plot", "wide.h5")
+    assert (code, out) == (1, "")
+    assert "wide.png drawn" in err
+    assert "wide.h5: damaged, and left out of section: block 2 (points 2048 to 3071: A = " in err
+    assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_init_lists_and_writes_configurations_that_come_with_it(run):
+    code, out, _ = run("init")
+    names = [line.split()[0] for line in out.splitlines()]
+    assert code == 0
+    assert {"quickstart", "fig07", "limits", "orbits", "atlas_dtau", "map_AB"} <= set(names)
+    for name in names:
+        code, out, err = run("init", name)
+        assert (code, out) == (0, "")
+        text = Path(f"{name}.toml").read_text()
+        assert text.startswith("# ")
+        assert config.read(Path(f"{name}.toml")).title in run("init")[1]
+        said = err.splitlines()
+        assert said[0] == f"{name}.toml written:"
+        assert said[1].split()[:1] == ["vibrodrive"]
+        assert f" {name}.toml" in said[1]
+        assert "configs/" not in text
+    before = Path("fig07.toml").read_text()
+    for arguments in (("fig07",), ("fig08", "-o", "fig07.toml")):
+        code, _, err = run("init", *arguments)
+        assert (code, err) == (2, "vibrodrive: fig07.toml: File exists\n")
+    assert Path("fig07.toml").read_text() == before
+    for arguments, word in ((("nothing",), "quickstart"), (("-o", "x.toml"), "output = 'x.toml'")):
+        code, _, err = run("init", *arguments)
+        assert code == 2
+        assert word in err
 
 
 def test_verify_compares_what_was_computed_with_the_configuration(run):

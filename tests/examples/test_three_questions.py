@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from examples.three_questions import (
     bifurcation_table,
     chaos,
@@ -17,7 +18,6 @@ from examples.three_questions import (
     surroundings,
     what_sets_limit,
 )
-from vibrodrive.batch.sweep import sweep
 from vibrodrive.periodic.attractors import KINDS, attractors
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import section
@@ -47,7 +47,7 @@ def test_every_attractor_of_brute_force_is_among_the_orbits():
     """2000 values of A in 1.12-3.25. An orbit that rests is followed over any period; all others are searched
     up to SEARCHED; an attractor that doesn't rest and has a longer period would be counted: there is none."""
     values = np.linspace(1.12, 3.25, 2000)
-    motion = sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
+    motion = vd.sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
     longer = []
     for A, points in zip(values.tolist(), motion, strict=True):
         known = list(resting(ImpactMap(A), 160))

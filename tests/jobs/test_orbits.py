@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vibrodrive.batch.sweep import sweep
+import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
-from vibrodrive.jobs.orbits import run_orbits
+from vibrodrive.jobs.orbits import run_orbits, table
 from vibrodrive.model.plan import make_plan
 from vibrodrive.periodic.family import family, section
 from vibrodrive.periodic.search import orbits
@@ -27,8 +27,8 @@ def written(tmp_path_factory):
 
 
 def test_table_lists_every_bifurcation(written):
-    text, _ = written
-    lines = text.splitlines()
+    found, _ = written
+    lines = table(found).splitlines()
     assert lines[-1].startswith("5 bifurcations; orbits of up to 3 periods")
     assert [line.split()[1] for line in lines[1:-1]] == ["border", "period", "fold", "border", "grazing"]
 
@@ -58,7 +58,7 @@ def test_file_holds_every_orbit(written):
 
 def test_brute_force_lies_on_the_stable_branches():
     found = family([2.95, 3.0, 3.05], max_period=2)
-    motion = sweep(A=found.A, transient=2000, periods=6, section_phase=2.0).section
+    motion = vd.sweep(A=found.A, transient=2000, periods=6, section_phase=2.0).section
     for there, points in zip(found.orbits, motion, strict=True):
         (stable,) = (o for o in there if abs(o.multiplier) < 1)
         apart = np.abs(points[:, None] - section(stable, 2.0)).max(axis=2)
@@ -103,8 +103,8 @@ def test_refused(change, tmp_path):
 def test_on_the_level(tmp_path):
     """Orbits without a multiplier are written and drawn, too."""
     plan = make_plan({**PLAN, "A": np.linspace(0.9, 2.1, 7), "B": 0.0})
-    text = run_orbits(plan, tmp_path / "level.h5")
-    assert text.splitlines()[-1].endswith(" at 11 values of A: 9 touching")
+    found = run_orbits(plan, tmp_path / "level.h5")
+    assert table(found).splitlines()[-1].endswith(" at 11 values of A: 9 touching")
     with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
         assert set(file.kind.values) == {"touching"}
         assert np.isnan(file.multiplier.values).all()

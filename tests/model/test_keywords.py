@@ -26,7 +26,7 @@ CHOICES = {"method": Method, "scan": Scan}
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, limits]
 OWN = {
     vd.simulate: {},
-    vd.sweep: {"record": "section", "threads": None, "executor": None},
+    vd.sweep: {"record": "section", "path": None, "overwrite": False, "threads": None, "executor": None},
     vd.limit: {"disturbance": "eps", "method": None, "criterion": None, "periods": 1500, "threads": None},
 }
 OWN[limits] = OWN[vd.limit]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures.model import ALPHA, drawing
 from vibrodrive.figures.scheme import scheme
@@ -19,7 +20,6 @@ from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.run import SUBJECTS, run_paper
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import reference_orbit
-from vibrodrive.store.reader import load
 
 ROOT = Path(__file__).parents[2]
 
@@ -98,7 +98,7 @@ def test_files_are_written_and_can_be_read(some):
         for ending in (".png", ".pdf"):
             assert (out / f"{name}{ending}").stat().st_size > 1000
     assert all(path.exists() for path in result.files)
-    sections = load(out / "fig09.h5")
+    sections = vd.load(out / "fig09.h5")
     assert sections.section.shape == (3, 1500, 2)
     assert any(line.startswith("fig09") for line in lines)
     assert any("near-limit" in line for line in lines)

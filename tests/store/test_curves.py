@@ -10,10 +10,10 @@ from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import Meeting
-from vibrodrive.store.curves import Stored, load_curves, save_curves, summary
+from vibrodrive.store.curves import StoredCurves, load_curves, save_curves, summary
 from vibrodrive.store.header import Damaged, OtherKind, read_kind
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.orbits import load_family
+from vibrodrive.store.orbits import load_orbits
 
 ORIGIN = Origin("[sweep]\nA = 2\n", (), "Two of them")
 
@@ -31,7 +31,7 @@ def made():
         "border", 1, 1, condition.word, "beginning", points[:, 2], points[:, 3], ("level", "stick"),
         tuple(m._replace(other=0) for m in meets), condition, points,
     )  # fmt: skip
-    return Stored([onset, border], 2, (1.0, 2.0), (0.0, 1.0))
+    return StoredCurves([onset, border], 2, (1.0, 2.0), (0.0, 1.0), ORIGIN.title)
 
 
 def test_what_is_read_is_what_was_written(tmp_path):
@@ -48,7 +48,7 @@ def test_what_is_read_is_what_was_written(tmp_path):
 
 
 def test_no_curves(tmp_path):
-    save_curves(tmp_path / "c.h5", Stored([], 1, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
+    save_curves(tmp_path / "c.h5", StoredCurves([], 1, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
     assert load_curves(tmp_path / "c.h5").curves == []
     assert summary(tmp_path / "c.h5", thorough=True).faults == []
 
@@ -68,7 +68,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
     path = tmp_path / "c.h5"
     save_curves(path, made(), ORIGIN)
     with pytest.raises(OtherKind, match="curves of bifurcations"):
-        load_family(path)
+        load_orbits(path)
     with h5py.File(path, "r+") as file:
         file["A"][2] += 1e-9
     assert summary(path, thorough=True).faults == ["the contents do not have the SHA-256 written beside them"]

@@ -13,9 +13,9 @@ from tests.support import fake
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import quantities
 from vibrodrive.model.size import file_bytes
-from vibrodrive.store.header import Damaged
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, variables_of
-from vibrodrive.store.reader import load, verify
+from vibrodrive.store.reader import DamagedBlock, verify
 from vibrodrive.store.writer import Different, open_writer
 
 TEXT = "[sweep]\nA = {start = 3, stop = 3.25, num = 90}\n"
@@ -108,8 +108,15 @@ def test_a_flipped_bit_is_found_named_and_mended(path, name):
     raw[chunk.byte_offset + chunk.size // 2] ^= 8
     path.write_bytes(raw)
     assert name in verify(path).faults[3]
-    with pytest.raises(Damaged, match="block 3 is damaged"):
-        getattr(load(path), name)
+    with pytest.warns(DamagedBlock, match=rf"left out of {name}: block 3 \(points"):
+        part = getattr(load(path), name).reshape(plan.n_points, -1)
+    there = np.arange(plan.n_points)
+    start, stop = plan.blocks()[3]
+    left = (there < start) | (there >= stop)
+    whole = np.concatenate([fake.block(plan, k).records[name] for k in range(len(plan.blocks()))])
+    assert part[left].tobytes() == whole.reshape(plan.n_points, -1)[left].tobytes()
+    fill = {q.name: q.fill for q in quantities(plan.record)}[name]
+    np.testing.assert_array_equal(part[~left], np.full_like(part[~left], fill))
     writer = open_writer(path, plan, Origin(TEXT))
     writer.check()
     assert writer.missing() == [3]

@@ -10,8 +10,9 @@ import xarray as xr
 from tests.support import fake
 from vibrodrive.model.config import parse
 from vibrodrive.model.physical import Physical
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.reader import load, look
+from vibrodrive.store.reader import look
 from vibrodrive.store.writer import Different, open_writer
 
 TEXT = (

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import closing
 from dataclasses import replace
@@ -29,9 +29,8 @@ from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
-from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, Method, Scan, bad, check_count
-from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings, make_plan
+from vibrodrive.model.parameters import COLUMNS, Method, Scan, bad, check_count
+from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
@@ -284,84 +283,34 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
         halt.call_across([future for future in flying if not future.cancel()])
 
 
-@as_written
-def sweep(
-    written: Mapping[str, Any],
-    /,
-    *,
-    A: Axis,
-    B: Axis = 0.1,
-    eps: Axis = 0.0,
-    eta: Axis = ETA,
-    method: MethodLike = "certified",
-    dtau: Axis | None = None,
-    tol: Axis | None = 1e-7,
-    xi0: Axis = 0.0,
-    dxi0: Axis = 0.0,
-    tau0: Axis = 0.0,
-    transient: int = 1000,
-    periods: int = 250,
-    section_phase: Axis = 0.0,
-    scan: ScanLike = "skip",
-    budget: int = 100_000,
-    record: str | Sequence[str] = "section",
+def collect(
+    plan: Plan,
     threads: int | None = None,
     executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Results:
-    """Simulate every point of the product of the axes.
-
-    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
-    this machine; what others have begun is finished there, and nobody waits for it.
-
-    Parameters
-    ----------
-    A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
-        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
-        are in the order in which the keywords are written.
-    method, transient, periods, scan, budget
-        as in `simulate`, for all points.
-    record : "section", "impacts" or "summary", or several of them
-        what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
-        Lyapunov exponent, …), computed while it is followed, however long that is.
-    threads : int, optional
-        threads to use; all by default.
-    executor : concurrent.futures.Executor, optional
-        computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
-
-    Returns
-    -------
-    Results
-        with status, margin (axes…), switches (axes…, 5), axes, and what is recorded: section (axes…, periods, 2), and
-        the arrays that `Results` lists. It does not depend on the
-        number of threads or on the executor, to the bit.
+    """All points of a plan, in memory. `progress` is called with the number of points that have been added.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; also if the results do not fit the memory.
-
-    Examples
-    --------
-    A small bifurcation diagram, with and without a disturbance:
-
-    >>> import numpy as np
-    >>> import vibrodrive as vd
-    >>> r = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20)
-    >>> r
-    <Results A 3…3.25 (6), eps 0…0.0002 (2): certified, 50 + 20 periods>
-    >>> r.section.shape  # A, eps, period, (ξ, ξ')
-    (6, 2, 20, 2)
-    >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
-    ['eps', 'A']
+        for a bad number of threads or executor, and if the results do not fit the memory.
     """
-    plan = make_plan({name: value for name, value in written.items() if name not in ("threads", "executor")})
+    tell = progress or (lambda points: None)
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels what it has submitted
-            return Results.collect(plan, blocks)
+            return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
         results.put(start, stop, fill_records(plan, plan.points(start, stop), count, halt, *results.rows(start, stop)))
+        tell(stop - start)
     return results
+
+
+def _counted(blocks: Iterable[Block], tell: Callable[[int], None]) -> Iterator[Block]:
+    for block in blocks:
+        yield block
+        tell(block.stop - block.start)

@@ -76,7 +76,8 @@ def _expected(error: Exception) -> int | None:
     """Exit code of an error that has a line of its own; None for what should not happen."""
     if isinstance(error, OSError):
         return 2 if error.errno in REFUSED else 1
-    from vibrodrive.jobs.sweep import Failed, Refused
+    from vibrodrive.jobs.output import Refused
+    from vibrodrive.jobs.sweep import Failed
     from vibrodrive.model.config import ConfigError
     from vibrodrive.model.size import TooLarge
     from vibrodrive.store.compare import Different

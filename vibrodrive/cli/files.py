@@ -3,107 +3,131 @@
 from __future__ import annotations
 
 import sys
-from importlib import import_module
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, say
+from vibrodrive.cli.common import FILE, JSON, put_json, say
 
 if TYPE_CHECKING:
     from vibrodrive.store.file import Summary
     from vibrodrive.store.reader import Report
 
-SUMMARIES = {
-    "limits": "store.limits",
-    "failures": "store.failures",
-    "orbits": "store.orbits",
-    "curves": "store.curves",
-    "switches": "store.file",
-}
-"""Module of the function `summary` of each kind of file but sweeps."""
-
 
 @click.command()
 @click.argument("file", type=FILE)
-def info(file: Path) -> None:
+@JSON
+def info(file: Path, as_json: bool) -> None:
     """Say what a result file of any kind holds and how far it is."""
-    from vibrodrive.store.header import read_kind
-
-    kind = read_kind(file)
-    if kind == "sweep":
-        _sweep_info(file)
-        return
-    found = _summary(kind, file, thorough=False)
-    _tell(file, kind, found)
-
-
-def _summary(kind: str, file: Path, thorough: bool) -> Summary:
-    summary = import_module(f"vibrodrive.{SUMMARIES[kind]}").summary
-    return summary(file, thorough)
-
-
-def _tell(file: Path, kind: str, found: Summary) -> None:
     from vibrodrive.model.size import human
+    from vibrodrive.store.header import read_kind
     from vibrodrive.store.kind import KINDS
 
+    kind = read_kind(file)
+    found = _sweep(file) if kind == "sweep" else _other(file, kind)
+    size, written = file.stat().st_size, _written(file)
+    if as_json:
+        put_json(
+            {"file": str(file), "kind": kind, "title": found.title, "computed": found.share, **found.facts}
+            | {"bytes": size, "written": written}
+        )
+        return
     click.echo(f"{file}: {found.title}")
     click.echo(f"holds     {KINDS[kind].holds} (vibrodrive {KINDS[kind].command})")
-    click.echo(f"computed  {100 * found.share:.1f} %")
+    if kind != "sweep":
+        click.echo(f"computed  {100 * found.share:.1f} %")
     for name, text in found.lines:
         click.echo(f"{name:<9} {text}")
-    click.echo(f"size      {human(file.stat().st_size)}")
+    click.echo(f"size      {human(size)}")
+    if found.facts["versions"]:
+        click.echo("made by   " + ", ".join(f"{k} {v}" for k, v in found.facts["versions"].items()))
+    click.echo(f"written   {written}")
+    for fault in found.faults:
+        say(f"damaged: {fault}")
 
 
-def _sweep_info(file: Path) -> None:
-    from vibrodrive.model.parameters import Method, Scan
+def _written(file: Path) -> str:
+    """When a file was last written: the system knows, the file does not, so that equal runs make equal files."""
+    return datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
+
+
+def _other(file: Path, kind: str, thorough: bool = False) -> Summary:
+    from vibrodrive.store.every_kind import summary
+
+    return summary(file, kind, thorough)
+
+
+def _sweep(file: Path) -> Summary:
+    """A sweep in the form in which the other kinds sum themselves up."""
     from vibrodrive.model.physical import SCENE_AXES
-    from vibrodrive.model.size import human
+    from vibrodrive.store.describe import plain
+    from vibrodrive.store.file import Summary, axis_facts, axis_line
     from vibrodrive.store.reader import look
 
     report = look(file)
     header, plan = report.header, report.header.plan
-    s = plan.settings
-    click.echo(f"{file}: {header.origin.title}")
-    click.echo("holds     a sweep (vibrodrive sweep)")
-    click.echo(f"computed  {100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)")
-    for name, values in plan.axes.items():
-        unit, scale = (SCENE_AXES[name].shown, SCENE_AXES[name].scale) if name in SCENE_AXES else ("", 1.0)
-        ends = f"{scale * values[0]:g} to {scale * values[-1]:g} {unit}".rstrip()
-        click.echo(f"axis      {name} = {ends}, {len(values)} values")
-    scalars = {k: v for k, v in plan.scalars.items() if k not in plan.axes}
-    click.echo("fixed     " + ", ".join(f"{k} = {v:g}" for k, v in scalars.items() if v == v))
-    click.echo(f"switches  {Method(s.method).name.lower()}, scan {Scan(s.scan).name.lower()}")
-    click.echo(f"periods   {s.transient} transient, {s.periods} recorded")
-    for name, points in report.statuses.items():
-        click.echo(f"status    {name}: {points} points")
-    click.echo(f"size      {human(report.n_bytes)}")
-    click.echo("made by   " + ", ".join(f"{k} {v}" for k, v in header.versions.items()))
-    click.echo(f"created   {header.created}")
-    _complain(report)
+    shared = plain(plan)
+    scalars = {name: value for name, value in shared.items() if name in plan.scalars}
+    shown = {
+        name: (SCENE_AXES[name].scale * v, SCENE_AXES[name].shown)
+        for name, v in plan.axes.items()
+        if name in SCENE_AXES
+    }
+    facts = {
+        "blocks": {"computed": int(report.done.sum()), "of": len(report.done)},
+        "axes": {name: axis_facts(values) for name, values in plan.axes.items()},
+        "parameters": scalars,
+        "settings": {name: value for name, value in shared.items() if name not in scalars},
+        "statuses": report.statuses,
+        "damaged": _faults(report),
+        "versions": header.versions,
+    }
+    lines = [
+        ("computed", f"{100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)"),
+        *(axis_line(name, *shown.get(name, (values,))) for name, values in plan.axes.items()),
+        ("fixed", ", ".join(f"{k} = {v:g}" for k, v in scalars.items())),
+        ("switches", f"{shared['method']}, scan {shared['scan']}"),
+        ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
+        *(("status", f"{name}: {points} points") for name, points in report.statuses.items()),
+    ]
+    return Summary(header.origin.title, report.share, lines, _faults(report), facts)
 
 
 @click.command()
 @click.argument("file", type=FILE)
-def verify(file: Path) -> None:
+@JSON
+def verify(file: Path, as_json: bool) -> None:
     """Read everything in a result file of any kind and check that it is whole. Exit 1 if it is not."""
     from vibrodrive.store.header import read_kind
 
     kind = read_kind(file)
     if kind == "sweep":
-        _sweep_verify(file)
-        return
-    found = _summary(kind, file, thorough=True)
-    for fault in found.faults:
-        say(f"damaged: {fault}")
-    if found.faults:
+        share, faults, facts, lines = _verified_sweep(file)
+    else:
+        found = _other(file, kind, thorough=True)
+        share, faults, facts = found.share, found.faults, {}
+        lines = [] if faults else [f"computed: {100 * share:.1f} %"]
+    if as_json:
+        put_json(
+            {"file": str(file), "kind": kind, "computed": share, "complete": share == 1, "whole": not faults}
+            | {"damaged": faults, **facts}
+        )
+    else:
+        for line in lines:
+            click.echo(line)
+        for fault in faults:
+            say(f"damaged: {fault}")
+        if not faults:
+            part = "every computed block is whole" if kind == "sweep" else "what is computed is whole"
+            click.echo("complete and whole" if share == 1 else part)
+    if faults:
         raise click.exceptions.Exit(1)
-    click.echo(f"computed: {100 * found.share:.1f} %")
-    click.echo("complete and whole" if found.share == 1 else "what is computed is whole")
 
 
-def _sweep_verify(file: Path) -> None:
+def _verified_sweep(file: Path) -> tuple[float, list[str], dict[str, Any], list[str]]:
+    """Share that is computed, faults, facts for a program, and lines for a person."""
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model import config
     from vibrodrive.store.compare import compare
@@ -114,20 +138,22 @@ def _sweep_verify(file: Path) -> None:
     show.clear()
     header = report.header
     differences = compare(header.plan, config.parse(header.origin.config, header.origin.overrides).plan())
-    click.echo("configuration: SHA-256 fits" + (", but not what was laid out" if differences else ""))
-    click.echo(f"blocks: {report.done.sum()} of {len(report.done)} computed")
-    for name, points in report.statuses.items():
-        click.echo(f"status {name}: {points} points")
-    _complain(report)
-    for what in differences:
-        say(f"{file}: the configuration and the file differ: {what}")
-    if not report.sound or differences:
-        raise click.exceptions.Exit(1)
-    click.echo("every computed block is whole" if not report.complete else "complete and whole")
+    facts = {
+        "blocks": {"computed": int(report.done.sum()), "of": len(report.done)},
+        "statuses": report.statuses,
+    }
+    lines = [
+        "configuration: SHA-256 fits" + (", but not what was laid out" if differences else ""),
+        f"blocks: {report.done.sum()} of {len(report.done)} computed",
+        *(f"status {name}: {points} points" for name, points in report.statuses.items()),
+    ]
+    faults = _faults(report) + [f"the configuration and the file differ: {what}" for what in differences]
+    return report.share, faults, facts, lines
 
 
-def _complain(report: Report) -> None:
-    for k, fault in sorted(report.faults.items()):
-        say(f"damaged: {report.place(k)}: {fault}; the same sweep command computes it again")
-    for what in report.general:
-        say(f"damaged: {what}")
+def _faults(report: Report) -> list[str]:
+    blocks = [
+        f"{report.place(k)}: {fault}; the same sweep command computes it again"
+        for k, fault in sorted(report.faults.items())
+    ]
+    return blocks + report.general

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, check_output, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, read, say, working
+from vibrodrive.jobs.output import check_output
 
 
 @click.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, check_figure, read, say, working
+from vibrodrive.cli.common import FILE, METHOD, SET, read, say, working
+from vibrodrive.jobs.output import check_figure
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
@@ -78,7 +80,10 @@ def plot(
 def draw(
     file: Path, target: Path, options: dict[str, Any], dpi: int | None = None, over: tuple[Path, ...] = ()
 ) -> float:
-    """Draw a file, and what lies over it, and return the share that is computed."""
+    """Draw a file, and what lies over it, and return the share that is computed.
+
+    What is damaged is left out and named, with exit code 1.
+    """
     from vibrodrive.figures.style import save
     from vibrodrive.store.header import read_kind
 
@@ -88,8 +93,10 @@ def draw(
         from vibrodrive.model.parameters import bad
 
         raise click.ClickException(bad("--over", str(over[0]), f"left out: {file} holds no sweep"))
+    damaged: list[str] = []
     if holds == "sweep":
-        figure, share = _sweep(file, options, over)
+        with _left_out(damaged):
+            figure, share = _sweep(file, options, over)
     elif holds == "limits":
         from vibrodrive.figures.limits import limits_figure
         from vibrodrive.figures.map import limits_map
@@ -117,6 +124,10 @@ def draw(
     if share < 1:
         say(f"{file}: {100 * share:.1f} % computed")
     say(f"{target} drawn")
+    for what in damaged:
+        say(what)
+    if damaged:
+        raise click.exceptions.Exit(1)
     return share
 
 
@@ -133,17 +144,32 @@ def _in_one_line() -> Iterator[None]:
         raise click.ClickException(str(error)) from None
 
 
+@contextmanager
+def _left_out(damaged: list[str]) -> Iterator[None]:
+    """Collect what is said about damaged blocks, and let other warnings pass."""
+    from vibrodrive.store.reader import DamagedBlock
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DamagedBlock)
+        yield
+    for w in caught:
+        if issubclass(w.category, DamagedBlock):
+            damaged.append(str(w.message))
+        else:
+            warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
+
+
 def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
     from vibrodrive.model import config
-    from vibrodrive.store.reader import load, look
+    from vibrodrive.store.reader import load_sweep, look
 
     report = look(file)
     origin = report.header.origin
     wanted = merge_wishes(config.parse(origin.config, origin.overrides).figure, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
-    results, drawn_over = load(file), read_overlays(over)
+    results, drawn_over = load_sweep(file), read_overlays(over)
     if wanted.get("quantity") == KEPT:
         with working(file.name):
             drawn_over["undisturbed"] = undisturbed_gaps(results)

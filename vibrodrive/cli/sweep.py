@@ -15,7 +15,6 @@ from vibrodrive.cli.common import (
     OVERWRITE,
     SET,
     THREADS,
-    check_output,
     leave,
     read,
     same_command,
@@ -23,6 +22,7 @@ from vibrodrive.cli.common import (
     working,
 )
 from vibrodrive.cli.plot import check_drawing, draw
+from vibrodrive.jobs.output import check_output
 
 if TYPE_CHECKING:
     from vibrodrive.model.plan import Plan

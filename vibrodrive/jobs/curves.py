@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -14,7 +15,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.curves import NUM, Curve, curves
 from vibrodrive.periodic.meetings import meeting_points
 from vibrodrive.periodic.search import check_period
-from vibrodrive.store.curves import Stored, load_curves, save_curves
+from vibrodrive.store.curves import StoredCurves, load_curves, save_curves
 from vibrodrive.store.file import made_already
 from vibrodrive.store.layout import Origin
 
@@ -27,8 +28,8 @@ def run_curves(
     origin: Origin = UNTOLD,
     figure: Path | None = None,
     overwrite: bool = False,
-) -> str:
-    """Find the curves of bifurcations in the ranges of a plan, write them to `out`, draw them; the table as text.
+) -> list[Curve]:
+    """Find the curves of bifurcations in the ranges of a plan, write them to `out` and draw them.
 
     A file that is there and was made from the same is drawn and listed again.
 
@@ -65,10 +66,10 @@ def run_curves(
         found = load_curves(out)
     else:
         A, B = _ends(plan, "A"), _ends(plan, "B")
-        found = Stored(curves(A, B, longest, num=min(len(plan.axes["B"]), NUM)), longest, A, B)
+        found = StoredCurves(curves(A, B, longest, num=min(len(plan.axes["B"]), NUM)), longest, A, B)
         save_curves(out, found, origin._replace(title=origin.title or "Bifurcations of a friction-impact oscillator"))
     save(_figure(found), figure or out.with_suffix(".png"))
-    return table(found.curves)
+    return found.curves
 
 
 def check_plane(plan: Plan) -> None:
@@ -91,9 +92,23 @@ def redraw(path: Path) -> Figure:
     return _figure(load_curves(path))
 
 
-def _figure(found: Stored) -> Figure:
+def _figure(found: StoredCurves) -> Figure:
     meets = [(a, b) for a, b, _ in meeting_points(found.curves)]
     return curves_figure(found.curves, found.A, found.B, found.max_period, meets)
+
+
+def listed(found: list[Curve]) -> dict[str, Any]:
+    """The same as `table` for other programs, of types that JSON knows; curves are numbered from 0."""
+    curves = [
+        {
+            "kind": c.kind, "period": c.period, "impacts": c.impacts, "word": c.word, "ends": list(c.ends),
+            "A": c.A.tolist(), "B": c.B.tolist(),
+        } for c in found
+    ]  # fmt: skip
+    return {
+        "curves": curves,
+        "meetings": [{"A": A, "B": B, "curves": list(several)} for A, B, several in meeting_points(found)],
+    }
 
 
 def table(found: list[Curve]) -> str:

@@ -11,10 +11,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION
 from vibrodrive.stability.limit import AXES, Limit, limits
 from vibrodrive.store.limits import DONE, SHOWN, Limits, create, curves_of, refuse_another, write_limit, writing
@@ -76,8 +76,8 @@ def run_limits(
     with writing(path) as file:
         refuse_another(file, path, config, criterion)
         if "section_dxi" in file and not np.isfinite(file["section_dxi"][...]).any():
-            undisturbed = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN, "threads": threads}
-            file["section_dxi"][...] = sweep(**undisturbed).section[..., 1]
+            undisturbed = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN}
+            file["section_dxi"][...] = collect(make_plan(undisturbed), threads).section[..., 1]
             file.flush()
         known = int((file["status"][...] == DONE).sum())
         total = file["status"].size

@@ -63,6 +63,7 @@ def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
         for a file of another kind, and for two of one.
     what `load_curves` and `load_limits` raise
     """
+    from vibrodrive.store.every_kind import load
     from vibrodrive.store.header import read_kind
 
     found: dict[str, Any] = {}
@@ -71,15 +72,6 @@ def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
         name = {"curves": "curves", "limits": "k2"}.get(kind)
         if name is None or name in found:
             raise ConfigError(bad("--over", str(file), "a file of limits or of curves over A and B, one of each"))
-        found[name] = _load(file, kind)  # what loads it loads Numba, too
+        there: Any = load(file)
+        found[name] = there.curves if kind == "curves" else there
     return found
-
-
-def _load(file: Path, kind: str) -> Any:
-    if kind == "limits":
-        from vibrodrive.store.limits import load_limits
-
-        return load_limits(file)
-    from vibrodrive.store.curves import load_curves
-
-    return load_curves(file).curves

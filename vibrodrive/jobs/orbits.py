@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
 from vibrodrive.figures.style import save
-from vibrodrive.model import config
 from vibrodrive.model.parameters import Method, bad
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.search import check_period
 from vibrodrive.store.file import made_already
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.orbits import load_family, save_family
+from vibrodrive.store.orbits import load_orbits, save_family
 
 MAX_PERIOD = 3
 
@@ -40,8 +40,8 @@ def run_orbits(
     figure: Path | None = None,
     threads: int | None = None,
     overwrite: bool = False,
-) -> str:
-    """Find all orbits over the A of a plan, write them to `out` and draw them; returns the table as text.
+) -> Family:
+    """Find all orbits over the A of a plan, write them to `out` and draw them.
 
     A file that is there and was made from the same is drawn and listed again.
 
@@ -80,14 +80,14 @@ def run_orbits(
     check_plan(plan)
     B, phase = plan.scalars["B"], plan.scalars["section_phase"]
     if not overwrite and made_already(out, "orbits", plan, max_period=longest):
-        found = load_family(out, plan.axes["A"]).family
+        found = load_orbits(out).family
     else:
         found = family(plan.axes["A"], B, longest)
         save_family(out, found, origin._replace(title=origin.title or "Orbits of a friction-impact oscillator"), phase)
     diagram = figure or out.with_suffix(".png")
     save(draw(found, brute_force(plan, threads), phase), diagram)
     save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))
-    return table(found)
+    return found
 
 
 def check_plan(plan: Plan) -> None:
@@ -109,18 +109,9 @@ def check_undisturbed(plan: Plan) -> None:
 
 def brute_force(plan: Plan, threads: int | None) -> Results:
     """The section points of the plan's own motion."""
-    at, s = plan.scalars, plan.settings
-    return sweep(
-        A=plan.axes["A"],
-        B=at["B"],
-        xi0=at["xi0"],
-        dxi0=at["dxi0"],
-        tau0=at["tau0"],
-        section_phase=at["section_phase"],
-        transient=s.transient,
-        periods=s.periods,
-        threads=threads,
-    )
+    kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
+    s = plan.settings
+    return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
 
 
 def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figure:
@@ -131,12 +122,10 @@ def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figu
     Raises
     ------
     NoResult, OSError
-        as `orbits.load_family`.
+        as `load_orbits`.
     """
-    stored = load_family(path)
-    plan = _plan_of(stored.origin, stored.family.B)
-    if plan is not None:
-        stored = load_family(path, plan.axes["A"])
+    stored = load_orbits(path)
+    plan = stored.plan
     if what == "multipliers":
         return multiplier_diagram(stored.family)
     phase = stored.section_phase
@@ -144,16 +133,6 @@ def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figu
         phase = plan.scalars["section_phase"] if plan is not None else 0.0
     brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None
     return draw(stored.family, brute, phase, quantity)
-
-
-def _plan_of(origin: Origin, B: float) -> Plan | None:
-    """The sweep that a file of orbits was made from, or None if its configuration does not contain it."""
-    try:
-        plan = config.parse(origin.config, origin.overrides).plan()
-        check_plan(plan)
-    except (TypeError, ValueError):
-        return None
-    return plan if plan.scalars["B"] == B else None
 
 
 def draw(found: Family, brute: Results | None, section_phase: float, quantity: str = "dxi") -> Figure:
@@ -166,6 +145,25 @@ def draw(found: Family, brute: Results | None, section_phase: float, quantity: s
     return bifurcation_diagram(found, brute, quantity, section_phase, views)
 
 
+def listed(found: Family) -> dict[str, Any]:
+    """The same as `table` for other programs, of types that JSON knows (NaN among the numbers)."""
+    bifurcations = [
+        {
+            "A": b.A, "kind": b.kind, "period": b.orbit.period, "impacts": b.orbit.impacts,
+            "multiplier_below": b.multiplier_below, "multiplier_above": b.multiplier_above, "word": b.orbit.word,
+        } for b in found.bifurcations
+    ]  # fmt: skip
+    return {
+        "B": found.B, "max_period": found.max_period, "values_of_A": len(found.A), "orbits": _kinds(found),
+        "bifurcations": bifurcations,
+    }  # fmt: skip
+
+
+def _kinds(found: Family) -> dict[str, int]:
+    """How many orbits of each kind there are, over all A."""
+    return dict(sorted(Counter(o.kind for there in found.orbits for o in there).items()))
+
+
 def table(found: Family) -> str:
     """The bifurcations, a line each, and how many orbits there are."""
     lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
@@ -173,8 +171,7 @@ def table(found: Family) -> str:
         sides = f"{_number(b.multiplier_below)} / {_number(b.multiplier_above)}"
         orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {sides:<24}  {b.orbit.word}"
         lines.append(f"{b.A:18.14f}  {b.kind:<15}  {orbit}")
-    counts = Counter(o.kind for there in found.orbits for o in there)
-    kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
+    kinds = ", ".join(f"{n} {kind}" for kind, n in _kinds(found).items()) or "none"
     lines.append(
         f"{len(found.bifurcations)} bifurcations; orbits of up to {found.max_period} periods at "
         f"{len(found.A)} values of A: {kinds}"

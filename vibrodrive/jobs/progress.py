@@ -10,10 +10,15 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from vibrodrive.jit.compile import Compilation
 
 PLAIN_SECONDS = 10.0
 """Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
@@ -120,3 +125,78 @@ class Show:
         with contextlib.suppress(OSError, ValueError):
             self._stream.write(text)
             self._stream.flush()
+
+
+def show_sweep(show: Show, tally: Tally, compilation: Compilation | None) -> None:
+    """Draw how far a sweep is, or that kernels are being compiled for it (None: Numba is not loaded yet)."""
+    if compilation is not None and compilation.running:
+        show.compiling(compilation.seconds)
+    else:
+        show.update(tally.line)
+
+
+class NotebookShow(Show):
+    """Shows its lines below the cell of a notebook that runs; the last one is replaced as it changes."""
+
+    def __init__(self, display: Callable[..., Any], name: str) -> None:
+        super().__init__(sys.stderr, name)
+        self._display = display
+        self._lines: list[str] = []
+        self._handle: Any = None
+
+    def update(self, line: Callable[[], str]) -> None:
+        self._put([*self._lines, f"{self._name}  {line()}"])
+        self._drawn = True
+
+    def say(self, message: str) -> None:
+        self._lines.append(message)
+        self._put(self._lines)
+
+    def clear(self) -> None:
+        if self._drawn:
+            self._put(self._lines)
+            self._drawn = False
+
+    def _put(self, lines: list[str]) -> None:
+        content = {"text/plain": "\n".join(lines)}
+        if self._handle is None:
+            self._handle = self._display(content, raw=True, display_id=True)
+        else:
+            self._handle.update(content, raw=True)
+
+
+def show_to_person(name: str) -> Show | None:
+    """A Show where a person watches this Python: on a terminal, or in a notebook. None where nobody does."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    if hasattr(shell, "kernel"):
+        from IPython.display import display
+
+        return NotebookShow(display, name)
+    return Show(sys.stderr, name) if sys.stderr is not None and sys.stderr.isatty() else None
+
+
+WATCH_SECONDS = 0.2
+
+SHOWN_AFTER = 1.0
+"""Seconds after which what a call in Python does is shown to whoever watches: most are done by then."""
+
+
+@contextlib.contextmanager
+def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
+    """Call `look` every WATCH_SECONDS, from `after` seconds on, in a thread of its own while the block runs."""
+    ended = threading.Event()
+
+    def watch() -> None:
+        late = ended.wait(after)
+        while not late:
+            look()
+            late = ended.wait(WATCH_SECONDS)
+
+    watcher = threading.Thread(target=watch, name="watch", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()

@@ -22,7 +22,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrodrive.jobs.progress import Show, Tally, duration
+from vibrodrive.jobs.output import Refused
+from vibrodrive.jobs.progress import SHOWN_AFTER, Show, Tally, duration, show_sweep, watching
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import file_bytes, human
@@ -48,6 +49,7 @@ class Job:
     threads: int | None = None
     dask: str | None = None
     overwrite: bool = False
+    executor: Executor | None = None
 
 
 class Stopped(Exception):
@@ -56,10 +58,6 @@ class Stopped(Exception):
 
 class Cancelled(Exception):
     """What ends the work itself after a signal."""
-
-
-class Refused(ValueError):
-    """The cluster that is to compute cannot be reached; the message is one line, and there is no file."""
 
 
 class Failed(RuntimeError):
@@ -72,7 +70,7 @@ def run(job: Job, show: Show) -> str:
     Raises
     ------
     what `store.open_writer` raises, and Refused
-        before anything is computed.
+        before anything is computed; Refused if a cluster cannot be reached.
     Failed
         if the file could not be written or the computation broke off.
     Stopped
@@ -86,10 +84,8 @@ def run(job: Job, show: Show) -> str:
             thread.join(0.1)
             for notice in work.news():
                 show.say(notice)
-            if work.compilation is not None and work.compilation.running:
-                show.compiling(work.compilation.seconds)
-            elif thread.is_alive():
-                show.update(work.tally.line)
+            if thread.is_alive():
+                show_sweep(show, work.tally, work.compilation)
         for notice in work.news():
             show.say(notice)
         show.clear()
@@ -98,6 +94,31 @@ def run(job: Job, show: Show) -> str:
     if work.error is not None:
         raise work.error
     return work.summary
+
+
+def run_in_place(job: Job, show: Show | None) -> None:
+    """`run` in the thread that calls, whose signals stay as they are: KeyboardInterrupt and what else is raised there
+    ends it, when the file is in a state from which it can be resumed."""
+    work = _Work(job)
+    if show is None:
+        work.carry_out()
+    else:
+        _carry_out_shown(work, show)
+
+
+def _carry_out_shown(work: _Work, show: Show) -> None:
+    def look() -> None:
+        for notice in work.news():
+            show.say(notice)
+        show_sweep(show, work.tally, work.compilation)
+
+    try:
+        with watching(look, SHOWN_AFTER):
+            work.carry_out()
+    finally:
+        show.clear()
+    for line in (*work.news(), work.summary):
+        show.say(line)
 
 
 class _Work:
@@ -113,7 +134,7 @@ class _Work:
 
     def run(self) -> None:
         try:
-            self._run()
+            self.carry_out()
         except BaseException as error:
             self.error = error
 
@@ -134,11 +155,12 @@ class _Work:
         done = self._writer.done
         return f"stopped by {name}: {self.job.path} holds {done.sum()} of {len(done)} blocks"
 
-    def _run(self) -> None:
+    def carry_out(self) -> None:
+        """Open the file, compute what it lacks, close it. Raises as `run`."""
         job, path = self.job, self.job.path
-        with _executor(
-            job.dask, self._watch_workers
-        ) as executor:  # before the file is made: an unreachable cluster leaves none
+        # before the file is made: an unreachable cluster leaves none
+        with _executor(job.dask, self._watch_workers) as cluster:
+            executor = cluster if job.executor is None else job.executor
             fresh = job.overwrite or not path.exists()
             writer = open_writer(
                 path,
@@ -163,6 +185,9 @@ class _Work:
             except Exception as error:
                 writer.close()
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
+            except BaseException:  # Ctrl-C where this is the main thread
+                writer.close()
+                raise
 
     def _watch_workers(self, workers: int) -> None:
         """Say that a cluster has no workers when it is so; called again and again."""
@@ -199,9 +224,10 @@ class _Work:
         lengths = [stop - start for start, stop in plan.blocks()]
         missing = sum(lengths[k] for k in which)
         tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
-        for block in run_blocks(plan, which, threads=self.job.threads, executor=executor):
-            writer.write(block)
-            tally.add(block.stop - block.start)
+        with contextlib.closing(run_blocks(plan, which, threads=self.job.threads, executor=executor)) as blocks:
+            for block in blocks:
+                writer.write(block)
+                tally.add(block.stop - block.start)
         took = monotonic() - tally.began
         self.summary = (
             f"{self.job.path}: {tally.fresh} points in {duration(took)} "
@@ -325,7 +351,7 @@ def _compiling() -> bool:
 
 
 def _held(writer: Writer) -> str:
-    return f"{writer.done.sum()} of {len(writer.done)} blocks are safe, the same command goes on from there"
+    return f"{writer.done.sum()} of {len(writer.done)} blocks are safe, the same sweep goes on from there"
 
 
 def _one_line(error: BaseException) -> str:

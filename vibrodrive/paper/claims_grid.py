@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.plan import make_plan
 from vibrodrive.paper.analysis import (
     AT_SECTION,
     LAGS,
@@ -166,8 +167,9 @@ def reactions(session: Session) -> Outcome:
 )
 def not_yet_critical(session: Session) -> Outcome:
     results = session.results("fig10")
-    exact = sweep(A=results.axes["A"], B=results.scalars["B"], section_phase=results.scalars["section_phase"],
-                  transient=results.settings.transient, periods=results.settings.periods)  # fmt: skip
+    same = {name: results.scalars[name] for name in ("B", "section_phase")}
+    s = results.settings
+    exact = collect(make_plan({"A": results.axes["A"], **same, "transient": s.transient, "periods": s.periods}))
     n = period(exact.section)
     kept = {k: bool(order(exact.section[k, -m:], results.section[k])) for k, m in enumerate(n) if m > 0}
     seen = float(np.mean(list(kept.values())))

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session, points
@@ -263,11 +264,11 @@ def _repeats(section: np.ndarray, longest: int) -> int:
 
 def _seconds_per_period(arguments: dict[str, Any]) -> float:
     """The shortest of three runs, after one that compiles."""
-    sweep(**(arguments | {"periods": 1}))
+    collect(make_plan(arguments | {"periods": 1}))
     spent = []
     for _ in range(3):
         began = time.perf_counter()
-        sweep(**arguments)
+        collect(make_plan(arguments))
         spent.append(time.perf_counter() - began)
     return min(spent) / len(arguments["A"]) / arguments["periods"]
 

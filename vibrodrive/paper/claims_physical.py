@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import Trajectory
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import AT_SECTION, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
@@ -159,11 +160,11 @@ def precision(session: Session) -> Outcome:
     eps = float(results.axes["eps"].max())
     # long enough for a missed pair of zeros, short enough that rounding has not grown to the size of one
     span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
-    exact = sweep(A=A, **span).section
+    exact = collect(make_plan({"A": A, **span})).section
     steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]
     right = []
     for step in steps:
-        section = sweep(A=A, **span, method="muller", dtau=step).section
+        section = collect(make_plan({"A": A, **span, "method": "muller", "dtau": step})).section
         right.append(float((np.abs(section - exact).max(axis=(1, 2)) < 1e-3).mean()))
     enough = max((d for d, share in zip(steps, right, strict=True) if share == 1), default=np.nan)
     text = "share of motions right over 40 periods: " + ", ".join(

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
@@ -95,7 +96,7 @@ def n_solutions(session: Session) -> Outcome:
     counted = {base.n: sum(share > 0 for share in shares)}
     for A in HIGHER:
         orbit = session.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
-        starts = sweep(A=A, xi0=np.linspace(0, 20, 201), transient=1000, periods=64)
+        starts = collect(make_plan({"A": A, "xi0": np.linspace(0, 20, 201), "transient": 1000, "periods": 64}))
         away, kind = deviation(orbit.points, starts.section)
         counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
     settled = float((rho < SETTLED).mean())

@@ -14,7 +14,7 @@ from vibrodrive.model.results import Results
 from vibrodrive.stability.structure import ReferenceOrbit, reference_orbit
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin, about
-from vibrodrive.store.reader import load
+from vibrodrive.store.reader import load_sweep
 from vibrodrive.store.writer import open_writer
 
 Say = Callable[[str], None]
@@ -79,7 +79,7 @@ class Session:
         finally:
             writer.close()
         self.files.append(path)
-        return load(path)
+        return load_sweep(path)
 
     def _follow(self, name: str) -> list[Trajectory]:
         plan = self.config(name).plan()

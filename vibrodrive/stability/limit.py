@@ -42,6 +42,9 @@ NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
 SEEN = 4
 """How often a record must hold the period of the orbit: its first and last impacts are not judged."""
 
+PERIODS = 1500
+"""Recorded for a limit, unless given."""
+
 AT_A_TIME = 256
 """Searches carried on at the same time: the batches stay long as more and more of them end."""
 
@@ -124,7 +127,7 @@ def limit(
     dxi0: float = 0.0,
     tau0: float = 0.0,
     transient: int = 1000,
-    periods: int = 1500,
+    periods: int = PERIODS,
     section_phase: float = 0.0,
     scan: ScanLike = "skip",
     budget: int = 100_000,
@@ -207,7 +210,7 @@ def limits(
     dxi0: float = 0.0,
     tau0: float = 0.0,
     transient: int = 1000,
-    periods: int = 1500,
+    periods: int = PERIODS,
     section_phase: float = 0.0,
     scan: ScanLike = "skip",
     budget: int = 100_000,
@@ -259,7 +262,7 @@ def _planned(
     if method is None:
         method = "fixed" if disturbance == "dtau" else "certified"
     sought = {} if start else {disturbance: 1e-3}
-    plan = make_plan({"periods": 1500, **arguments, "method": method, **sought})
+    plan = make_plan({"periods": PERIODS, **arguments, "method": method, **sought})
     for name, values in plan.axes.items():
         if name not in axes:
             only = f" (axes may be {', '.join(axes)})" if axes else ""

@@ -20,10 +20,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.model.parameters import PARAMETERS, Method, Status, bad, check, real_array
+from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.structure import BLURRED, SETTLING, WATCHED, period, reference_orbit
 
 COORDINATES = ("xi0", "dxi0", "tau0")
@@ -216,7 +217,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | Non
     n = orbit.n
     # a section in which the orbit rests every time cannot tell its solutions apart
     phases = (exact["section_phase"] + TWO_PI / PHASES * np.arange(PHASES)) % TWO_PI
-    sections = sweep(**(exact | {"section_phase": phases}), periods=WATCHED, threads=threads).section
+    sections = collect(make_plan(exact | {"section_phase": phases, "periods": WATCHED}), threads).section
     telling = np.flatnonzero(period(sections) == n)
     if len(telling) == 0:
         return None
@@ -233,7 +234,7 @@ def _same(solution: Solution, coordinate: str, deviations: np.ndarray, threads: 
     """`same_solution`, of a solution that is known."""
     n = len(solution.points)
     starts = solution.arguments[coordinate] + deviations
-    found = sweep(**(solution.arguments | {coordinate: starts}), periods=n, threads=threads)
+    found = collect(make_plan(solution.arguments | {coordinate: starts, "periods": n}), threads)
     times = starts.tolist() if coordinate == "tau0" else [solution.arguments["tau0"]]
     first = np.array([_first_section(tau, solution.arguments["section_phase"]) for tau in times])
     expected = solution.points[(first[:, None] + WATCHED - n + np.arange(n)) % n]

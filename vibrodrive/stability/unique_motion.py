@@ -19,8 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.model.parameters import Method, bad, check, check_choice, check_count, real_array
+from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit_search import GRIDS, Band, search_band
 from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
@@ -57,7 +58,7 @@ def starts_that_reach_all(
     n, reached = len(solution.points), 0
     for side in SIDES:
         xi0, dxi0 = starts = lattice(A, side)
-        found = sweep(**(solution.arguments | {"xi0": xi0, "dxi0": dxi0}), periods=n, threads=threads)
+        found = collect(make_plan(solution.arguments | {"xi0": xi0, "dxi0": dxi0, "periods": n}), threads)
         distance, shift = deviation(solution.points, found.section)
         reached = len(np.unique(shift[distance <= CLOSE]))
         if reached == n:
@@ -114,7 +115,7 @@ def ends_on_one(
     swept: dict[str, Any] = {disturbance: real_array(disturbance, values, "numbers"), "xi0": xi0, "dxi0": dxi0}
     rest = {name: value for name, value in point.items() if name not in swept}  # axes lie in the order written
     rest |= {"transient": whole - compared, "periods": compared}
-    section = sweep(**swept, **rest, threads=threads).section
+    section = collect(make_plan(swept | rest), threads).section
     ends = section.reshape(len(section), -1, compared, 2)
     allowed = 0.0 if check_choice("method", point["method"], Method) == Method.FIXED else COINCIDE
     return np.abs(ends - ends[:, :1]).max(axis=(1, 2, 3)) <= allowed

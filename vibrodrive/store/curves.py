@@ -8,7 +8,6 @@ two curves meet, once).
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,22 +19,30 @@ from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.meetings import Meeting, meeting_points
 from vibrodrive.store import netcdf
-from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
+from vibrodrive.store.describe import explained
+from vibrodrive.store.file import Summary, counted, find_faults, new_file, reading, versions_of
 from vibrodrive.store.layout import Origin, about
 
 SCHEMA_VERSION = 1
 
+CONTENTS = (
+    "Bifurcations of the undisturbed motion (ε = 0) as curves in the plane (A, B), within range_A and range_B; curve i "
+    "has the rows first_point[i] to first_point[i] + points[i] - 1 along `point`."
+)
+"""Of a file, for a reader who sees nothing else."""
 
-class Stored(NamedTuple):
+
+class StoredCurves(NamedTuple):
     """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched."""
 
     curves: list[Curve]
     max_period: int
     A: tuple[float, float]
     B: tuple[float, float]
+    title: str = ""
 
 
-def save_curves(path: Path, found: Stored, origin: Origin) -> None:
+def save_curves(path: Path, found: StoredCurves, origin: Origin) -> None:
     """Write curves into `path`, at once: the file is there whole or not at all.
 
     Raises
@@ -47,12 +54,13 @@ def save_curves(path: Path, found: Stored, origin: Origin) -> None:
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about("curves", origin) | {"schema_version": SCHEMA_VERSION})
-        file.attrs.update({"max_period": found.max_period, "range_A": found.A, "range_B": found.B})
+        file.attrs.update(explained(CONTENTS, {"max_period": found.max_period}))
+        file.attrs.update({"range_A": found.A, "range_B": found.B})
         for dimension, columns in _tables(found.curves).items():
             netcdf.table(file, dimension, columns)
 
 
-def load_curves(path: Path) -> Stored:
+def load_curves(path: Path) -> StoredCurves:
     """Read a file of curves.
 
     Raises
@@ -64,7 +72,8 @@ def load_curves(path: Path) -> Stored:
     """
     with reading(path, "curves") as file:
         low, high = (tuple(map(float, file.attrs[f"range_{name}"])) for name in "AB")
-        return Stored(_curves(file), int(file.attrs["max_period"]), low, high)  # type: ignore[arg-type]
+        longest, title = int(file.attrs["max_period"]), str(file.attrs["title"])
+        return StoredCurves(_curves(file), longest, low, high, title)  # type: ignore[arg-type]
 
 
 def summary(path: Path, thorough: bool = False) -> Summary:
@@ -77,14 +86,20 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         points, first = file["points"][...], file["first_point"][...]
         if not np.array_equal(np.cumsum(points) - points, first) or points.sum() != len(file["point"]):
             faults.append("first_point: does not fit the points of the curves")
-        ranges = {name: file.attrs[f"range_{name}"] for name in "AB"}
+            return Summary(title, 1.0, [], faults)
+        ranges = {name: file.attrs[f"range_{name}"].tolist() for name in "AB"}
+        longest, kinds, met = int(file.attrs["max_period"]), counted(file["kind"]), len(meeting_points(_curves(file)))
+        facts = {
+            "ranges": ranges, "max_period": longest, "curves": kinds, "points": int(points.sum()),
+            "meeting_points": met, "versions": versions_of(file),
+        }  # fmt: skip
         lines = [("range", f"{name} = {low:g} to {high:g}") for name, (low, high) in ranges.items()]
-        lines.append(("periods", f"up to {file.attrs['max_period']}"))
-        met = f"meet at {len(meeting_points(_curves(file)))} points" if not faults else ""
-        lines.append(("curves", f"{len(points)} with {points.sum()} points; {met}"))
-        for kind, n in sorted(Counter(file["kind"].asstr()[...].tolist()).items()):
-            lines.append(("found", f"{n} x {kind}"))
-        return Summary(title, 1.0, lines + provenance(file), faults)
+        lines += [
+            ("periods", f"up to {longest}"),
+            ("curves", f"{len(points)} with {points.sum()} points; meet at {met} points"),
+            *(("found", f"{n} x {kind}") for kind, n in kinds.items()),
+        ]
+        return Summary(title, 1.0, lines, faults, facts)
 
 
 def _tables(found: list[Curve]) -> dict[str, dict[str, tuple[Any, str]]]:

@@ -15,13 +15,23 @@ import numpy as np
 
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
-from vibrodrive.store.file import Summary, find_faults, provenance, reading
+from vibrodrive.store.describe import explained, plain
+from vibrodrive.store.file import Summary, axis_facts, axis_line, find_faults, reading, versions_of
 from vibrodrive.store.header import Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 
 SECOND = ("dtau", "eps")
 """What may lie across A."""
+
+
+CONTENTS = (
+    "For each method and point of the axes, how many switches of the motion were judged, against the exact one from "
+    "the same state, and how many of them were missed, late or wrongly decided; `limit`: where the motion loses its "
+    "structure, from `periods` recorded periods."
+)
+"""Of a file, for a reader who sees nothing else."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +62,11 @@ def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...]
     meaning = "smallest disturbance at which order or gaps are lost"
     netcdf.variable(file, "limit", ("method", "A"), np.float64, meaning, fill=np.nan)
     plan = config.plan()
+    shared = {name: value for name, value in plain(plan).items() if name not in ("method", "scan", "record")}
+    shared["periods"] = config.arguments.get("periods", PERIODS)
     file.attrs.update(
         about("failures", Origin(config.text, config.overrides, config.title or "Failures of the usual methods"))
+        | explained(CONTENTS, shared)
         | {"scalars": json.dumps({k: v for k, v in plan.scalars.items() if v == v})}
     )
 
@@ -102,11 +115,17 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         found = _content(file)
         if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
             faults.append("judged: fewer than failed")
-        lines = [
-            ("axis", f"A = {found.A[0]:g} to {found.A[-1]:g}, {len(found.A)} values"),
-            ("axis", f"{found.name} = {found.other[0]:g} to {found.other[-1]:g}, {len(found.other)} values"),
-        ]
-        for m, method in enumerate(METHODS):
-            failed = ", ".join(f"{found.counts[kind][m].sum()} {kind}" for kind in KINDS)
-            lines.append((method, f"{found.judged[m].sum()} switches judged: {failed}"))
-        return Summary(title, 1.0, lines + provenance(file), faults)
+        axes = {"A": found.A, found.name: found.other}
+        switches = {
+            method: {"judged": int(found.judged[m].sum()), **{k: int(found.counts[k][m].sum()) for k in KINDS}}
+            for m, method in enumerate(METHODS)
+        }
+        lines = [axis_line(name, values) for name, values in axes.items()]
+        for method, count in switches.items():
+            failed = ", ".join(f"{count[kind]} {kind}" for kind in KINDS)
+            lines.append((method, f"{count['judged']} switches judged: {failed}"))
+        facts = {
+            "axes": {name: axis_facts(values) for name, values in axes.items()}, "parameters": found.scalars,
+            "switches": switches, "versions": versions_of(file),
+        }  # fmt: skip
+        return Summary(title, 1.0, lines, faults, facts)

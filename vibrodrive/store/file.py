@@ -11,9 +11,11 @@ import hashlib
 import json
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -131,25 +133,35 @@ def made_already(path: Path, kind: str, plan: Plan, given: Mapping[str, object] 
 class Summary(NamedTuple):
     """What a file that is no sweep holds, for `info` and `verify`.
 
-    `share` is the part that is computed, 0 to 1. `faults` are empty unless everything was to be read.
+    `share` is the part that is computed, 0 to 1. `faults` are empty unless everything was to be read. `lines` say it to
+    a person; `facts` are the same for a program, of types that JSON knows (NaN and inf among the numbers).
     """
 
     title: str
     share: float
     lines: list[tuple[str, str]]
     faults: list[str]
+    facts: Mapping[str, Any] = MappingProxyType({})
 
 
-def provenance(file: h5py.File) -> list[tuple[str, str]]:
-    """Who made a file and when, as far as it says."""
-    attrs = file.attrs
-    lines = []
-    if "versions" in attrs:
-        versions = json.loads(attrs["versions"])
-        lines.append(("made by", ", ".join(f"{k} {v}" for k, v in versions.items())))
-    if "created" in attrs:
-        lines.append(("created", str(attrs["created"])))
-    return lines
+def axis_facts(values: np.ndarray) -> dict[str, Any]:
+    """An axis for a program: its first and last value, and how many there are."""
+    return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
+
+
+def axis_line(name: str, values: np.ndarray, unit: str = "") -> tuple[str, str]:
+    """The same for a person."""
+    return "axis", f"{name} = {values[0]:g} to {values[-1]:g}{f' {unit}' if unit else ''}, {len(values)} values"
+
+
+def counted(kinds: h5py.Dataset) -> dict[str, int]:
+    """How often each text occurs in a dataset, in the order of the alphabet."""
+    return dict(sorted(Counter(kinds.asstr()[...].tolist()).items()))
+
+
+def versions_of(file: h5py.File) -> dict[str, str]:
+    """What a file was made by; empty for one made before files said so."""
+    return json.loads(file.attrs.get("versions", "{}"))
 
 
 def find_faults(file: h5py.File) -> list[str]:
@@ -193,9 +205,13 @@ def summary(path: Path, thorough: bool = False) -> Summary:
     """What a file of single motions (NAME_switches.h5 of `paper`) holds; `thorough` looks for faults."""
     with reading(path, "switches") as file:
         faults = find_faults(file) if thorough else []
-        lines = [
-            (name, f"{len(group['switches'])} switches, {len(group['section'])} periods, A = {group.attrs['A']:g}")
-            for name, group in file.items()
-            if not faults
-        ]
-        return Summary(str(file.attrs["title"]), 1.0, lines + provenance(file), faults)
+        if faults:
+            return Summary(str(file.attrs["title"]), 1.0, [], faults)
+        motions = {
+            name: {
+                "switches": len(group["switches"]), "periods": len(group["section"]), "A": float(group.attrs["A"]),
+            } for name, group in file.items()
+        }  # fmt: skip
+        lines = [(k, f"{m['switches']} switches, {m['periods']} periods, A = {m['A']:g}") for k, m in motions.items()]
+        facts = {"motions": motions, "versions": versions_of(file)}
+        return Summary(str(file.attrs["title"]), 1.0, lines, faults, facts)

@@ -13,8 +13,10 @@ import numpy as np
 
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.records import SECTION
+from vibrodrive.store.describe import plain
 from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
-from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.layout import READABLE, Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.lock import Busy
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
 """What h5py raises for bytes that it cannot interpret."""
@@ -37,12 +39,12 @@ class Header(NamedTuple):
 
     plan: Plan
     origin: Origin
-    created: str
     versions: dict[str, str]
 
 
 def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, or OSError where the system refuses.
+    """Open a result file of any kind. Raises NoResult, OSError where the system refuses, or Busy where this process
+    reads a file that is to be written.
 
     HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
     makes unnecessary. Writers exclude each other by `lock`.
@@ -56,6 +58,8 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
     try:
         return _open(path, mode)
     except OSError as error:
+        if "already open" in str(error):
+            raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it there") from None
         what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
         raise Damaged(f"{path}: {what}: {remedy(path)}") from None
 
@@ -147,11 +151,9 @@ def read_header(file: h5py.File) -> Header:
         version = attrs.get("schema_version")
         if version is None:
             raise NoResult(f"{path}: no result file (no schema_version)")
-        if version != SCHEMA_VERSION:
-            raise NoResult(
-                f"{path}: schema_version = {version}: must be {SCHEMA_VERSION}, "
-                f"the one this version of vibrodrive reads and writes"
-            )
+        if version not in READABLE:
+            known = " or ".join(map(str, READABLE))
+            raise NoResult(f"{path}: schema_version = {version}: must be {known} for this version of vibrodrive")
         text = str(attrs["config"])
         if digest(text) != attrs["config_sha256"]:
             raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
@@ -172,7 +174,6 @@ def read_header(file: h5py.File) -> Header:
         return Header(
             plan,
             Origin(text, tuple(json.loads(attrs["overrides"])), str(attrs["title"])),
-            str(attrs["created"]),
             json.loads(attrs["versions"]),
         )
     except NoResult:
@@ -181,8 +182,19 @@ def read_header(file: h5py.File) -> Header:
         raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(Path(path))}") from None
 
 
-def damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
-    """Which coordinates are not what was written."""
+def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
+    """Which coordinates, and which plain root attributes, are not what was written."""
+    wrong = [f"coordinate {name}" for name in _damaged_coordinates(file, plan)]
+    for name, value in plain(plan).items() if file.attrs["schema_version"] > 1 else ():
+        try:
+            if file.attrs[name] != value:
+                wrong.append(f"attribute {name}")
+        except BROKEN:
+            wrong.append(f"attribute {name}")
+    return wrong
+
+
+def _damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
     wrong = []
     for name, values in coordinates(plan).items():
         try:

@@ -14,21 +14,24 @@ import json
 import math
 import platform
 from collections.abc import Callable
-from datetime import UTC, datetime
 from importlib import metadata
 from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status
+from vibrodrive.model.parameters import PARAMETERS, Status
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
+from vibrodrive.store.describe import explained, plain
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+
+READABLE = (1, SCHEMA_VERSION)
+"""Files of schema 1 have a date, and what all points share in `plan` alone."""
 
 Progress = Callable[[int, int], None]
 """Called with (done, of how many)."""
@@ -79,6 +82,13 @@ def dimension_of(along: str, plan: Plan) -> str:
     return "section_period" if along == "period" and SUMMARY in plan.record else along
 
 
+CONTENTS = (
+    "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
+    "more; its section is taken at τ = section_phase + 2πk."
+)
+"""Of a sweep, for a reader who sees nothing but the file."""
+
+
 class Origin(NamedTuple):
     """Where a sweep comes from: the configuration verbatim, the options that replace parts of it, a title."""
 
@@ -93,7 +103,10 @@ def digest(text: str) -> str:
 
 
 def about(kind: str, origin: Origin) -> dict[str, Any]:
-    """Root attributes that files of every kind have."""
+    """Root attributes that files of every kind have.
+
+    No date is among them: two runs of one configuration give the same file. The system keeps a file's time.
+    """
     return {
         "Conventions": "CF-1.10",
         "kind": kind,
@@ -102,7 +115,7 @@ def about(kind: str, origin: Origin) -> dict[str, Any]:
         "config_sha256": digest(origin.config),
         "overrides": json.dumps(origin.overrides),
         "versions": json.dumps(_versions()),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "references": "ZAMM 79 (1999) 6, 389-397",
     }
 
 
@@ -177,6 +190,7 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     flags = [s for s in Status if s is not Status.NOT_COMPUTED]
     file["status"].attrs["flag_values"] = np.array([*flags, Status.NOT_COMPUTED], np.int8)
     file["status"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in [*flags, Status.NOT_COMPUTED])
+    file["status"].attrs["comment"] = "; ".join(f"{s}: {s.name.lower()}: {s.advice}" for s in flags)
     file.attrs.update(_attributes(plan, origin))
 
 
@@ -207,9 +221,8 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
     outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings), **_recorded(plan)})
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
+        **explained(CONTENTS, plain(plan)),
         "schema_version": SCHEMA_VERSION,
-        "method": Method(plan.settings.method).name.lower(),
-        "scan": Scan(plan.settings.scan).name.lower(),
         "plan": outline,
         "plan_sha256": digest(outline),
     }

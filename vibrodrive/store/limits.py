@@ -20,12 +20,22 @@ import numpy as np
 from vibrodrive.model.config import Config, ConfigError, parse
 from vibrodrive.model.parameters import PARAMETERS, bad
 from vibrodrive.stability.criterion import SOLUTION
-from vibrodrive.stability.limit import AXES, Limit
+from vibrodrive.stability.limit import AXES, PERIODS, Limit
 from vibrodrive.stability.starts import COORDINATES
 from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
-from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading, unwritable
+from vibrodrive.store.describe import explained, plain
+from vibrodrive.store.file import (
+    Summary,
+    axis_facts,
+    axis_line,
+    find_faults,
+    new_file,
+    reading,
+    unwritable,
+    versions_of,
+)
 from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
@@ -75,6 +85,15 @@ UNIT = "velocity_unit"
 """Attribute of these: mm/s that a dimensionless velocity of 1 is."""
 
 NOT_COMPUTED, DONE = -1, 0
+
+OF_CURVES = ("method", "scan", "dtau", "record")
+"""Settings that are not those of a whole file."""
+
+CONTENTS = (
+    "Over the axes, for each curve, how large a disturbance may be before the motion loses what `criterion` asks for: "
+    "ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an error of the start."
+)
+"""Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
 
 
 @dataclass(frozen=True)
@@ -176,27 +195,41 @@ def summary(path: Path, thorough: bool = False) -> Summary:
             faults.append("status: a value that means nothing")
         if (np.isnan(found.numbers["k2"]) & found.done & (found.how == "")).any():
             faults.append("k2: missing where it is marked as computed")
-        lines = [("axis", f"{name} = {v[0]:g} to {v[-1]:g}, {len(v)} values") for name, v in found.axes.items()]
+        curves = [_curve_facts(found, c) for c in range(len(found.curves))]
+        facts = {
+            "axes": {name: axis_facts(values) for name, values in found.axes.items()}, "parameters": found.fixed,
+            "criterion": found.criterion, "curves": curves, "versions": versions_of(file),
+        }  # fmt: skip
+        lines = [axis_line(name, values) for name, values in found.axes.items()]
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
         lines.append(("criterion", found.criterion))
-        for c, (disturbance, method) in enumerate(found.curves):
-            there = f"{found.done[c].sum()} of {found.done[c].size} limits"
-            lines.append((disturbance, f"{method}: {there}{_spans(found, c)}"))
-        return Summary(found.title, float(found.done.mean()), lines + provenance(file), faults)
+        lines += [(curve["disturbance"], _curve_line(curve, found.mm_s)) for curve in curves]
+        return Summary(found.title, float(found.done.mean()), lines, faults, facts)
 
 
-def _spans(found: Limits, c: int) -> str:
-    """From where to where the limits of a curve go, as values of the disturbance and as velocities."""
-    k2 = found.numbers["k2"][c]
-    some = found.done[c] & np.isfinite(k2)
-    if not some.any():
-        return ""
-    V = found.numbers["velocity"][c][some]
-    text = f", {k2[some].min():.3g} to {k2[some].max():.3g}"
-    if np.isnan(V).all():
-        return text
-    text += f", V = {V.min():.3g} to {V.max():.3g}"
-    return text if found.mm_s is None else f"{text} ({found.mm_s * V.min():.3g} to {found.mm_s * V.max():.3g} mm/s)"
+def _curve_facts(found: Limits, c: int) -> dict[str, Any]:
+    """How far a curve is, and from where to where its limits go: as values of the disturbance, and as velocities."""
+    disturbance, method = found.curves[c]
+    facts = {
+        "disturbance": disturbance, "method": method, "computed": int(found.done[c].sum()), "of": found.done[c].size,
+    }  # fmt: skip
+    some = found.done[c] & np.isfinite(found.numbers["k2"][c])
+    for name in ("k2", "velocity"):
+        values = found.numbers[name][c][some]
+        if not np.isnan(values).all():
+            facts[name] = {"min": float(values.min()), "max": float(values.max())}
+    return facts
+
+
+def _curve_line(facts: dict[str, Any], mm_s: float | None) -> str:
+    text = f"{facts['method']}: {facts['computed']} of {facts['of']} limits"
+    if "k2" in facts:
+        text += f", {facts['k2']['min']:.3g} to {facts['k2']['max']:.3g}"
+    if "velocity" in facts:
+        low, high = facts["velocity"]["min"], facts["velocity"]["max"]
+        text += f", V = {low:.3g} to {high:.3g}"
+        text += "" if mm_s is None else f" ({mm_s * low:.3g} to {mm_s * high:.3g} mm/s)"
+    return text
 
 
 @contextmanager
@@ -298,7 +331,9 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], cr
         netcdf.dimension(file, "period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
         variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", ("A_fine", "period"))
     origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
-    file.attrs.update(about("limits", origin) | {"limits_schema": SCHEMA, "criterion": criterion})
+    shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
+    shared |= {"periods": config.arguments.get("periods", PERIODS), "criterion": criterion}
+    file.attrs.update(about("limits", origin) | explained(CONTENTS, shared) | {"limits_schema": SCHEMA})
 
 
 def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,14 +15,23 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.store import netcdf
-from vibrodrive.store.file import Summary, find_faults, new_file, provenance, reading
+from vibrodrive.store.describe import explained
+from vibrodrive.store.file import Summary, axis_facts, axis_line, counted, find_faults, new_file, reading, versions_of
 from vibrodrive.store.layout import Origin, about
 
 SCHEMA_VERSION = 1
+
+CONTENTS = (
+    "Every periodic orbit of the undisturbed motion (ε = 0) at each A that was looked at, a row each along `orbit`; "
+    "its impacts are the rows first_impact to first_impact + impacts - 1 along `impact`; and the bifurcations."
+)
+"""Of a file, for a reader who sees nothing else."""
 
 NEXT = " | "
 """Between the flights in the name of an orbit."""
@@ -43,22 +51,28 @@ def save_family(path: Path, found: Family, origin: Origin, section_phase: float)
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about("orbits", origin) | {"schema_version": SCHEMA_VERSION})
-        file.attrs.update({"B": found.B, "max_period": found.max_period, "section_phase": section_phase})
+        shared = {"B": found.B, "max_period": found.max_period, "section_phase": section_phase}
+        file.attrs.update(explained(CONTENTS, shared))
         for dimension, columns in _tables(found).items():
             netcdf.table(file, dimension, columns)
 
 
-class Stored(NamedTuple):
+class StoredOrbits(NamedTuple):
     """A family as a file holds it. `section_phase` is None, and the marks of bifurcations have no place, in a file
-    made before it kept them."""
+    made before it kept them. `plan` is the sweep of the configuration, None if that is not what the file holds."""
 
     family: Family
     origin: Origin
     section_phase: float | None
+    plan: Plan | None
+
+    @property
+    def title(self) -> str:
+        return self.origin.title
 
 
-def load_family(path: Path, grid: np.ndarray | None = None) -> Stored:
-    """Read a file of orbits. `grid`: where orbits were sought, to tell where there are none.
+def load_orbits(path: Path) -> StoredOrbits:
+    """Read a file of orbits. Orbits were sought where its configuration says, if that fits the file.
 
     Raises
     ------
@@ -71,7 +85,18 @@ def load_family(path: Path, grid: np.ndarray | None = None) -> Stored:
         attrs = file.attrs
         phase = attrs.get("section_phase")
         origin = Origin(str(attrs["config"]), tuple(json.loads(attrs.get("overrides", "[]"))), str(attrs["title"]))
-        return Stored(_family(file, grid), origin, None if phase is None else float(phase))
+        plan = _plan_of(origin, float(attrs["B"]))
+        found = _family(file, None if plan is None else plan.axes["A"])
+        return StoredOrbits(found, origin, None if phase is None else float(phase), plan)
+
+
+def _plan_of(origin: Origin, B: float) -> Plan | None:
+    """The sweep that a file of orbits was made from, or None if its configuration does not contain it."""
+    try:
+        plan = parse(origin.config, origin.overrides).plan()
+    except ConfigError:
+        return None
+    return plan if list(plan.axes) == ["A"] and plan.scalars["B"] == B else None
 
 
 def _family(file: h5py.File, grid: np.ndarray | None) -> Family:
@@ -111,7 +136,7 @@ def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
 
 
 def summary(path: Path, thorough: bool = False) -> Summary:
-    """What a file of orbits holds; `thorough` reads everything and looks for faults. Raises as `load_family`."""
+    """What a file of orbits holds; `thorough` reads everything and looks for faults. Raises as `load_orbits`."""
     with reading(path, "orbits") as file:
         title = str(file.attrs["title"])
         faults = find_faults(file) if thorough else []
@@ -120,18 +145,21 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         impacts, first = file["impacts"][...], file["first_impact"][...]
         if not np.array_equal(np.cumsum(impacts) - impacts, first) or impacts.sum() != len(file["impact"]):
             faults.append("first_impact: does not fit the impacts of the orbits")
-        A, kinds = file["A"][...], Counter(file["kind"].asstr()[...].tolist())
-        there = np.unique(A)
-        lines = [
-            ("fixed", f"B = {file.attrs['B']:g}"),
-            ("periods", f"up to {file.attrs['max_period']}"),
-            ("orbits", f"{len(A)}" + "".join(f", {n} {kind}" for kind, n in sorted(kinds.items()))),
-        ]
-        if len(there):
-            lines.insert(0, ("axis", f"A = {there[0]:g} to {there[-1]:g}, {len(there)} values"))
-        for kind, n in sorted(Counter(file["bifurcation_kind"].asstr()[...].tolist()).items()):
-            lines.append(("found", f"{n} x {kind}"))
-        return Summary(title, 1.0, lines + provenance(file), faults)
+        there = np.unique(file["A"][...])
+        B, longest = float(file.attrs["B"]), int(file.attrs["max_period"])
+        kinds = counted(file["kind"])
+        bifurcations = counted(file["bifurcation_kind"])
+        facts = {
+            "axes": {"A": axis_facts(there)} if len(there) else {}, "parameters": {"B": B}, "max_period": longest,
+            "orbits": kinds, "bifurcations": bifurcations, "versions": versions_of(file),
+        }  # fmt: skip
+        lines = [axis_line("A", there)] if len(there) else []
+        listed = "".join(f", {n} {kind}" for kind, n in kinds.items())
+        lines += [
+            ("fixed", f"B = {B:g}"), ("periods", f"up to {longest}"), ("orbits", f"{sum(kinds.values())}{listed}"),
+            *(("found", f"{n} x {kind}") for kind, n in bifurcations.items()),
+        ]  # fmt: skip
+        return Summary(title, 1.0, lines, faults, facts)
 
 
 def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:

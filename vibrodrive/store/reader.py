@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,51 +11,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.store.checksums import check_block, read_marks
-from vibrodrive.store.header import Damaged, Header, damaged_coordinates, open_result, read_header
+from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles
 
-__all__ = ["Report", "load", "look", "verify"]
 
-
-def load(path: str | Path) -> Results:
-    """The results of a sweep in a file; arrays are read on access. Works while the sweep is still running.
-
-    Parameters
-    ----------
-    path : str or path
-        a file that `vibrodrive sweep` writes.
-
-    Returns
-    -------
-    Results
-        as of `sweep`, and with the title of the configuration.
-
-    Raises
-    ------
-    NoResult (a ValueError)
-        if it is no result file of this version; OtherKind, a NoResult, if it holds limits, orbits or failures and
-        no sweep; Damaged, a NoResult, if it cannot be read.
-    TypeError, ValueError
-        if `path` is no name of a file.
-    OSError
-        if the system refuses.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> r = vd.load("fig07.h5")  # made by `vibrodrive sweep configs/fig07.toml`
-    >>> r.axes["eps"], r.computed
-    (array([0.    , 0.0002]), 1.0)
-    """
-    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
-        raise TypeError(bad("path", path, "the name of a result file"))
-    if not os.fspath(path) or "\0" in os.fspath(path):
-        raise ValueError(bad("path", path, "the name of a result file"))
-    path = Path(path)
+def load_sweep(path: Path) -> Results:
+    """The results of a sweep in a file; arrays are read on access. Raises as `every_kind.load`."""
     with open_result(path) as file:
         header = read_header(file)
     plan = header.plan
@@ -69,57 +34,90 @@ def load(path: str | Path) -> Results:
     )
 
 
+class DamagedBlock(UserWarning):
+    """Blocks of a file cannot be read: what they held is left out. The message is one line that names them."""
+
+
 def _read(path: Path, plan: Plan, name: str, index: Index) -> np.ndarray:
     index = index if plan.axes else (0,)
+    names = ("section_xi", "section_dxi") if name == "section" else (name,)
     with open_result(path) as file:
         where = tiles(plan)
         _, done, wrong = read_marks(file, where)
-        if wrong:
-            k, fault = next(iter(wrong.items()))
-            raise Damaged(_damaged(path, k, fault))
-        finished, whole = [(k, where[k]) for k in np.flatnonzero(done).tolist()], bool(done.all())
-        if name != "section":
-            return _gather(file, plan, name, index, finished, whole)
-        both = [_gather(file, plan, f"section_{q}", index, finished, whole) for q in ("xi", "dxi")]
-        return np.moveaxis(np.stack(both), 0, -1)
+        arrays = _whole(file, names, index) if done.all() else None
+        if arrays is None:
+            finished = [(k, where[k]) for k in np.flatnonzero(done).tolist()]
+            arrays, unreadable = _blockwise([file[n] for n in names], index, finished)
+            for k in unreadable:
+                wrong[k] = check_block(file, where[k], plan) or "unreadable"
+    if wrong:
+        places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
+        warnings.warn(
+            f"{path}: damaged, and left out of {name}: {places}. The same sweep computes it again",
+            DamagedBlock,
+            stacklevel=2,
+        )
+    return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
 
-def _gather(
-    file: h5py.File, plan: Plan, name: str, index: Index, finished: list[tuple[int, Tile]], whole: bool
-) -> np.ndarray:
-    data = file[name]
+def _whole(file: h5py.File, names: tuple[str, ...], index: Index) -> list[np.ndarray] | None:
+    """Arrays at an index, in one go each; None if a part of them cannot be read."""
     try:
-        if whole:
-            return np.asarray(data[index])
-        return _blockwise(data, index, finished)
+        return [np.asarray(file[name][index]) for name in names]
     except OSError:
-        faults = ((k, check_block(file, tile, plan)) for k, tile in finished)
-        k, fault = next(((k, f) for k, f in faults if f), (-1, "unreadable"))
-        raise Damaged(_damaged(Path(file.filename), k, fault)) from None
+        return None
 
 
-def _blockwise(data: h5py.Dataset, index: Index, finished: list[tuple[int, Tile]]) -> np.ndarray:
-    """data[index] with nothing read but committed blocks: another may be half written at this moment."""
-    kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
-    out = np.full((*kept, *data.shape[len(index) :]), data.fillvalue, data.dtype)
-    for _, tile in finished:
-        source: list[Any] = []
-        target = []
-        for i, s in zip(index, tile.slab, strict=True):
-            if isinstance(i, slice):
-                source.append(s)
-                target.append(s)
-            elif s.start <= i < s.stop:
-                source.append(i)
-            else:
-                break
+def _blockwise(
+    variables: list[h5py.Dataset], index: Index, finished: list[tuple[int, Tile]]
+) -> tuple[list[np.ndarray], list[int]]:
+    """Arrays at an index, and which blocks cannot be read: these are blank in all of them.
+
+    Nothing is read but committed blocks: another may be half written at this moment.
+    """
+    arrays = []
+    for data in variables:
+        kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
+        arrays.append(np.full((*kept, *data.shape[len(index) :]), data.fillvalue, data.dtype))
+    unreadable = []
+    for k, tile in finished:
+        found = _place(index, tile)
+        if found is None:
+            continue
+        source, target = found
+        try:
+            parts = [data[source] for data in variables]
+        except OSError:
+            unreadable.append(k)
+            continue
+        for array, part in zip(arrays, parts, strict=True):
+            array[target] = part
+    return arrays, unreadable
+
+
+def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
+    """What of a block an index asks for: where it lies in the file, and in the array; None if nothing."""
+    source: list[Any] = []
+    target = []
+    for i, s in zip(index, tile.slab, strict=True):
+        if isinstance(i, slice):
+            source.append(s)
+            target.append(s)
+        elif s.start <= i < s.stop:
+            source.append(i)
         else:
-            out[tuple(target)] = data[tuple(source)]
-    return out
+            return None
+    return tuple(source), tuple(target)
 
 
-def _damaged(path: Path, k: int, fault: str) -> str:
-    return f"{path}: block {k} is damaged ({fault}): the same sweep command computes it again"
+def place(plan: Plan, k: int) -> str:
+    """Block k of a sweep in words: its points, and where they lie on the axes."""
+    tile = tiles(plan)[k]
+    spans = []
+    for (name, values), s in zip(axes_of(plan).items(), tile.slab, strict=True):
+        part = values[s]
+        spans.append(f"{name} = {part[0]:g}" + (f" to {part[-1]:g}" if len(part) > 1 else ""))
+    return f"block {k} (points {tile.start} to {tile.stop - 1}: {', '.join(spans)})"
 
 
 @dataclass(frozen=True)
@@ -148,17 +146,11 @@ class Report:
 
     def place(self, k: int) -> str:
         """Block k in words: its points, and where they lie on the axes."""
-        plan = self.header.plan
-        tile = tiles(plan)[k]
-        spans = []
-        for (name, values), s in zip(axes_of(plan).items(), tile.slab, strict=True):
-            part = values[s]
-            spans.append(f"{name} = {part[0]:g}" + (f" to {part[-1]:g}" if len(part) > 1 else ""))
-        return f"block {k} (points {tile.start} to {tile.stop - 1}: {', '.join(spans)})"
+        return place(self.header.plan, k)
 
 
 def look(path: Path) -> Report:
-    """How far a file is, without reading its sections. Raises as `load`."""
+    """How far a file is, without reading its sections. Raises as `load_sweep`."""
     with open_result(path) as file:
         header = read_header(file)
         where = tiles(header.plan)
@@ -167,7 +159,7 @@ def look(path: Path) -> Report:
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
-    """Read every committed block, check its checksums, and count. Raises as `load`."""
+    """Read every committed block, check its checksums, and count. Raises as `load_sweep`."""
     with open_result(path) as file:
         header = read_header(file)
         plan = header.plan
@@ -178,7 +170,7 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(where))
-        general = [f"coordinate {name}: not what was written" for name in damaged_coordinates(file, plan)]
+        general = [f"{name}: not what was written" for name in damaged_descriptions(file, plan)]
         return Report(header, done, _count(status), wrong, general, path.stat().st_size)
 
 

@@ -28,7 +28,7 @@ from vibrodrive.store.file import Unwritable, unwritable
 from vibrodrive.store.header import (
     Damaged,
     NoResult,
-    damaged_coordinates,
+    damaged_descriptions,
     open_result,
     read_header,
     refuse_foreign,
@@ -130,8 +130,8 @@ class Writer:
             if fault:
                 wrong[k] = fault
             progress(k + 1, len(self.tiles))
-        if damaged_coordinates(self._file, self.plan):
-            raise Damaged(f"{self.path}: its coordinates are damaged: restore it, or replace it with --overwrite")
+        for name in damaged_descriptions(self._file, self.plan):
+            raise Damaged(f"{self.path}: damaged ({name}): restore it, or replace it with --overwrite")
         for k in wrong:
             self._take_back(k)
             done[k] = False

@@ -19,8 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import sweep
+from vibrodrive.batch.sweep import collect
 from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import make_plan
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits
 
@@ -102,7 +103,7 @@ def compare_map(
     seed : int
         of that choice.
     """
-    swept = sweep(A=A, B=B, transient=TRANSIENT, periods=PERIODS, record="summary")
+    swept = collect(make_plan({"A": A, "B": B, "transient": TRANSIENT, "periods": PERIODS, "record": "summary"}))
     far = np.argwhere(~near_curves(A, B, curves))
     judged = far
     if sample is not None and sample < len(far):
@@ -164,7 +165,8 @@ def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], 
         return CLOSE
 
     def settled(**more: Any) -> dict[str, Any]:
-        found = sweep(A=float(A), B=[float(B)], periods=PERIODS, record="summary", threads=1, **more)
+        plan = make_plan({"A": float(A), "B": [float(B)], "periods": PERIODS, "record": "summary", **more})
+        found = collect(plan, threads=1)
         return {name: getattr(found, name)[0] for name in ("status", *_COMPARED)}
 
     if agrees(settled(transient=PATIENCE), stable, max_period):

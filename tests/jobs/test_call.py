@@ -1,0 +1,274 @@
+"""`vd.sweep` into a file does what `vibrodrive sweep` does; progress is shown to those who watch, and nowhere else."""
+
+from __future__ import annotations
+
+import io
+import sys
+import types
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support import fake
+from vibrodrive.cli import cli
+from vibrodrive.jobs import progress
+from vibrodrive.model.config import parse
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.toml import as_toml
+from vibrodrive.store.compare import Different, compare
+from vibrodrive.store.header import NoResult
+from vibrodrive.store.lock import Busy, is_being_written
+from vibrodrive.store.reader import verify
+
+SWEEP = {"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1}
+"""Three blocks."""
+
+
+@pytest.fixture
+def quick(monkeypatch, tmp_path):
+    """Blocks that cost nothing in the place of the kernels', in an empty directory; the list of those computed."""
+    monkeypatch.chdir(tmp_path)
+    computed = []
+
+    def blocks(plan, which=None, **options):
+        for block in fake.run_blocks(plan, which):
+            computed.append(block.index)
+            yield block
+
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda threads: None)
+    return computed
+
+
+def command(*arguments):
+    cli.main(["sweep", *arguments], standalone_mode=False)
+
+
+# the configuration in the place of the TOML text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"A": 3.04},
+        {"A": [3.04]},
+        {"eps": np.geomspace(1e-6, 1e-2, 33), "A": np.linspace(3, 3.25, 1000)},
+        {"A": np.random.default_rng(1).random(500), "B": [0.1, 0.2, 0.25], "record": ["summary", "impacts"]},
+        {"A": np.linspace(3.25, 3, 7), "dtau": [0.1, 1e-5], "method": "fixed", "scan": "literal", "budget": 7},
+        {"A": [1e9, 0.0, 5e-324, 0.1 + 0.2], "tau0": -0.0, "dxi0": -1.5, "section_phase": [1, 2, 3, 4]},
+        {"A": np.full(5, 2.0), "tol": 1e-9, "method": "muller", "dtau": 0.5, "eta": 3, "xi0": np.arange(4)},
+    ],
+    ids=str,
+)
+def test_the_configuration_of_a_plan_gives_that_plan(arguments):
+    plan = make_plan({"transient": 3, "periods": 2} | arguments)
+    again = parse(as_toml(plan)).plan()
+    assert compare(again, plan) == []
+    assert list(again.axes) == list(plan.axes)
+
+
+def test_axes_that_are_ranges_are_written_as_such():
+    text = as_toml(make_plan({"A": np.linspace(3, 3.25, 1000), "eps": np.geomspace(1e-6, 1e-2, 33), "B": [0.1, 0.2]}))
+    assert "A = {start = 3.0, stop = 3.25, num = 1000}" in text
+    assert 'eps = {start = 1e-06, stop = 0.01, num = 33, scale = "log"}' in text
+    assert "B = [0.1, 0.2]" in text
+
+
+def test_a_long_list_of_values_is_kept_whole(quick):
+    """HDF5 keeps small attributes only within the header of an object: 64 kB."""
+    A = np.random.default_rng(3).random(5000)
+    r = vd.sweep(A=A, transient=0, periods=1, path="long.h5")
+    with h5py.File("long.h5") as file:
+        assert len(file.attrs["config"]) > 2**16
+    assert r.axes["A"].tobytes() == A.tobytes()
+    assert verify(Path("long.h5")).sound
+
+
+# a file as the command makes it
+
+
+def test_it_writes_the_bytes_that_the_command_writes(quick):
+    r = vd.sweep(**SWEEP, path="py.h5")
+    with h5py.File("py.h5") as file:
+        Path("c.toml").write_text(file.attrs["config"])
+    command("c.toml")
+    assert Path("py.h5").read_bytes() == Path("c.h5").read_bytes()
+    for k, (start, stop) in enumerate(make_plan(SWEEP).blocks()):
+        assert r.section[start:stop].tobytes() == fake.block(make_plan(SWEEP), k).section.tobytes()
+
+
+def test_each_goes_on_with_what_the_other_began(quick):
+    vd.sweep(**SWEEP, path="x.h5")
+    Path("c.toml").write_text("[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n")
+    quick.clear()
+    command("c.toml", "-o", "x.h5")
+    assert quick == []
+    command("c.toml", "-o", "y.h5")
+    with h5py.File("y.h5", "r+") as file:
+        file["status"][1024:2048] = vd.Status.NOT_COMPUTED
+    quick.clear()
+    assert vd.sweep(**SWEEP, path=Path("y.h5")).computed == 1.0
+    assert quick == [1]
+
+
+def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
+    vd.sweep(**SWEEP, path="x.h5")
+    before = Path("x.h5").read_bytes()
+    with pytest.raises(Different, match=r"B is 0\.1 there and 0\.2 here.*Choose another file, or overwrite=True$"):
+        vd.sweep(**SWEEP, B=0.2, path="x.h5")
+    Path("notes.h5").write_text("precious")
+    for overwrite in (False, True):
+        with pytest.raises(ValueError, match=r"notes\.h5: no result file.*overwrite=True replaces result files only"):
+            vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
+    with pytest.raises(ValueError, match=r"output = 'x\.png': must be the result file"):
+        vd.sweep(**SWEEP, path="x.png")
+    with pytest.raises(ValueError, match=r"output = '\.': must be a file, and this is a directory"):
+        vd.sweep(**SWEEP, path=".")
+    with pytest.raises(ValueError, match=r"output = 'no/x\.h5': must be in a directory that exists"):
+        vd.sweep(**SWEEP, path="no/x.h5")
+    with pytest.raises(TypeError, match="path = 3: must be the name of a result file"):
+        vd.sweep(**SWEEP, path=3)
+    with pytest.raises(ValueError, match="overwrite = True: must be left out where there is no path"):
+        vd.sweep(**SWEEP, overwrite=True)
+    with pytest.raises(ValueError, match="threads = 0"):
+        vd.sweep(**SWEEP, path="new.h5", threads=0)
+    with pytest.raises(TypeError, match="executor = 3"):
+        vd.sweep(**SWEEP, path="new.h5", executor=3)
+    assert Path("x.h5").read_bytes() == before
+    assert Path("notes.h5").read_text() == "precious"
+    assert sorted(p.name for p in Path().iterdir()) == ["notes.h5", "x.h5"]
+    assert vd.sweep(**SWEEP, B=0.2, path="x.h5", overwrite=True).scalars["B"] == 0.2
+
+
+def test_a_damaged_file_is_mended(quick):
+    vd.sweep(**SWEEP, path="x.h5")
+    whole = Path("x.h5").read_bytes()
+    with h5py.File("x.h5") as file:
+        at = file["margin"].id.get_chunk_info(2).byte_offset
+    Path("x.h5").write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+    quick.clear()
+    vd.sweep(**SWEEP, path="x.h5")
+    assert quick == [2]
+    assert Path("x.h5").read_bytes() == whole
+    Path("x.h5").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(NoResult, match="or replace it with overwrite=True"):
+        vd.sweep(**SWEEP, path="x.h5")
+
+
+def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
+    def some(plan, which, **options):
+        yield fake.block(plan, 0)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as m:
+        m.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", some)
+        with pytest.raises(KeyboardInterrupt):
+            vd.sweep(**SWEEP, path="x.h5")
+    assert is_being_written(Path("x.h5")) is False
+    assert vd.load("x.h5").computed == pytest.approx(1024 / 3000)
+    vd.sweep(**SWEEP, path="x.h5")
+    assert quick == [1, 2]
+
+
+def test_another_writer_is_waited_for_by_nobody(quick):
+    def blocks(plan, which, **options):
+        with pytest.raises(Busy, match="another process is writing it"):
+            vd.sweep(**SWEEP, path="x.h5")
+        yield from fake.run_blocks(plan, which)
+
+    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # put back by `quick`
+    assert vd.sweep(**SWEEP, path="x.h5").computed == 1.0
+
+
+@pytest.mark.jit
+def test_a_file_holds_what_memory_would(tmp_path):
+    arguments = {"A": np.linspace(3, 3.25, 40), "eps": [0, 2e-4], "transient": 20, "periods": 6}
+    memory = vd.sweep(**arguments)
+    with ThreadPoolExecutor(2) as pool:
+        for name, options in {"plain": {}, "pool": {"executor": pool}}.items():
+            file = vd.sweep(**arguments, path=tmp_path / f"{name}.h5", **options)
+            for array in ("section", "status", "margin", "switches"):
+                assert getattr(file, array).tobytes() == getattr(memory, array).tobytes()
+    assert (tmp_path / "plain.h5").read_bytes() == (tmp_path / "pool.h5").read_bytes()
+
+
+# progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_nobody_watches_and_nothing_is_shown(quick, capfd):
+    vd.sweep(**SWEEP, path="x.h5")
+    vd.sweep(**SWEEP, path="x.h5")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_terminal_is_told(quick, monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(import_module("vibrodrive.jobs.sweep"), "SHOWN_AFTER", 0.0)
+    vd.sweep(**SWEEP, path="x.h5")
+    shown = terminal.getvalue()
+    assert "\r\x1b[Kx.h5  " in shown  # the line that is rewritten
+    assert "\nx.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
+    vd.sweep(**SWEEP, path="x.h5")
+    assert terminal.getvalue().endswith("x.h5 is complete: nothing to do\n")
+
+
+class Notebook(types.ModuleType):
+    """What IPython is to a kernel, as far as progress needs it."""
+
+    def __init__(self, shell):
+        super().__init__("IPython")
+        self.cells = []
+        self.get_ipython = lambda: shell
+        self.display = types.ModuleType("IPython.display")
+        self.display.display = self._display
+
+    def _display(self, content, raw, display_id):
+        assert raw
+        assert display_id
+        self.cells.append([content["text/plain"]])
+        cell = self.cells[-1]
+        return types.SimpleNamespace(update=lambda content, raw: cell.append(content["text/plain"]))
+
+
+def test_a_notebook_is_told_below_the_cell(quick, monkeypatch, capfd):
+    notebook = Notebook(types.SimpleNamespace(kernel=object()))
+    monkeypatch.setitem(sys.modules, "IPython", notebook)
+    monkeypatch.setitem(sys.modules, "IPython.display", notebook.display)
+    vd.sweep(**SWEEP, path="x.h5")
+    (cell,) = notebook.cells
+    assert cell[-1].startswith("x.h5: 3000 points in ")
+    show = progress.show_to_person("y.h5")
+    show.update(lambda: "1 %")
+    show.say("resumed")
+    show.update(lambda: "2 %")
+    show.clear()
+    assert notebook.cells[-1] == ["y.h5  1 %", "resumed", "resumed\ny.h5  2 %", "resumed"]
+    assert capfd.readouterr() == ("", "")
+
+
+def test_ipython_in_a_terminal_is_a_terminal(monkeypatch):
+    monkeypatch.setitem(sys.modules, "IPython", Notebook(types.SimpleNamespace()))
+    assert progress.show_to_person("x.h5") is None
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    assert type(progress.show_to_person("x.h5")) is progress.Show
+
+
+@pytest.mark.jit
+def test_a_sweep_in_memory_is_shown_too(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(import_module("vibrodrive.jobs.call"), "SHOWN_AFTER", 0.0)
+    vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
+    assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
+    assert terminal.getvalue().endswith("\r\x1b[K")  # and taken away

@@ -1,0 +1,117 @@
+"""`vd.load` of every kind of file; equal runs make equal files of every kind; each tells a stranger what it holds."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibrodrive as vd
+from tests.store import test_curves, test_netcdf
+from tests.support import fake
+from vibrodrive.model.config import parse
+from vibrodrive.store import curves, failures, limits, orbits
+from vibrodrive.store.header import NoResult, OtherKind
+from vibrodrive.store.kind import KINDS
+from vibrodrive.store.layout import Origin, about
+from vibrodrive.store.writer import open_writer
+
+
+def a_sweep(path):
+    text = "[sweep]\nA = [1.0, 2.0]\neps = [0.0]\n[run]\nperiods = 3\n"
+    plan = parse(text).plan()
+    writer = open_writer(path, plan, Origin(text))
+    for block in fake.run_blocks(plan):
+        writer.write(block)
+    writer.close()
+
+
+def some_limits(path):
+    config = parse("[sweep]\nA = [1.0, 2.0]\n")
+    limits.create(path, config, config.plan().axes, "gaps")
+
+
+def some_curves(path):
+    curves.save_curves(path, test_curves.made(), test_curves.ORIGIN)
+
+
+def an_atlas(path):
+    test_netcdf.an_atlas(path)
+    with h5py.File(path, "r+") as file:
+        for kind in ("judged", *failures.KINDS):
+            file[kind][...] = 0
+
+
+MAKERS = {
+    "sweep": (a_sweep, vd.Results),
+    "limits": (some_limits, limits.Limits),
+    "failures": (an_atlas, failures.FailureMap),
+    "orbits": (test_netcdf.some_orbits, orbits.StoredOrbits),
+    "curves": (some_curves, curves.StoredCurves),
+}
+
+each = pytest.mark.parametrize("kind", MAKERS)
+
+
+@pytest.fixture
+def made(kind, tmp_path):
+    path = tmp_path / f"{kind}.h5"
+    MAKERS[kind][0](path)
+    return path
+
+
+@each
+def test_what_it_holds_is_loaded(made, kind):
+    for found in (vd.load(made), vd.load(str(made), kind=kind)):
+        assert type(found) is MAKERS[kind][1]
+    for other in MAKERS.keys() - {kind}:
+        with pytest.raises(OtherKind, match=f"holds {KINDS[kind].holds}, not {KINDS[other].holds}"):
+            vd.load(made, kind=other)
+    with pytest.raises(ValueError, match="kind = 'basins': must be one of sweep, limits"):
+        vd.load(made, kind="basins")
+
+
+@each
+def test_two_runs_give_the_same_bytes(made, kind, tmp_path):
+    MAKERS[kind][0](tmp_path / "again.h5")
+    assert made.read_bytes() == (tmp_path / "again.h5").read_bytes()
+
+
+@each
+def test_a_stranger_reads_what_it_is(made, kind):
+    with xr.open_dataset(made, engine="h5netcdf") as data:
+        assert data.attrs["kind"] == kind
+        words = ["oscillator", "incline", "dimensionless", "τ"]
+        assert [w for w in words[1:] if w not in data.attrs["comment"]] == []
+        shared = {"sweep": ["B", "eta", "periods"], "limits": ["B", "eta", "eps", "periods", "transient", "criterion"],
+                  "failures": ["B", "eta", "eps", "transient"], "orbits": ["B", "section_phase", "max_period"],
+                  "curves": ["max_period"]}[kind]  # fmt: skip
+        for name in shared:
+            assert f" {name}: " in data.attrs["comment"]
+            assert data.attrs[name] is not None
+        assert np.all([v.attrs.get("long_name") for v in data.variables.values()])
+
+
+def test_limits_tell_their_own_periods(tmp_path):
+    """Those of a sweep are 250 unless given, those of limits 1500."""
+    some_limits(tmp_path / "l.h5")
+    with h5py.File(tmp_path / "l.h5") as file:
+        assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "gaps")
+
+
+def test_switches_of_single_motions_are_for_others(tmp_path):
+    with h5py.File(tmp_path / "s.h5", "w") as file:
+        file.attrs.update(about("switches", Origin("")))
+        file.create_group("motion_0")
+    with pytest.raises(OtherKind, match=r"switches of single motions: xarray and h5py read them"):
+        vd.load(tmp_path / "s.h5")
+
+
+def test_no_result_file_is_none_of_any_kind(tmp_path):
+    (tmp_path / "x.h5").write_text("no HDF5")
+    with pytest.raises(NoResult, match="no result file"):
+        vd.load(tmp_path / "x.h5", kind="limits")
+    for path in (3, b"x.h5", "", "x\0.h5"):
+        with pytest.raises((TypeError, ValueError), match="must be the name of a result file"):
+            vd.load(path)

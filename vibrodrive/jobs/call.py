@@ -1,0 +1,170 @@
+"""`vd.sweep`: a sweep as it is asked for in Python, into memory or into a file.
+
+A file is written, gone on with and refused as by `vibrodrive sweep`: by the same job, which is told the same plan.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import Any
+
+from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
+from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import ETA, bad
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.results import Results
+
+OWN = ("path", "overwrite", "threads", "executor")
+"""Keywords that say nothing of what is computed."""
+
+
+@as_written
+def sweep(
+    written: Mapping[str, Any],
+    /,
+    *,
+    A: Axis,
+    B: Axis = 0.1,
+    eps: Axis = 0.0,
+    eta: Axis = ETA,
+    method: MethodLike = "certified",
+    dtau: Axis | None = None,
+    tol: Axis | None = 1e-7,
+    xi0: Axis = 0.0,
+    dxi0: Axis = 0.0,
+    tau0: Axis = 0.0,
+    transient: int = 1000,
+    periods: int = 250,
+    section_phase: Axis = 0.0,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
+    record: str | Sequence[str] = "section",
+    path: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Results:
+    """Simulate every point of the product of the axes.
+
+    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
+    this machine; what others have begun is finished there, and nobody waits for it. What takes longer than a second
+    shows how far it is on a terminal and in a notebook, and nowhere else.
+
+    Parameters
+    ----------
+    A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
+        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
+        are in the order in which the keywords are written.
+    method, transient, periods, scan, budget
+        as in `simulate`, for all points.
+    record : "section", "impacts" or "summary", or several of them
+        what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
+        Lyapunov exponent, …), computed while it is followed, however long that is.
+    path : str or path, optional
+        result file (.h5) to write instead of keeping all in memory. A file that is there and was made from the same,
+        here or by `vibrodrive sweep`, is gone on with: what it lacks is computed. It holds these arguments as a
+        configuration for `vibrodrive sweep`, which goes on with it, too, and from that writes the same bytes.
+    overwrite : bool
+        replace a result file that is there, of whatever kind. Nothing else is ever replaced.
+    threads : int, optional
+        threads to use; all by default.
+    executor : concurrent.futures.Executor, optional
+        computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
+
+    Returns
+    -------
+    Results
+        with status, margin (axes…), switches (axes…, 5), axes, and what is recorded: section (axes…, periods, 2), and
+        the arrays that `Results` lists. It does not depend on the number of threads, on the executor or on whether
+        there is a file, to the bit. With `path` the arrays are read from there on access, as from `load`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed; also if the results do not fit the memory or
+        the disk; if the file was made from something else (Different, with the keys that differ), is no result file
+        or damaged beyond reading (NoResult).
+    RuntimeError
+        if another process is writing the file (Busy), or the work broke off (Failed); what is written stays.
+    OSError
+        if the system refuses.
+
+    Examples
+    --------
+    A small bifurcation diagram, with and without a disturbance:
+
+    >>> import numpy as np
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20)
+    >>> r
+    <Results A 3…3.25 (6), eps 0…0.0002 (2): certified, 50 + 20 periods>
+    >>> r.section.shape  # A, eps, period, (ξ, ξ')
+    (6, 2, 20, 2)
+    >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
+    ['eps', 'A']
+
+    The same into a file; stopped and called again, it goes on:
+
+    >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
+    >>> bool((s.section == r.section).all())
+    True
+    """
+    plan = make_plan({name: value for name, value in written.items() if name not in OWN})
+    if path is not None:
+        return _into_file(plan, path, overwrite, threads, executor)
+    if overwrite:
+        raise ValueError(bad("overwrite", overwrite, "left out where there is no path"))
+    return _into_memory(plan, threads, executor)
+
+
+def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> Results:
+    from vibrodrive.batch.sweep import collect
+    from vibrodrive.jit.compile import compilation
+
+    show, tally = show_to_person("sweep"), Tally()
+    if show is None:
+        return collect(plan, threads, executor)
+    tally.start(plan.n_points, 0, plan.settings.transient + plan.settings.periods)
+    try:
+        with watching(lambda: show_sweep(show, tally, compilation), SHOWN_AFTER):
+            return collect(plan, threads, executor, tally.add)
+    finally:
+        show.clear()
+
+
+def _into_file(
+    plan: Plan, path: str | os.PathLike[str], overwrite: bool, threads: int | None, executor: Executor | None
+) -> Results:
+    from vibrodrive.batch.sweep import check_executor, check_threads
+    from vibrodrive.jobs.output import check_output
+    from vibrodrive.jobs.sweep import Job, run_in_place
+    from vibrodrive.model.size import refuse_large_block
+    from vibrodrive.model.toml import as_toml
+    from vibrodrive.store.every_kind import check_path
+    from vibrodrive.store.layout import Origin
+    from vibrodrive.store.reader import load_sweep
+
+    file = check_path(path)
+    check_threads(threads)
+    if executor is not None:
+        check_executor(executor)
+    with _in_python():
+        check_output(file, None, "sweep", overwrite=overwrite)
+        refuse_large_block(plan, remote=executor is not None)
+        job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
+        run_in_place(job, show_to_person(file.name))
+    return load_sweep(file)
+
+
+@contextlib.contextmanager
+def _in_python() -> Iterator[None]:
+    """Errors that advise an option of the command line advise the keyword."""
+    try:
+        yield
+    except (ValueError, RuntimeError) as error:
+        if len(error.args) == 1 and isinstance(error.args[0], str):
+            error.args = (error.args[0].replace("--overwrite", "overwrite=True"),)
+        raise

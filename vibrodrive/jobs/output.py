@@ -1,0 +1,104 @@
+"""May a result or a figure be written there? Asked before anything is computed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from pathlib import Path
+
+
+class Refused(ValueError):
+    """What was asked for cannot be done, and nothing has been; the message is one line."""
+
+
+def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
+    """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
+    from vibrodrive.figures.style import FORMATS
+    from vibrodrive.model.parameters import bad
+    from vibrodrive.store.draft import draft_of
+    from vibrodrive.store.kind import SIGNATURE
+
+    if target.suffix.lower() not in FORMATS:
+        raise Refused(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
+    _check_different({**sources, "figure": target})
+    _check_different({**sources, "draft of the figure": draft_of(target)})
+    _check_place("figure", target, renamed=True)
+    if target.exists() and os.access(target, os.R_OK):
+        with open(target, "rb") as file:
+            if file.read(len(SIGNATURE)) == SIGNATURE:
+                raise Refused(bad("figure", str(target), "another file: this one holds data (HDF5)"))
+
+
+def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
+    """Refuse a result file that cannot be made, and files one of which would replace another.
+
+    Nothing has been computed yet. A file that is there is gone on with if it is of this kind (and, which shows later,
+    of the same configuration), and replaced (`overwrite`) if it is a result file of whatever kind.
+    """
+    from vibrodrive.figures.style import FORMATS
+    from vibrodrive.model.parameters import bad
+    from vibrodrive.store.draft import draft_of
+    from vibrodrive.store.header import Damaged, NoResult, read_kind, refuse_foreign
+    from vibrodrive.store.kind import KINDS
+
+    if path.suffix.lower() in FORMATS:
+        raise Refused(bad("output", str(path), "the result file (.h5): the figure stands beside it"))
+    source = {} if config is None else {"configuration": config}
+    _check_different({**source, "output": path})
+    _check_place("output", path, renamed=overwrite)
+    _check_different({**source, "draft of the output": draft_of(path)})
+    for figure in figures:
+        check_figure(figure, {**source, "output": path})
+    if not path.exists():
+        return
+    if overwrite:
+        refuse_foreign(path)
+        return
+    try:
+        found = read_kind(path)
+    except Damaged:
+        raise
+    except NoResult as error:
+        why = ("no file of limits: " if kind == "limits" else "") + str(error).removeprefix(f"{path}: ")
+        advice = "choose another file, as --overwrite replaces result files only"
+        raise Refused(f"output: {path}: {why}: {advice}") from None
+    if found != kind:
+        held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds} (or --overwrite)"
+        raise Refused(bad("output", str(path), held))
+
+
+def _check_place(role: str, path: Path, *, renamed: bool) -> None:
+    """Refuse a place where no file can be written. `renamed`: a draft beside it takes its place."""
+    from vibrodrive.model.parameters import bad
+    from vibrodrive.store.kind import special
+
+    try:
+        what = special(path)
+        exists = True
+    except FileNotFoundError:
+        what, exists = None, False
+    except OSError as error:
+        raise Refused(bad(role, str(path), f"a file that can be made ({error.strerror})")) from None
+    if what is not None:
+        raise Refused(bad(role, str(path), f"a file, and this is {what}"))
+    parent = os.path.dirname(os.path.realpath(path))
+    if not os.path.isdir(parent):
+        there = "in a directory that exists (No such file or directory)"
+        raise Refused(bad(role, str(path), there))
+    needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
+    if not all(os.access(place, os.W_OK) for place in needed):
+        raise Refused(bad(role, str(path), "where files may be written (Permission denied)"))
+
+
+def _check_different(files: Mapping[str, Path]) -> None:
+    """Refuse two names for one file, whether by spelling or by links."""
+    from vibrodrive.model.parameters import bad
+
+    for (role, path), (other, second) in combinations(files.items(), 2):
+        try:
+            same = os.path.samefile(path, second)
+        except OSError:  # one is not there yet, or nowhere
+            same = os.path.realpath(path) == os.path.realpath(second)
+        if same:
+            raise Refused(bad(other, str(second), f"another file than the {role}, {str(path)!r}"))

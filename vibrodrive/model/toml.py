@@ -1,0 +1,53 @@
+"""A plan as a configuration: the TOML text from which the same plan follows, to the bit."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+
+import numpy as np
+
+from vibrodrive.model.config import HOMES
+from vibrodrive.model.parameters import Method, Scan
+from vibrodrive.model.plan import Plan
+
+FEW = 3
+"""Values of an axis that are listed in any case: a range of them would be no shorter."""
+
+WIDTH = 110
+
+
+def as_toml(plan: Plan) -> str:
+    """The configuration of a plan without a scene in SI units.
+
+    What it does not say does not follow from defaults: a later version, with others, reads the same plan from it.
+    """
+    s = plan.settings
+    names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
+    numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    said = numbers | vars(s) | names | {"record": list(plan.record)}
+    tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
+    tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items()}
+    at: set[str] = set()  # a parameter is given once: in the first table that may have it
+    lines = ["# made from the arguments of vd.sweep"]
+    for name, entries in tables.items():
+        lines += ["", f"[{name}]", *(f"{key} = {text}" for key, text in entries.items() if key not in at)]
+        at |= entries.keys()
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def _axis(values: np.ndarray) -> str:
+    first, last, n = float(values[0]), float(values[-1]), len(values)
+    if n > FEW:
+        ends = f"start = {first!r}, stop = {last!r}, num = {n}"
+        if np.linspace(first, last, n).tobytes() == values.tobytes():
+            return f"{{{ends}}}"
+        if min(first, last) > 0 and np.geomspace(first, last, n).tobytes() == values.tobytes():
+            return f'{{{ends}, scale = "log"}}'
+    return textwrap.fill("[" + ", ".join(map(repr, values.tolist())) + "]", WIDTH, subsequent_indent="    ")

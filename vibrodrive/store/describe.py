@@ -1,0 +1,56 @@
+"""What a file tells a stranger about itself in plain root attributes: every number that holds for all of it, and words.
+
+A reader that knows nothing of this program (ncdump, xarray, h5py) finds B, eps, eta, periods, … here under their own
+names; `comment` says what they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan
+from vibrodrive.model.physical import SCENE_AXES
+from vibrodrive.model.plan import Plan
+
+MODEL = (
+    "Mass on a vibrating incline with Coulomb friction and an ideally plastic obstacle, dimensionless: adhesive force "
+    "H = A (sin τ + ε η² sin ητ) − B; ξ'' = H − 1 sliding up, ξ'' = H + 1 sliding down; ξ is the gap above the "
+    "obstacle, τ the time (2π: one excitation period), ' the derivative by τ."
+)
+
+SETTINGS = {
+    "method": "how switches are found",
+    "scan": "how a grid is visited",
+    "transient": "excitation periods before the record begins",
+    "periods": "excitation periods recorded",
+    "budget": "switches allowed in a period",
+    "record": "what is kept of each motion",
+    "criterion": "what of its structure a motion must keep",
+    "max_period": "longest period sought, in excitation periods",
+    "g": "acceleration of gravity (m s-2)",
+}
+"""Meanings of what is no parameter of a point."""
+
+
+def plain(plan: Plan) -> dict[str, Any]:
+    """What all motions of a plan share, by name: its parameters that are no axis, and its settings."""
+    scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    s = plan.settings
+    choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
+    return scalars | vars(s) | choices | {"record": ", ".join(plan.record)}
+
+
+def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Plain attributes and the comment that explains them. `what`: the contents of this kind of file, a sentence."""
+    known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
+    return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
+
+
+def _meaning(name: str) -> str:
+    if name in PARAMETERS:
+        return PARAMETERS[name].meaning
+    if name in SCENE_AXES:
+        return f"{SCENE_AXES[name].meaning} ({SCENE_AXES[name].unit})"
+    return SETTINGS[name]
