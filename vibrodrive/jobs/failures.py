@@ -60,7 +60,7 @@ def run_failures(
     with new_file(path, seal=True) as file:
         lay_out(file, plan.axes, shape, config)
         counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
-        for m, at, found in failures_of_methods(plan, JUDGED):
+        for m, at, found in failures_of_methods(plan, JUDGED, threads):
             i, j = divmod(at, shape[-1])
             for kind, value in found._asdict().items():
                 counts[kind][m, i, j] = value

@@ -117,3 +117,34 @@ def single(method: int):
                 finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
 
     return run
+
+
+@jit(_nrt=False)
+def next_switches(lanes_w, lanes_k, points, states, periods, section, rows_int, rows_float, stored, ends, phases):
+    """The certified switch that ends states[n], begun where points[n] starts, for all n.
+
+    points float64 (n, columns), states int64 (n,)
+    periods : how long it is waited for
+    section float64 (1, periods, 2), rows_int int64 (m, 3), rows_float float64 (m, 3), stored int64 (1,): memory; m - 1
+    switches are looked at, as an impact, or a start within rounding of a boundary, takes one or two before
+    ends int64 (n, 2): period and next state, or -1 where there is no such switch; phases float64 (n,)
+    """
+    w, k = lanes_w[0], lanes_k[0]
+    for n in range(points.shape[0]):
+        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows_int, rows_float, stored)
+        ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0
+        row = 1
+        while going and row < rows_int.shape[0]:
+            follow_certified(w, k)
+            if w[r.OUTCOME] == NOTHING:
+                continue
+            going = process_event(
+                w, k, 0, CERTIFIED, False, False, 0, periods, rows_int.shape[0], section, None, None, None, None,
+                rows_int, rows_float, stored,
+            )  # fmt: skip
+            while row < min(stored[0], rows_int.shape[0]):
+                if rows_int[row, 1] == states[n]:
+                    ends[n, 0], ends[n, 1], phases[n] = rows_int[row, 0], rows_int[row, 2], rows_float[row, 0]
+                    going = False
+                    break
+                row += 1

@@ -10,18 +10,21 @@ switches of the two are compared. So a failure affects no later comparison. The 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Generator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.trajectory import simulate
+from vibrodrive.batch.sweep import check_threads
+from vibrodrive.batch.trajectory import follow
+from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.kernels import single as kernel
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
-from vibrodrive.kernels.single import single
-from vibrodrive.model.parameters import COLUMNS, Method
+from vibrodrive.model.parameters import COLUMNS, Scan
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 
@@ -44,75 +47,70 @@ class SwitchCounts(NamedTuple):
     wrong: int
 
 
-class Certified:
-    """The certified path from any state: what comes next, and when."""
+def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The certified switches that end `states`, begun at τ from ξ at rest: period, phase and next state of each.
 
-    def __init__(self, plan: Plan) -> None:
-        self._point = plan.points(0, 1)
-        self._lanes = new_lanes(1)
-        self._order = np.zeros(1, np.int64)
-        self._counters = np.zeros((2, 1), np.int64)
-        self._results = (
-            np.empty((1, AHEAD, 2)), np.empty((1, 0, 4)), None, None, None, np.empty(1, np.int8), np.empty(1),
-            np.zeros((1, 5), np.int64), np.empty(1),
-        )  # fmt: skip
-        self._rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3))
-
-    def after(self, tau: float, xi: float, state: int) -> tuple[int, float, int] | None:
-        """(period, phase, next state) of the switch that ends `state`, begun at τ from ξ at rest; None: never."""
-        for name, value in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
-            self._point[0, COLUMNS.index(name)] = value
-        self._counters[:] = 0
-        w, k = self._lanes
-        single(int(Method.CERTIFIED))(
-            w[0], k[0], self._point, self._order, self._counters[0], 0, AHEAD, ROWS, *self._results, False,
-            *self._rows, self._counters[1],
-        )  # fmt: skip
-        whole, real = self._rows
-        for row in range(1, min(int(self._counters[1, 0]), ROWS)):
-            if whole[row, 1] == state:
-                return int(whole[row, 0]), float(real[row, 0]), int(whole[row, 2])
-        return None
-
-
-def compared(plan: Plan) -> Iterator[tuple[float, bool]]:
-    """How far behind the certified switch the method's is, and whether it is the same transition, switch by switch.
-
-    inf and False where the certified path has no further switch. Never negative but for rounding and `tol`:
-    no method finds a zero before the first.
+    tau, xi float64 (n,), states int64 (n,); results int64, float64, int64 (n,). The period is -1 where there is none.
     """
-    rows = simulate(**(plan.arguments(0) | {"scan": "skip"})).switches
-    certified = Certified(plan)
-    for row, following in pairwise(rows):
-        state = int(row["after"])
-        if state == State.IMPACT:
-            continue
-        at_obstacle = state == State.REST or row["before"] == State.IMPACT
-        # a slide found over late may have sunk below the obstacle: the next state is then judged just above it
-        xi = 0.0 if at_obstacle else max(float(row["xi"]), SMALLEST)
-        true = certified.after(TWO_PI * int(row["period"]) + float(row["phase"]), xi, state)
-        if true is None:
-            yield np.inf, False
-        else:
-            period, phase, to = true
-            behind = TWO_PI * (int(following["period"]) - period) + (float(following["phase"]) - phase)
-            yield behind, to == int(following["after"])
+    points = np.repeat(plan.points(0, 1), len(tau), axis=0)
+    for name, values in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
+        points[:, COLUMNS.index(name)] = values
+    w, k = new_lanes(1)
+    ends, phases = np.empty((len(tau), 2), np.int64), np.empty(len(tau))
+    rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3)), np.zeros(1, np.int64)
+    kernel.next_switches(w[0], k[0], points, states, AHEAD, np.empty((1, AHEAD, 2)), *rows, ends, phases)
+    return ends[:, 0], phases, ends[:, 1]
 
 
-def count_failures(plan: Plan) -> SwitchCounts:
+def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """How far behind the certified switch the method's is, and whether it is the same transition, for each switch.
+
+    float64 and bool (n,): inf and False where the certified path has no further switch. Never negative but for rounding
+    and `tol`: no method finds a zero before the first.
+    """
+    s = plan.settings
+    rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches
+    judged = np.flatnonzero(rows["after"][:-1] != State.IMPACT)
+    row, following = rows[judged], rows[judged + 1]
+    at_obstacle = (row["after"] == State.REST) | (row["before"] == State.IMPACT)
+    # a slide found over late may have sunk below the obstacle: the next state is then judged just above it
+    xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
+    tau = TWO_PI * row["period"] + row["phase"]
+    period, phase, to = next_switches(plan, tau, xi, row["after"].astype(np.int64))
+    behind = TWO_PI * (following["period"] - period) + (following["phase"] - phase)
+    known = period >= 0
+    return np.where(known, behind, np.inf), known & (to == following["after"])
+
+
+def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
     """Hold every switch of the one motion of a plan (method fixed or muller) against the certified path."""
-    in_time = plan.scalars["dtau"] * (1 + 1e-6)
-    judged = missed = late = wrong = 0
-    for behind, same in compared(plan):
-        judged += 1
-        missed += behind > in_time and not same
-        late += behind > in_time and same
-        wrong += behind <= in_time and not same
-    return SwitchCounts(judged, missed, late, wrong)
+    behind, same = compared(plan, halt)
+    in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
+    kinds = ~in_time & ~same, ~in_time & same, in_time & ~same
+    return SwitchCounts(len(behind), *(int(np.count_nonzero(kind)) for kind in kinds))
 
 
-def failures_of_methods(plan: Plan, periods: int) -> Iterator[tuple[int, int, SwitchCounts]]:
-    """(method, point, counts) for every point of a plan and both methods, `periods` excitation periods of each."""
-    for m, method in enumerate(METHODS):
-        for at in range(plan.n_points):
-            yield m, at, count_failures(make_plan(plan.arguments(at) | {"method": method, "periods": periods}))
+def failures_of_methods(
+    plan: Plan, periods: int, threads: int | None = None
+) -> Generator[tuple[int, int, SwitchCounts], None, None]:
+    """(method, point, counts) for every point of a plan and both methods, `periods` excitation periods of each.
+
+    In the order of methods and points, computed by `threads` threads, all by default.
+    """
+    halt = Halt()
+
+    def count(m: int, at: int) -> SwitchCounts:
+        motion = make_plan(plan.arguments(at) | {"method": METHODS[m], "periods": periods})
+        return count_failures(motion, halt)
+
+    tasks = [(m, at) for m in range(len(METHODS)) for at in range(plan.n_points)]
+    # what comes first compiles: in this thread, where Ctrl-C is answered meanwhile
+    first = {m: count(m, 0) for m in range(len(METHODS))}
+    pool = ThreadPoolExecutor(check_threads(threads))
+    try:
+        counted = pool.map(lambda task: first[task[0]] if task[1] == 0 else count(*task), tasks)
+        for (m, at), counts in zip(tasks, counted, strict=True):
+            yield m, at, counts
+    finally:
+        halt.call()
+        pool.shutdown(cancel_futures=True)
