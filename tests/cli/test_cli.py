@@ -14,6 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from matplotlib import image
 
 import vibrodrive as vd
 from tests.support import fake
@@ -348,7 +349,7 @@ def test_plot_draws_finished_and_unfinished_files(run, quick):
     writer = open_writer(Path("half.h5"), plan, Origin("[sweep]\n"))
     writer.write(fake.block(plan, 1))
     writer.close()
-    code, _, err = run("plot", "half.h5", "-o", "half.pdf", "--quantity", "xi")
+    code, _, err = run("plot", "half.h5", "-o", "half.pdf", "--quantity", "xi", "--style", "print", "--width", "single")
     assert code == 0
     assert "33.3 % computed" in err
     assert Path("half.pdf").read_bytes()[:4] == b"%PDF"
@@ -379,6 +380,20 @@ def test_sweep_with_plot_draws_what_the_configuration_asks_for(run, quick):
     Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nquantity = "xi"\n')
     assert run("sweep", "small.toml", "--plot")[0] == 0
     assert Path("small.png").exists()
+
+
+def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, quick):
+    Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nstyle = "print"\nwidth = "single"\n')
+    assert run("sweep", "small.toml")[0] == 0
+    columns = {}
+    for options in ((), ("--style", "screen"), ("--width", "double")):
+        assert run("plot", "small.h5", "--dpi", "100", *options)[0] == 0
+        drawn = image.imread("small.png")[..., :3]
+        columns[options] = drawn.shape[1], bool(np.ptp(drawn, axis=-1).any())
+    assert list(columns.values()) == [(331, False), (331, True), (685, False)]
+    code, _, err = run("sweep", "small.toml", "--set", "figure.style=gaudy", "-o", "x.h5")
+    assert code != 0
+    assert "figure.style = 'gaudy': must be one of screen, print" in err
 
 
 @pytest.mark.jit

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
 from vibrodrive.jobs.orbits import run_orbits, table
 from vibrodrive.model.plan import make_plan
+from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import family, section
 from vibrodrive.periodic.search import orbits
 from vibrodrive.store.layout import Origin
@@ -78,16 +81,34 @@ def test_branches_end_at_bifurcations():
 
 def test_figures_show_branches_marks_and_cobweb():
     found = family(np.linspace(2.5, 2.7, 21), max_period=2)
-    figure = bifurcation_diagram(found, section_phase=2.0, views=[(2.5, 2.7), (2.6, 2.65)])
-    assert len(figure.axes) == 2
-    assert figure.axes[1].get_xlim() == (2.6, 2.65)
-    names = [t.get_text() for t in figure.axes[0].get_legend().get_texts()]
-    assert names == ["period doubling", "border collision: a rest appears or vanishes", "grazing"]
+    figure = bifurcation_diagram(found, section_phase=2.0)
+    assert len(figure.axes) == 1
+    names = [t.get_text() for t in figure.legends[0].get_texts()]
+    marks = ["period doubling", "border collision: a rest appears or vanishes", "grazing"]
+    assert sorted(names) == sorted(["stable orbit", "unstable orbit", *marks])
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     assert dashed
     assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"
     (orbit,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
+
+
+def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
+    """Ten, of which six lie within 0.01: they are marked there only, and none at its edge."""
+    seen = bifurcations((2.6, 2.7), max_period=2)[:3]
+    places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
+    many = [replace(seen[k % 3], A=float(A)) for k, A in enumerate(places)]
+    found = replace(family([2.5, 2.6, 2.7], max_period=2), bifurcations=many)
+    for figure in (bifurcation_diagram(found), multiplier_diagram(found)):
+        whole, close = figure.axes
+        assert whole.get_xlim() == (2.5, 2.7)
+        low, high = close.get_xlim()
+        marks = [set(np.round(np.concatenate([m.get_xdata() for m in ax.lines if m.get_marker() != "None"]), 9))
+                 for ax in (whole, close)]  # fmt: skip
+        assert {a for a in marks[0] if a > 2.5} == set(places[:4])
+        assert {a for a in marks[1] if low <= a <= high} == {round(a, 9) for a in places[4:]}
+        assert low < 2.68 - 5e-4 < 2.69 + 5e-4 < high
+        assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the shade is explained"
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,9 @@ def test_the_scheme_shows_every_transition_and_only_those():
     labels = [t.get_text() for t in ax.texts]
     for function in ("S_1", "S_2", "S_3", "S_4", "S_5"):
         assert any(function in text for text in labels)
+    heads = np.array([a.xy for a in arrows])
+    apart = np.linalg.norm(heads[:, None] - heads, axis=2) + 9 * np.eye(len(heads))
+    assert apart.min() > 0.15, "no two heads meet"
 
 
 def test_numbers_become_json():

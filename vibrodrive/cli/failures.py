@@ -37,5 +37,5 @@ def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads
             show.update(lambda: f"{known} of {total} motions")
 
         run_failures(settings, path, progress, threads=threads, overwrite=overwrite)
-    save(failures_figure(load_failures(path)), picture)
+    save(failures_figure(load_failures(path), **settings.look), picture)
     say(f"{path} {'is complete: nothing to do' if complete else 'written'}; {picture} drawn")

@@ -44,7 +44,7 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
 
         run_limits(settings, path, progress, **settings.limits, threads=threads, overwrite=overwrite)
     found = load_limits(path)
-    save(limits_figure(found), picture)
+    save(limits_figure(found, **settings.look), picture)
     click.echo(table(found))
     said = f"holds {found.done.sum()} limits" if sought else f"is complete ({found.done.sum()} limits): nothing to do"
     say(f"{path} {said}; {picture} drawn")

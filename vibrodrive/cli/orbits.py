@@ -46,11 +46,12 @@ def orbits(
     check_output(path, config, "orbits", overwrite=overwrite, figures=[picture, multipliers])
     plan = settings.plan()
     complete = path.exists() and not overwrite
+    from vibrodrive.figures.style import drawn_as
     from vibrodrive.jobs.orbits import listed, run_orbits, table
     from vibrodrive.store.layout import Origin
 
     origin = Origin(settings.text, settings.overrides, settings.title)
-    with working(path.name):
+    with working(path.name), drawn_as(**settings.look):
         found = run_orbits(plan, path, origin=origin, threads=threads, overwrite=overwrite, **settings.orbits)
     if as_json:
         put_json(listed(found))
@@ -64,11 +65,12 @@ def _curves(settings: Config, config: Path, path: Path, overwrite: bool, as_json
     picture = path.with_suffix(".png")
     check_output(path, config, "curves", overwrite=overwrite, figures=[picture])
     complete = path.exists() and not overwrite
+    from vibrodrive.figures.style import drawn_as
     from vibrodrive.jobs.curves import listed, run_curves, table
     from vibrodrive.store.layout import Origin
 
     origin = Origin(settings.text, settings.overrides, settings.title)
-    with working(path.name):
+    with working(path.name), drawn_as(**settings.look):
         found = run_curves(settings.plan(), path, origin=origin, overwrite=overwrite, **settings.orbits)
     if as_json:
         put_json(listed(found))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,8 @@ from vibrodrive.model.drawing import (
     MAP,
     MAP_QUANTITIES,
     SECTION_QUANTITIES,
+    STYLES,
+    WIDTHS,
     choose_drawing,
     merge_wishes,
 )
@@ -41,6 +44,19 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 """Kinds of files that can be drawn, and what each can be asked for."""
 
 
+def _looking(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of how a figure looks, as one argument `look` that has what is given."""
+
+    @click.option("--style", type=click.Choice(STYLES), help="Colours for a screen (default), or black ink for print.")
+    @click.option("--width", type=click.Choice(WIDTHS), help="Columns of a page the figure is for (default double).")
+    @wraps(command)
+    def looking(*args: Any, style: str | None, width: str | None, **options: Any) -> Any:
+        given = {"style": style, "width": width}
+        return command(*args, look={k: v for k, v in given.items() if v is not None}, **options)
+
+    return looking
+
+
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
@@ -56,6 +72,7 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 @click.option(
     "--over", type=FILE, multiple=True, help="Draw limits, or bifurcations over A and B, from their file over a map."
 )
+@_looking
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
 @click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
 def plot(
@@ -64,27 +81,36 @@ def plot(
     kind: str | None,
     quantity: str | None,
     over: tuple[Path, ...],
+    look: dict[str, str],
     dpi: int | None,
     follow: bool,
 ) -> None:
-    """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves."""
+    """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves.
+
+    What is not given is as [figure] of the configuration in the file says.
+    """
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
     check_figure(target, {"result file": file, **{f"file {one} of --over": one for one in over}})
-    share = draw(file, target, options, dpi, over)
+    share = draw(file, target, options, look, dpi, over)
     while follow and share < 1:
         _wait(file, share)
-        share = draw(file, target, options, dpi, over)
+        share = draw(file, target, options, look, dpi, over)
 
 
 def draw(
-    file: Path, target: Path, options: dict[str, Any], dpi: int | None = None, over: tuple[Path, ...] = ()
+    file: Path,
+    target: Path,
+    options: dict[str, Any],
+    look: dict[str, Any] | None = None,
+    dpi: int | None = None,
+    over: tuple[Path, ...] = (),
 ) -> float:
     """Draw a file, and what lies over it, and return the share that is computed.
 
     What is damaged is left out and named, with exit code 1.
     """
-    from vibrodrive.figures.style import save
+    from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.store.header import read_kind
 
     holds = read_kind(file)
@@ -94,6 +120,35 @@ def draw(
 
         raise click.ClickException(bad("--over", str(over[0]), f"left out: {file} holds no sweep"))
     damaged: list[str] = []
+    with drawn_as(**(_look(file) | (look or {}))):
+        figure, share = _figure(file, holds, options, over, damaged)
+    save(figure, target, dpi)
+    if share < 1:
+        say(f"{file}: {100 * share:.1f} % computed")
+    say(f"{target} drawn")
+    for what in damaged:
+        say(what)
+    if damaged:
+        raise click.exceptions.Exit(1)
+    return share
+
+
+def _look(file: Path) -> dict[str, Any]:
+    """How the configuration in a file wants it drawn."""
+    from vibrodrive.model import config
+    from vibrodrive.store.header import read_origin
+
+    try:
+        origin = read_origin(file)
+        return config.parse(origin.config, origin.overrides).look
+    except config.ConfigError:  # of another version
+        return {}
+
+
+def _figure(
+    file: Path, holds: str, options: dict[str, Any], over: tuple[Path, ...], damaged: list[str]
+) -> tuple[Figure, float]:
+    """The figure of a file of this kind, with what lies over it, and the share that is computed; names the `damaged`."""
     if holds == "sweep":
         with _left_out(damaged):
             figure, share = _sweep(file, options, over)
@@ -120,15 +175,7 @@ def draw(
         with working(file.name):
             figure = redraw(file, options.get("kind", "bifurcation"), options.get("quantity", "dxi"))
         share = 1.0
-    save(figure, target, dpi)
-    if share < 1:
-        say(f"{file}: {100 * share:.1f} % computed")
-    say(f"{target} drawn")
-    for what in damaged:
-        say(what)
-    if damaged:
-        raise click.exceptions.Exit(1)
-    return share
+    return figure, share
 
 
 @contextmanager
@@ -167,7 +214,8 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 
     report = look(file)
     origin = report.header.origin
-    wanted = merge_wishes(config.parse(origin.config, origin.overrides).figure, options)
+    figure = config.parse(origin.config, origin.overrides).figure
+    wanted = merge_wishes({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
     results, drawn_over = load_sweep(file), read_overlays(over)
     if wanted.get("quantity") == KEPT:
@@ -268,17 +316,20 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
             several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
             raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
     arguments = plan.arguments(0)
-    if "periods" in drawn:
+    told = "periods" in drawn
+    if told:
         arguments["periods"] = drawn.pop("periods")
     target = output or Path(config.stem + ".png")
     check_figure(target, {"configuration": config})
     from vibrodrive import simulate
     from vibrodrive.figures import diagrams as figures
+    from vibrodrive.figures.curves import FIRST
     from vibrodrive.figures.style import save
 
     with working(config.stem):
         motion = simulate(**arguments)
-        figure = figures.trajectory_figure(motion, **drawn)
+        shown = None if told else FIRST
+        figure = figures.trajectory_figure(motion, **drawn, shown=shown, **settings.look)
     save(figure, target)
     say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
     if motion.status != Status.OK:

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.patches import Patch
 
-from vibrodrive.figures.style import GREYS, as_shown, equation, letter, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_QUANTITIES
-from vibrodrive.model.parameters import Method, Status, bad
+from vibrodrive.figures.conditions import NAMES, choice, conditions, of_sweep, some, told
+from vibrodrive.figures.ink import LINES, ink_of
+from vibrodrive.figures.style import (
+    as_shown,
+    equation,
+    explain,
+    letter,
+    look,
+    name_axes,
+    new,
+    note,
+    styled,
+    symbol,
+)
+from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
+from vibrodrive.model.parameters import Status, bad
 
 QUANTITIES = ("xi", "dxi")
 """In the order of the columns of a section."""
-
-PANELS = 6
-"""Panels of one figure at most; of a longer axis evenly spaced values are shown."""
 
 ROWS = 420
 """Rows of the image of a panel: at print size a little coarser than a pixel."""
@@ -28,11 +40,14 @@ ROWS = 420
 COLUMNS = (1500, 8000)
 """Columns of the image, at least and at most; one for each value between. More values share columns."""
 
+REACH = (3, 12)
+"""A value is drawn so many columns to either side, at least and at most: a quarter of the way to its neighbours."""
+
+MARGIN = 0.03
+"""Of the width of a panel, at most, beside the first and the last of few values, so that they are whole."""
+
 AT_ONCE = 4096
 """Values whose ink is in memory at a time."""
-
-FAINTEST = 0.3
-"""Ink of a spot visited once: dark enough for a poor printer."""
 
 LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",
@@ -40,8 +55,8 @@ LABELS = {
 }
 """Of ordinates that have no symbol of their own."""
 
-LINES = 16
-"""A motion of this period or less is drawn in full ink."""
+MARKS = {Status.NEVER_LEAVES: ".", Status.TOO_CLOSE: "x", Status.BUDGET: "v"}
+"""At the upper edge, over values whose status is not OK."""
 
 
 @styled
@@ -50,13 +65,16 @@ def bifurcation(
     quantity: str = "dxi",
     x: str | None = None,
     limits: tuple[float, float] | None = None,
+    *,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
     """Bifurcation diagram: every recorded section value over the swept parameter.
 
     Parameters
     ----------
     results : Results
-        at least one axis; every further axis becomes panels (PANELS at most, evenly spaced).
+        at least one axis; every further axis becomes panels (six at most, evenly spaced).
     quantity : str
         "dxi" or "xi": which coordinate of the section; or "impact_phase", "impact_speed" of the main impacts, where
         these are recorded.
@@ -64,6 +82,10 @@ def bifurcation(
         the axis drawn along the abscissa; the longest one unless given.
     limits : (float, float), optional
         range of the ordinate; all values unless given.
+    style : str, optional
+        "screen" or "print".
+    width : str, optional
+        "double" or "single": columns of a page.
 
     Raises
     ------
@@ -80,25 +102,29 @@ def bifurcation(
         raise ValueError(bad("x", x, "one of the axes " + ", ".join(names)))
     across = names.index(x)
     section = np.moveaxis(visited, across, -2)
-    done = np.moveaxis(computed(results.status), across, -1)
+    status = np.moveaxis(np.asarray(results.status), across, -1)
+    done = computed(status)
     values = as_shown(x, results.axes[x])
     rest = [n for n in names if n != x]
-    rows = some(list(np.ndindex(section.shape[:-2])))
+    panels = list(np.ndindex(section.shape[:-2]))
+    rows = some(panels)
     limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
+    key: Sequence[Artist] = ()
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
-        density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits)
+        key = density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits) or key
+        mark_statuses(ax, values, status[index])
         if quantity in LABELS:
             ax.set_ylabel(LABELS[quantity])
         else:
             name_axes(ax, None, quantity)
         if len(rows) > 1:
             letter(ax, k, ", ".join(equation(n, results.axes[n][i]) for n, i in zip(rest, index, strict=True)))
-        missing = int((~done[index]).sum())
-        notes = [conditions(results, rest)] if k == 0 else []
-        notes += [f"{missing} of {len(values)} points not computed"] if missing else []
-        note(ax, "; ".join(notes))
+        shared = conditions(of_sweep(results), results.axes) if k == 0 else []
+        chosen = choice(len(rows), len(panels), "panels, one for each " + ", ".join(map(symbol, rest)))
+        note(ax, [*shared, *(chosen if k == 0 else []), *told(status[index])])
     name_axes(axes[-1, 0], x, None)
+    explain(fig, key)
     return fig
 
 
@@ -109,19 +135,23 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
     return np.asarray(results.section)[..., quantity_index(quantity)]
 
 
-def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> None:
+def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
     """Rasterised marks of `values` (n, k) over `x` (n,), darker where they repeat. NaN is left white.
 
     Every value of x shows: where several share a column, the fullest of them counts at each height.
 
-    A periodic motion puts its k values on a few spots: full ink. An irregular one spreads them: grey,
-    so that its density shows instead of a black block. A logarithmic axis is recognised by its spacing.
+    How dark a spot is by its count, `ink_of` says; returned is the key to that, empty where there are lines alone.
+    A logarithmic axis is recognised by its spacing.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
     values = values[order]
     low, high = limits or _range(values)
     start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
+    reach = int(np.clip(COLUMNS[0] / (4 * len(u)), *REACH))
+    if len(u) < COLUMNS[0] / reach:
+        margin = min(MARGIN, 0.5 / len(u)) * (stop - start)
+        start, stop = start - margin, stop + margin
     pixel = np.linspace(start, stop, int(np.clip(len(u), *COLUMNS)))
     step = pixel[1] - pixel[0]
     column = np.rint((u - start) / step).astype(int)
@@ -135,10 +165,10 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
     shown = column[nearest]
     shown[column] = column
-    image = np.where((np.abs(pixel - u[nearest]) > 3 * step)[:, None], 0.0, image[shown]).T
+    image = np.where((np.abs(pixel - u[nearest]) > reach * step)[:, None], 0.0, image[shown]).T
     drawn = FullestImage(
         ax,
-        cmap=GREYS,
+        cmap=look().density,
         norm=Normalize(0, 1),
         origin="lower",
         extent=(start, stop, low, high),
@@ -149,6 +179,37 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     ax.add_image(drawn)
     ax.set_xlim(start, stop)
     ax.set_ylim(low, high)
+    return ink_key(values.shape[1], "spot visited") if ((image > 0) & (image < 1)).any() else ()
+
+
+def ink_key(values: int, text: str) -> list[Artist]:
+    """The key to the ink of spots: what is seldom, more often, and as often as full ink says, of so many values.
+
+    `text` says of the first what is counted.
+    """
+    full = math.ceil(max(values / LINES, math.e))
+    counts = dict.fromkeys((1, round(math.sqrt(full)), full))
+    names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
+    names[-1] += " or more"
+    return swatches([float(ink_of(np.array(count), values)) for count in counts], names)
+
+
+def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
+    """Ink as it stands in a legend."""
+    return [Patch(fc=look().density(ink), label=name) for ink, name in zip(inks, names, strict=True)]
+
+
+def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
+    """A mark at the upper edge over each value whose status is neither OK nor that it is yet to be computed."""
+    order = np.argsort(x)
+    u = np.log10(x[order]) if is_geometric(x[order]) else x[order]
+    for value, marker in MARKS.items():
+        there = u[status[order] == value]
+        if len(there):
+            height = np.full(len(there), 0.975)
+            colour = look().support if value == Status.NEVER_LEAVES else look().other
+            mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": NAMES[value]}
+            ax.plot(there, height, marker, transform=ax.get_xaxis_transform(), **mark)
 
 
 def _range(*values: np.ndarray) -> tuple[float, float]:
@@ -167,9 +228,7 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     number = np.broadcast_to(np.arange(len(values))[:, None], row.shape)
     counts = np.zeros((len(values), ROWS))
     np.add.at(counts, (number[inside], row[inside].astype(int)), 1.0)
-    full = math.log(max(values.shape[1] / LINES, math.e))
-    ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
-    ink = np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
+    ink = ink_of(counts, values.shape[1])
     ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be too thin
     return ink
 
@@ -223,23 +282,3 @@ def quantity_index(quantity: str) -> int:
 def computed(status: np.ndarray) -> np.ndarray:
     """Which points have a section. (One that came too close to a decision has: it is one of two motions.)"""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
-
-
-def some(items: list[Any]) -> list[Any]:
-    """At most PANELS of them, evenly spaced, the first and the last among them."""
-    if len(items) <= PANELS:
-        return items
-    return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
-
-
-SHARED = ("B", "a0", "omega0", "mu", "alpha", "eps")
-"""What the corner of a figure says of the parameters that all points share."""
-
-
-def conditions(results: Any, apart: Iterable[str], names: Iterable[str] = SHARED) -> str:
-    """What all points share, of `names` without the axes `apart`, for the corner of a figure."""
-    method = Method(results.settings.method)
-    shown = [*names] + (["dtau"] if method != Method.CERTIFIED else [])
-    shared = [equation(n, results.scalars[n]) for n in shown if n in results.scalars and n not in apart]
-    s = results.settings
-    return ", ".join([*shared, f"{method.name.lower()}, periods {s.transient + 1}–{s.transient + s.periods}"])

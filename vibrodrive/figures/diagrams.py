@@ -12,17 +12,31 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.bifurcation import bifurcation, computed, some
+from vibrodrive.figures.bifurcation import bifurcation, computed
+from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, told
 from vibrodrive.figures.curves import (
     as_motions,
     phase_curve,
+    shared_by,
     time_curve,
     time_displacement,
     trajectory_figure,
 )
 from vibrodrive.figures.map import map_figure
-from vibrodrive.figures.style import INK, WIDTH, equation, letter, name_axes, new, save, styled
-from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, choose_drawing
+from vibrodrive.figures.style import (
+    INCHES,
+    equation,
+    explain,
+    letter,
+    look,
+    name_axes,
+    narrow,
+    new,
+    note,
+    save,
+    styled,
+)
+from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 
 __all__ = [
@@ -45,7 +59,14 @@ FEW = 64
 
 
 @styled
-def poincare(source: Any, titles: Sequence[str] | None = None, reference: np.ndarray | None = None) -> Figure:
+def poincare(
+    source: Any,
+    titles: Sequence[str] | None = None,
+    reference: np.ndarray | None = None,
+    *,
+    style: Style | None = None,
+    width: Width | None = None,
+) -> Figure:
     """Poincaré sections ξ' over ξ, a panel for every point, all to one scale.
 
     Parameters
@@ -56,20 +77,25 @@ def poincare(source: Any, titles: Sequence[str] | None = None, reference: np.nda
         what distinguishes the panels; by default the values of the axes.
     reference : float64 (n, 2), optional
         section points of the undisturbed orbit, drawn as open circles.
+    style : str, optional
+        "screen" or "print".
+    width : str, optional
+        "double" or "single": columns of a page.
     """
-    sections, named = _sections(source)
+    sections, named, shared = _sections(source)
     titles = named if titles is None else titles
-    cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 3)
+    cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
     rows = math.ceil(len(sections) / cols)
-    width, height = (4.4, 3.4) if cols == 1 else (WIDTH, 0.4 + rows * (2.5 if cols == 2 else 2.2))
-    fig, axes = new(rows, cols, width=width, height=height, sharex=True, sharey=True)
+    inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
+    fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True)
     flat = axes.ravel()
     for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
         points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
         size = 3.5 if len(points) <= FEW else 1.2
-        ax.plot(points[:, 0], points[:, 1], ".", ms=size, mew=0, color=INK, rasterized=len(points) > 5000)
+        ax.plot(points[:, 0], points[:, 1], ".", ms=size, mew=0, color=look().main, rasterized=len(points) > 5000)
         if reference is not None:
-            ax.plot(reference[:, 0], reference[:, 1], "o", ms=7, mfc="none", mec=INK, mew=0.5)
+            circles = {"ms": 7, "mfc": "none", "mec": look().other, "mew": 0.6, "label": "undisturbed orbit"}
+            ax.plot(reference[:, 0], reference[:, 1], "o", **circles)
         if len(sections) > 1:
             letter(ax, k, titles[k])
         elif titles[k]:
@@ -82,9 +108,12 @@ def poincare(source: Any, titles: Sequence[str] | None = None, reference: np.nda
         ax.set_axis_off()
     for ax in axes[:, 0]:
         name_axes(ax, None, "dxi")
+    note(axes[0, -1], shared)
+    explain(fig)
     return fig
 
 
+@styled
 def from_results(
     results: Any,
     kind: str | None = None,
@@ -92,10 +121,13 @@ def from_results(
     x: str | None = None,
     y: str | None = None,
     limits: tuple[float, float] | None = None,
+    *,
+    style: Style | None = None,
+    width: Width | None = None,
     **over: Any,
 ) -> Figure:
-    """The figure that suits a Results: a bifurcation diagram over a long axis, else Poincaré sections; without a
-    section a map of the period.
+    """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
+    the start, else Poincaré sections; without a section a map of the period.
 
     `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y` and `limits` as in
     `bifurcation` and `map_figure`, `over` what the latter draws besides. One motion, without any axis, has no diagram:
@@ -111,19 +143,26 @@ def from_results(
     if not results.axes:
         return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)
+    if kind is None and sum(len(a) >= DIAGRAM and n in STARTS for n, a in results.axes.items()) > 1:
+        return map_figure(results, f"last_{quantity}", x, y, limits=limits)
     if kind == BIFURCATION or (kind is None and longest >= DIAGRAM):
         return bifurcation(results, quantity, x, limits)
     return poincare(results)
 
 
-def _sections(source: Any) -> tuple[list[np.ndarray], list[str]]:
+def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
+    """Sections and what distinguishes them, and what they have in common."""
     if not hasattr(source, "axes"):
         motions = as_motions(source)
-        return [np.asarray(m.section) for m in motions], [""] * len(motions)
+        return [np.asarray(m.section) for m in motions], [""] * len(motions), shared_by(motions, section=True)
     section, done = np.asarray(source.section), computed(source.status)
-    shown = some(list(np.ndindex(section.shape[:-2])))
+    points = list(np.ndindex(section.shape[:-2]))
+    shown = some(points)
     names = [n for n in source.axes if n != "point"]  # a file of one point has a nameless axis of length 1
     titles = [", ".join(equation(n, source.axes[n][i]) for n, i in zip(names, index, strict=False)) for index in shown]
-    if not names:
-        titles = [", ".join(equation(n, source.scalars[n]) for n in ("A", "B", "eps"))]
-    return [np.where(done[index], section[index], np.nan) for index in shown], titles
+    shared = [
+        *conditions(of_sweep(source), source.axes),
+        *choice(len(shown), len(points), "points"),
+        *told(np.asarray(source.status)),
+    ]
+    return [np.where(done[index], section[index], np.nan) for index in shown], titles, shared

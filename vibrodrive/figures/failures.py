@@ -2,38 +2,65 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from vibrodrive.figures.style import GREYS, INK, equation, letter, name_axes, new, note, styled
+from vibrodrive.figures.conditions import conditions
+from vibrodrive.figures.style import equation, explain, letter, look, name_axes, narrow, new, note, styled
+from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
 LEAST = 1e-3
-"""Smaller shares are white: with a thousand switches compared they hardly occur."""
+"""Smaller shares are of one tone: with a thousand switches compared they hardly occur."""
+
+UNMOVED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
+"""Ground of what has no share."""
+
+LESS = 0.1
+"""Ink of what is less than LEAST, and more than none."""
 
 
 @styled
-def failures_figure(found: FailureMap) -> Figure:
+def failures_figure(found: FailureMap, *, style: Style | None = None, width: Width | None = None) -> Figure:
     """Share of missed, late and wrongly decided switches over A and the disturbance; below the line structure lasts."""
-    fig, axes = new(len(METHODS), len(KINDS), height=5.0, width=7.4, sharex=True, sharey=True)
-    norm = LogNorm(LEAST, 1.0)
+    rows, cols = (len(KINDS), len(METHODS)) if narrow() else (len(METHODS), len(KINDS))
+    fig, axes = new(rows, cols, height=9.4 if narrow() else 5.6, sharex=True, sharey=True)
+    scale = look().density.resampled(256)
+    scale = scale.with_extremes(under=scale(LESS))
+    scale.colorbar_extend = "min"  # type: ignore[assignment]
+    shades = LogNorm(LEAST, 1.0)
     mesh = None
-    for m, method in enumerate(METHODS):
-        for c, kind in enumerate(KINDS):
-            ax = axes[m, c]
-            share = np.where(found.share(kind)[m] >= LEAST, found.share(kind)[m], np.nan)
-            mesh = ax.pcolormesh(found.A, found.other, share.T, cmap=GREYS, norm=norm, rasterized=True)
+    for c, kind in enumerate(KINDS):
+        for m, method in enumerate(METHODS):
+            row, col = (c, m) if narrow() else (m, c)
+            ax = axes[row, col]
+            share = found.share(kind)[m]
+            ax.patch.set(**UNMOVED)
+            ax.pcolormesh(found.A, found.other, np.where(share == 0, 0.0, np.nan).T, cmap="Greys", rasterized=True)
+            some = np.where(share > 0, share, np.nan)
+            mesh = ax.pcolormesh(found.A, found.other, some.T, cmap=scale, norm=shades, rasterized=True)
             known = np.isfinite(found.limit[m])
             ax.plot(found.A[known], found.limit[m][known], "-", color="white", lw=2.2)
-            ax.plot(found.A[known], found.limit[m][known], "--", color=INK, lw=1.0)
-            letter(ax, m * len(KINDS) + c, f"{method}: {kind}")
+            lost: dict[str, Any] = {
+                "color": look().other,
+                "lw": 1.0,
+                "label": "structure of the motion lost above this line",
+            }
+            ax.plot(found.A[known], found.limit[m][known], "--", **lost)
+            letter(ax, row * cols + col, f"{method}: {kind}")
             ax.set_yscale("log")
             ax.set_ylim(found.other.min(), found.other.max())
-            name_axes(ax, "A" if m == len(METHODS) - 1 else None, found.name if c == 0 else None)
-    across = "eps" if found.name == "dtau" else "dtau"
-    note(axes[0, -1], equation(across, found.scalars[across]))
+            name_axes(ax, "A" if row == rows - 1 else None, found.name if col == 0 else None)
+    apart = {"A", found.name, "method"}
+    said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart, section=False)
+    note(axes[0, -1], said + ([equation("dtau", found.shared["dtau"])] if found.name == "eps" else []))
     bar = fig.colorbar(mesh, ax=axes.ravel().tolist(), shrink=0.6, pad=0.02)
-    bar.set_label("share of switches")
+    bar.set_label("share of switches (white: none)")
+    unmoved = [Patch(**UNMOVED, label="no switch: the mass never moves")]
+    explain(fig, unmoved if (found.judged == 0).any() else [])
     return fig

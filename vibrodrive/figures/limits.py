@@ -7,23 +7,32 @@ switches are not late by Δτ, they are found or missed; these limits have no pa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from vibrodrive.figures.bifurcation import density, some
-from vibrodrive.figures.style import GREY, INK, LINES, equation, letter, name_axes, new, note, styled, symbol
+from vibrodrive.figures.bifurcation import density
+from vibrodrive.figures.conditions import choice, conditions, some
+from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
+from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION
 from vibrodrive.store.limits import Limits
 
-LOOKS = {
-    ("eps", "certified"): ("-", "0.55", r"$k_2(\varepsilon)$"),
-    ("dtau", "fixed"): ("--", "0.8", r"$k_2(\Delta\tau)$, switches on the grid"),
-    ("dtau", "muller"): (":", "0.9", r"$k_2(\Delta\tau)$, Muller"),
+NAMES = {
+    ("eps", "certified"): r"$k_2(\varepsilon)$",
+    ("dtau", "fixed"): r"$k_2(\Delta\tau)$, switches on the grid",
+    ("dtau", "muller"): r"$k_2(\Delta\tau)$, Muller",
 }
-"""Line style, tone of the band and name of each curve."""
+"""Of each curve."""
+
+BAND = "from the first loss to the last value kept"
 
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 
@@ -40,7 +49,7 @@ DECADES = 5.0
 
 
 @styled
-def limits_figure(found: Limits) -> Figure:
+def limits_figure(found: Limits, *, style: Style | None = None, width: Width | None = None) -> Figure:
     """Both limits as velocity amplitudes over the axis, and below their ratio.
 
     Over A alone they stand between the bands from the first loss k₂ to the last value kept, each in its own unit, and
@@ -59,68 +68,67 @@ def limits_figure(found: Limits) -> Figure:
 
 
 def _over_A(found: Limits) -> Figure:
-    fig, axes = new(4, 1, height=9.0, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
+    fig, axes = new(4, 1, height=9.2, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
     top, velocity, ratio, bottom = axes[:, 0]
-    for c, curve in enumerate(found.curves):
-        _band(top, found, c, *_look(found, curve))
+    bands = [_band(top, found, c) for c in range(len(found.curves))]
     _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
     top.set_ylabel(_named(found, "$k_2$"), rotation=0, labelpad=9, va="center")
-    named = {"title": _judged(found), "alignment": "right", "title_fontsize": "medium"} if _judged(found) else {}
-    top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.06), ncols=3, borderpad=0.2, columnspacing=1.4, **named)
     _name_periods(top, found)
     letter(top, 0)
+    note(top, [*_conditions(found), *_gaps(found, len(found.curves))], above=True)
     _velocities(velocity, found)
     letter(velocity, 1, _named(found, ", ".join(VELOCITY.values())))
-    note(velocity, _gaps(found, 2))
     _ratios(ratio, found)
     letter(ratio, 2, _named(found, RATIO))
-    _undisturbed(bottom, found, 3)
+    key = _undisturbed(bottom, found, 3)
+    explain(fig, [*filter(None, bands), *key])
     return fig
 
 
-def _undisturbed(ax: Axes, found: Limits, panel: int) -> None:
-    """The diagram of the undisturbed motion, below limits over A."""
+def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
+    """The diagram of the undisturbed motion, below limits over A; the key to its ink."""
+    key: Sequence[Artist] = ()
     if found.fine is not None and found.diagram is not None:
         several = slice(None) if np.ptp(found.A) > 0 else slice(1)
-        density(ax, found.fine[several], found.diagram[several])
+        key = density(ax, found.fine[several], found.diagram[several])
     letter(ax, panel)
-    note(ax, _missing(found) or "undisturbed")
+    note(ax, "undisturbed")
     name_axes(ax, None, "dxi")
     _abscissa(ax, "A", found.A)
+    return key
 
 
 def _starts(found: Limits) -> Figure:
     """k₁ in each coordinate of the start over the one axis; over A with the diagram of the undisturbed motion."""
     ((x, values),) = found.axes.items()
-    fig, axes = new(2, 1, height=4.9, sharex=True) if x == "A" else new(1, 1, height=3.2)
+    fig, axes = new(2, 1, height=5.2, sharex=True) if x == "A" else new(1, 1, height=3.5)
     ax = axes[0, 0]
     k1 = found.known()
     for c, (name, _) in enumerate(found.curves):
-        _line(ax, values, k1[c], LINES[c], INK, symbol(name))
+        _line(ax, values, k1[c], c, f"start off in {symbol(name)}")
     _logarithmic(ax, k1, (1e-3, 1.0))
     ax.set_ylabel("$k_1$", rotation=0, labelpad=9, va="center")
-    ax.legend(loc="best", title="start off in")
     letter(ax, 0)
+    note(ax, [*_conditions(found), *_gaps(found, len(found.curves))])
+    key: Sequence[Artist] = ()
     if x == "A":
-        note(ax, _gaps(found, 3))
-        _undisturbed(axes[1, 0], found, 1)
+        key = _undisturbed(axes[1, 0], found, 1)
     else:
-        said = equation("A", found.fixed["A"]), _gaps(found, 3), _missing(found)
-        note(ax, ", ".join(part for part in said if part))
         _abscissa(ax, x, values)
+    explain(fig, key)
     return fig
 
 
 def _over_one(found: Limits, x: str) -> Figure:
-    fig, axes = new(2, 1, height=4.6, sharex=True, height_ratios=[1.2, 1.0])
+    fig, axes = new(2, 1, height=5.0, sharex=True, height_ratios=[1.2, 1.0])
     top, bottom = axes[:, 0]
     _velocities(top, found)
-    top.legend(loc="best")
     letter(top, 0, _named(found, ", ".join(VELOCITY.values())))
-    note(top, _conditions(found))
+    note(top, [*_conditions(found), *_gaps(found, 2)])
     _ratios(bottom, found)
     letter(bottom, 1, _named(found, RATIO))
     _abscissa(bottom, x, found.axes[x])
+    explain(fig)
     return fig
 
 
@@ -133,37 +141,27 @@ def _over_two(found: Limits) -> Figure:
     panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
     if x == "eta" and not _varies(V[1]):  # without ε the limit in Δτ knows nothing of η
         del panels[1]
-    fig, axes = new(len(panels) + 1, 1, height=0.9 + 2.1 * (len(panels) + 1), sharex=True)
-    shown = some(list(range(len(found.axes[other]))))
+    fig, axes = new(len(panels) + 1, 1, height=1.2 + 2.1 * (len(panels) + 1), sharex=True)
+    rows = list(range(len(found.axes[other])))
+    shown = some(rows)
     for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio)], strict=True)):
-        for style, row in zip(_STYLES, shown, strict=False):
-            name = equation(other, found.axes[other][row])
-            _line(ax, found.axes[x], values[row], *style, name)
+        for c, row in enumerate(shown):
+            _line(ax, found.axes[x], values[row], c, equation(other, found.axes[other][row]))
         letter(ax, k, _named(found, title))
         if k < len(panels):
             _amplitude(ax, values[shown], found.mm_s)
         else:
             _around_one(ax, values[shown])
-    first = axes[0, 0]
-    columns = len(shown) if len(shown) < 6 else 3
-    first.legend(loc="lower center", bbox_to_anchor=(0.5, 1.1), ncols=columns, borderpad=0.2)
-    note(first, _conditions(found))
+    chosen = choice(len(shown), len(rows), f"values of {symbol(other)}")
+    note(axes[0, 0], [*_conditions(found), *chosen, *_gaps(found, 2)])
     _abscissa(axes[-1, 0], x, found.axes[x])
+    explain(fig)
     return fig
 
 
 def _named(found: Limits, text: str) -> str:
     """A label of k₂, of k_u where the limit is that of several motions."""
     return text.replace("k_2", "k_u") if found.criterion == SEVERAL else text
-
-
-def _look(found: Limits, curve: tuple[str, str]) -> tuple[str, str, str]:
-    style, tone, name = LOOKS[curve]
-    return style, tone, _named(found, name)
-
-
-_STYLES = [(line, tone) for tone in (INK, GREY) for line in LINES]
-"""Line style and tone of the values of a second axis."""
 
 
 def _varies(rows: np.ndarray) -> bool:
@@ -175,9 +173,8 @@ def _velocities(ax: Axes, found: Limits) -> None:
     """The limits in ε, and in Δτ on the grid, of one axis as velocity amplitudes."""
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
-    for values, curve in zip(V, found.curves, strict=False):
-        style, _, name = _look(found, curve)
-        _line(ax, x, values, style, INK, name)
+    for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
+        _line(ax, x, values, c, _named(found, NAMES[curve]))
     _amplitude(ax, V, found.mm_s)
 
 
@@ -185,7 +182,7 @@ def _ratios(ax: Axes, found: Limits) -> None:
     """The ratio over one axis, with where nine tenths of its values lie."""
     (x,) = found.axes.values()
     ratio = found.ratio()
-    _line(ax, x, ratio, "-", INK, RATIO)
+    _line(ax, x, ratio, 0, "_ratio")
     _around_one(ax, ratio)
     known = ratio[np.isfinite(ratio)]
     if len(known):
@@ -193,10 +190,12 @@ def _ratios(ax: Axes, found: Limits) -> None:
         note(ax, f"median {middle:.2g}, nine tenths in {low:.2g} to {high:.2g}")
 
 
-def _line(ax: Axes, x: np.ndarray, values: np.ndarray, style: str, tone: str, name: str) -> None:
+def _line(ax: Axes, x: np.ndarray, values: np.ndarray, number: int, name: str) -> None:
     order = np.argsort(x)
-    mark = "o" if len(x) <= MARKED else ""
-    ax.plot(x[order], values[order], linestyle=style, marker=mark, markersize=2.2, color=tone, lw=0.9, label=name)
+    colour, pattern = look().lines[number % len(look().lines)]
+    # not clipped: the first and the last mark are whole
+    marked: dict[str, Any] = {"marker": "o", "markersize": 2.2, "clip_on": False} if len(x) <= MARKED else {}
+    ax.plot(x[order], values[order], ls=pattern, color=colour, lw=0.9, label=name, **marked)
 
 
 def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
@@ -217,7 +216,8 @@ def _around_one(ax: Axes, ratio: np.ndarray) -> None:
     low, high = seen.min() / 1.15, seen.max() * 1.15
     ax.set_ylim(low, high)
     ax.set_yscale("log")
-    ax.axhline(1.0, color=GREY, lw=0.6, zorder=0)
+    ax.axhline(1.0, color=look().support, lw=0.6, zorder=0)
+    ax.set_ylabel("ratio")
     _plain_numbers(ax.yaxis, low, high)
 
 
@@ -247,19 +247,22 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
     ax.set_xlabel(symbol(x))
 
 
-def _conditions(found: Limits) -> str:
-    """What all points share, and what is missing."""
-    shared = [equation(name, value) for name, value in found.fixed.items()]
-    return ", ".join(part for part in (*shared, _judged(found), _missing(found)) if part)
-
-
-def _judged(found: Limits) -> str:
-    """What must be kept, where that is not the default."""
+def _conditions(found: Limits) -> list[str]:
+    """What all points share, what must be kept where that is not the default, and what is missing."""
+    apart = {*found.axes, "eps", "dtau", "method"}
+    if found.criterion == SOLUTION:
+        apart |= {"xi0", "dxi0", "tau0"}
+    said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart)
     texts = {"impacts": "", SEVERAL: "from $k_u$ on all starts end on one motion"}
-    return texts.get(found.criterion, f"kept: {found.criterion}")
+    missing = int((~found.done).sum())
+    return [
+        *said,
+        texts.get(found.criterion, f"kept: {found.criterion}"),
+        f"{missing} of {found.done.size} limits not computed" if missing else "",
+    ]
 
 
-def _gaps(found: Limits, curves: int) -> str:
+def _gaps(found: Limits, curves: int) -> list[str]:
     """Why the first so many curves have gaps, as far as anything was computed there."""
     k2, n, done = found.numbers["k2"][:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.criterion == SEVERAL else np.isposinf(k2) & (found.criterion == SOLUTION)
@@ -269,20 +272,20 @@ def _gaps(found: Limits, curves: int) -> str:
         "not lost": done & np.isposinf(k2) & ~one,
     }
     there = [reason for reason, where in reasons.items() if where.any()]
-    return f"gaps: {', '.join(there)}" if there else ""
+    return [f"gaps: {', '.join(there)}"] if there else []
 
 
-def _missing(found: Limits) -> str:
-    missing = int((~found.done).sum())
-    return f"{missing} of {found.done.size} limits not computed" if missing else ""
-
-
-def _band(ax: Axes, found: Limits, c: int, style: str, tone: str, name: str) -> None:
+def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
+    """A limit, and the band above it where the structure comes back; the key to the band, if there is one."""
     first, last = found.known()[c], found.known("last_kept")[c]
     end = np.where(last > first, last, first)
+    tone, (colour, pattern) = look().bands[c], look().lines[c]
     ax.fill_between(found.A, first, end, color=tone, lw=0)
-    ax.plot(found.A, end, color=INK, lw=0.25)
-    ax.plot(found.A, first, style, color=INK, lw=0.9, label=name)
+    ax.plot(found.A, end, color=colour, lw=0.25)
+    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=_named(found, NAMES[found.curves[c]]))
+    if not (last > first).any():
+        return None
+    return Patch(fc=tone, label=f"{NAMES[found.curves[c]].split(',')[-1].strip()}: {BAND}")
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:
@@ -298,4 +301,5 @@ def _name_periods(ax: Axes, found: Limits) -> None:
                 ha="center", va="bottom", fontsize=8,
             )  # fmt: skip
         if stretch[0]:
-            ax.axvline((found.A[stretch[0] - 1] + low) / 2, color="0.75", lw=0.3, zorder=0)
+            between = (found.A[stretch[0] - 1] + low) / 2
+            ax.axvline(between, color="0.75", lw=0.4, zorder=0, label="the period $n$ of the motion changes")

@@ -17,12 +17,13 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.bifurcation import SHARED, FullestImage, conditions, is_geometric
+from vibrodrive.figures.bifurcation import FullestImage, is_geometric
 from vibrodrive.figures.colours import OVER, SHADES, STATUSES, UNDER, Painted, paint
+from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.overlay import draw_limit, placed
 from vibrodrive.figures.plane import LEGEND_LINE, draw_lines
 from vibrodrive.figures.style import as_shown, equation, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, choose_drawing
+from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, choose_drawing
 from vibrodrive.model.parameters import Status, bad
 from vibrodrive.model.physical import Physical, power
 from vibrodrive.model.records import SUMMARIES
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 LABELS = {
     "status": "status",
+    "last_xi": r"$\xi$ at the last section",
+    "last_dxi": r"$\xi\mathrm{′}$ at the last section",
     "margin": "how close the closest decision came",
     IMPACT_POWER: "power of the impacts in W",
     **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
@@ -197,6 +200,8 @@ def _values(results: Any, quantity: str) -> np.ndarray:
         shape = tuple(len(a) for a in results.axes.values())
         scene = (np.broadcast_to(known[n], shape).ravel() for n in ("omega0", "mu", "alpha", "mass", "g"))
         return power(np.asarray(results.energy, float).ravel(), *scene).reshape(shape)
+    if quantity in OF_SECTION:
+        return np.asarray(results.section, float)[..., -1, OF_SECTION.index(quantity)]
     values = np.asarray(getattr(results, quantity))
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
@@ -302,12 +307,9 @@ def _say(
     ax: Axes, results: Any, drawn: tuple[str | None, ...], quantity: str, status: np.ndarray, numbered: bool
 ) -> None:
     """What holds for all points, how many are not as the others, and what the numbers on curves are."""
-    names = ["A", *SHARED, *(["mass"] if quantity == IMPACT_POWER else [])]
-    if "eps" in results.axes or results.scalars.get("eps", 0.0) > 0:
-        names.append("eta")
     fixed = [n for n in results.axes if n not in drawn]
     said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in fixed]
-    lines = [*said, *conditions(results, results.axes, names).split(", ")]
+    lines = [*said, *conditions(of_sweep(results), results.axes, section=quantity in OF_SECTION)]
     counts = {"not computed": int((status == Status.NOT_COMPUTED).sum())}
     if quantity != "status":
         counts |= {name: int((status == s).sum()) for s, (name, _) in STATUSES.items() if s != Status.OK}

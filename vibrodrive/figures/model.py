@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Polygon
 
-from vibrodrive.figures.style import INK, new, styled
+from vibrodrive.figures.style import INK, in_drawings, new, styled
 
 Place = tuple[float, float]
 
@@ -78,7 +78,7 @@ def _arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], width
 
 
 def _write(ax: Axes, place: Place, text: str, rotation: float = ALPHA) -> None:
-    ax.text(*_turned(place), text, ha="center", va="center", rotation=rotation, fontsize=9.5)
+    ax.text(*_turned(place), text, ha="center", va="center", rotation=rotation, fontsize=in_drawings())
 
 
 def _ground(ax: Axes) -> None:

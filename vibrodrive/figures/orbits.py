@@ -5,13 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 
 from vibrodrive.figures.bifurcation import quantity_index
-from vibrodrive.figures.style import INK, equation, name_axes, new, note, styled
+from vibrodrive.figures.conditions import conditions, of_sweep
+from vibrodrive.figures.style import INK, equation, explain, letter, look, name_axes, new, note, number, styled
+from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Branch, Family, section, traces
@@ -28,9 +34,6 @@ MARKS = {
 }
 """Marker and name of each kind of bifurcation."""
 
-BRUTE = "0.6"
-"""Grey of what brute force finds: under the branches, not beside them."""
-
 CURVE_POINTS = 400
 """Points of one branch of the map."""
 
@@ -41,9 +44,13 @@ def bifurcation_diagram(
     brute: Results | None = None,
     quantity: str = "dxi",
     section_phase: float = 0.0,
-    views: Sequence[tuple[float, float]] = (),
+    *,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
     """Section values of every orbit over A, stable ones drawn through, unstable ones dashed.
+
+    Where bifurcations are dense a second panel shows that range of A.
 
     Parameters
     ----------
@@ -54,8 +61,10 @@ def bifurcation_diagram(
         "dxi" or "xi".
     section_phase : float
         phase φ_s of the section.
-    views : sequence of (float, float)
-        ranges of A, a panel each; one panel for all unless given.
+    style : str, optional
+        "screen" or "print".
+    width : str, optional
+        "double" or "single": columns of a page.
 
     Raises
     ------
@@ -67,27 +76,73 @@ def bifurcation_diagram(
     def values(orbit: Orbit) -> np.ndarray:
         return section(orbit, section_phase)[:, column]
 
-    ranges = list(views) or [(float(found.A[0]), float(found.A[-1]))]
-    fig, axes = new(len(ranges), 1, height=0.5 + 3.6 * len(ranges))
+    ranges = views(found)
+    fig, axes = new(len(ranges), 1, height=0.9 + 3.6 * len(ranges))
     curves = [(branch, traces(branch, values)) for branch in found.branches()]
     heights = [values(b.orbit) if len(b.orbit.phases) else np.empty(0) for b in found.bifurcations]
+    key: list[Artist] = []
     for k, (ax, (low, high)) in enumerate(zip(axes[:, 0], ranges, strict=True)):
         seen = [y[_within(branch.A, low, high)] for branch, y in curves]
         if brute is not None:
             within = _within(brute.axes["A"], low, high)
             there = np.asarray(brute.section)[within][..., column]
             at = np.repeat(brute.axes["A"][within], there.shape[-1])
-            ax.plot(at, there.reshape(-1), ".", ms=1.5, mew=0, color=BRUTE, rasterized=True, zorder=1)
+            dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": look().support}
+            ax.plot(at, there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots)
+            key = [Line2D([], [], ms=5, label=_simulated(brute), **dots)]
             seen.append(there)
         for branch, y in curves:
             _curve(ax, branch, y)
-        _marks(ax, found.bifurcations, heights, legend=k == 0)
-        ax.set_xlim(low, high)
+        _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
         ax.set_ylim(*_room(seen))
         name_axes(ax, "A" if k == len(ranges) - 1 else None, quantity)
-    conditions = f"{equation('B', found.B)}, {equation('section_phase', section_phase)}"
-    note(axes[0, 0], f"{conditions}, periods up to {found.max_period}")
+    said = [equation("B", found.B), equation("section_phase", section_phase), f"periods up to {found.max_period}"]
+    note(axes[0, 0], said)
+    explain(fig, key)
     return fig
+
+
+def _simulated(brute: Results) -> str:
+    """What the points are that are simulated."""
+    known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "B", "eps", "method")}
+    return f"simulated: {', '.join(conditions(known, section=False))}"
+
+
+CROWDED = 8
+"""From this many bifurcations on there is a second panel for the part where they are dense."""
+
+DENSE = 0.6
+"""Of all bifurcations this share lies in that part, which is the shortest such."""
+
+
+def views(found: Family) -> list[tuple[float, float]]:
+    """Ranges of A, a panel each: all, and the part where bifurcations are dense if there are many."""
+    whole = (float(found.A[0]), float(found.A[-1]))
+    at = np.sort([b.A for b in found.bifurcations])
+    if len(at) < CROWDED:
+        return [whole]
+    several = math.ceil(DENSE * len(at))
+    spans = at[several - 1 :] - at[: len(at) - several + 1]
+    k = int(spans.argmin())
+    margin = 0.12 * float(spans[k])
+    low, high = at[k] - margin, at[k + several - 1] + margin
+    inside = at[_within(at, low - 0.5 * margin, high + 0.5 * margin)]  # no mark at an edge
+    low, high = min(low, inside[0] - 0.5 * margin), max(high, inside[-1] + 0.5 * margin)
+    return [whole, (max(whole[0], float(low)), min(whole[1], float(high)))]
+
+
+def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple[float, float]]:
+    """Set the range of panel k, and shade in it what the next one shows; where bifurcations are marked in it."""
+    low, high = ranges[k]
+    ax.set_xlim(low, high)
+    if len(ranges) == 1:
+        return [(low, high)]
+    letter(ax, k)
+    if k == len(ranges) - 1:
+        return [(low, high)]
+    closer = ranges[k + 1]
+    ax.axvspan(*closer, color="0.9", lw=0, zorder=0, label=f"bifurcations there: {chr(ord('b') + k)})")
+    return [(low, closer[0]), (closer[1], high)]
 
 
 def _within(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -104,26 +159,35 @@ def _room(values: Sequence[np.ndarray]) -> tuple[float, float]:
 
 
 @styled
-def multiplier_diagram(found: Family) -> Figure:
-    """The multiplier of every orbit over A, logarithmic beyond ±1; orbits that rest lie on 0."""
-    fig, axes = new(1, 1, height=3.6)
-    ax = axes[0, 0]
-    for level in (-1.0, 0.0, 1.0):
-        ax.axhline(level, color=BRUTE, lw=0.6, zorder=0)
-    for branch in found.branches():
-        _curve(ax, branch, traces(branch, lambda o: np.array([o.multiplier])))
+def multiplier_diagram(found: Family, *, style: Style | None = None, width: Width | None = None) -> Figure:
+    """The multiplier of every orbit over A, logarithmic beyond ±1; orbits that rest lie on 0.
+
+    Where bifurcations are dense a second panel shows that range of A.
+    """
+    ranges = views(found)
+    fig, axes = new(len(ranges), 1, height=0.9 + 2.8 * len(ranges), sharey=True)
+    curves = [(branch, traces(branch, lambda o: np.array([o.multiplier]))) for branch in found.branches()]
     sides = [(b.multiplier_below, b.multiplier_above) for b in found.bifurcations]
-    _marks(ax, found.bifurcations, [np.array([next((m for m in s if m == m), math.nan)]) for s in sides])
-    ax.set_yscale("symlog", linthresh=1.0, linscale=1.5)
-    ax.set_xlim(found.A[0], found.A[-1])
-    name_axes(ax, "A", None)
-    ax.set_ylabel("multiplier")
-    note(ax, f"{equation('B', found.B)}, periods up to {found.max_period}")
+    heights = [np.array([next((m for m in s if m == m), math.nan)]) for s in sides]
+    for k, ax in enumerate(axes[:, 0]):
+        for level in (-1.0, 0.0, 1.0):
+            ax.axhline(level, color=look().support, lw=0.6, zorder=0)
+        for branch, y in curves:
+            _curve(ax, branch, y)
+        _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
+        ax.set_yscale("symlog", linthresh=1.0, linscale=1.5)
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"${number(value)}$"))
+        name_axes(ax, "A" if k == len(ranges) - 1 else None, None)
+        ax.set_ylabel("multiplier")
+    note(axes[0, 0], [equation("B", found.B), f"periods up to {found.max_period}"])
+    explain(fig)
     return fig
 
 
 @styled
-def cobweb(A: float, B: float = 0.1, orbit: Orbit | None = None) -> Figure:
+def cobweb(
+    A: float, B: float = 0.1, orbit: Orbit | None = None, *, style: Style | None = None, width: Width | None = None
+) -> Figure:
     """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits.
 
     Raises
@@ -135,7 +199,7 @@ def cobweb(A: float, B: float = 0.1, orbit: Orbit | None = None) -> Figure:
     fig, axes = new(1, 1, height=4.6, width=4.8)
     ax = axes[0, 0]
     turn = 2.0 * math.pi
-    ax.plot([0, turn], [0, turn], color=BRUTE, lw=0.6)
+    ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="image = phase")
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
         # close to a grazing the map falls like a square root: points are denser at the ends
@@ -143,38 +207,41 @@ def cobweb(A: float, B: float = 0.1, orbit: Orbit | None = None) -> Figure:
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase
         image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # where the phase wraps around
-        ax.plot(phi, image, color=INK, lw=1.0)
+        ax.plot(phi, image, color=look().main, lw=1.0, label="phase of the next impact")
     for point in system.breakpoints.tolist():
-        ax.axvline(point, color=BRUTE, lw=0.5, ls=":")
+        ax.axvline(point, color=look().support, lw=0.5, ls=":", label="breakpoint of the map")
     if orbit is not None:
         path = np.repeat(np.append(orbit.phases, orbit.phases[0]), 2)
-        ax.plot(path[:-1], path[1:], color=INK, lw=0.7, ls="--")
-        ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=INK)
+        ax.plot(path[:-1], path[1:], color=look().other, lw=0.7, ls="--", label="cobweb of an orbit")
+        ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=look().other, label="its impacts")
     ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
     ax.set_xlabel(r"$\varphi_i$")
     ax.set_ylabel(r"$\varphi_{i+1}$", rotation=0, labelpad=16, va="center")
-    note(ax, f"{equation('A', A)}, {equation('B', B)}")
+    note(ax, [equation("A", A), equation("B", B)])
+    explain(fig)
     return fig
 
 
 def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
     """The curves of one branch, dashed if it is unstable."""
-    ax.plot(
-        branch.A,
-        columns,
-        color=INK,
-        zorder=2,
-        ls=(0, (4, 2)) if branch.unstable else "-",
-        lw=0.6 if branch.unstable else 1.1,
-    )
+    if branch.unstable:
+        drawn: dict[str, Any] = {"color": look().other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
+    else:
+        drawn = {"color": look().main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
+    ax.plot(branch.A, columns, zorder=2, **drawn)
 
 
-def _marks(ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], legend: bool = True) -> None:
-    """Bifurcations by kind, with a legend of the kinds that occur."""
+def _marks(
+    ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], where: Sequence[tuple[float, float]]
+) -> None:
+    """Bifurcations in some ranges of A, by kind."""
     for kind, (marker, text) in MARKS.items():
-        points = [(b.A, y) for b, ys in zip(found, heights, strict=True) if b.kind == kind for y in ys]
+        points = [
+            (b.A, y)
+            for b, ys in zip(found, heights, strict=True)
+            for y in ys
+            if b.kind == kind and any(low <= b.A <= high for low, high in where)
+        ]
         if points:
             face = INK if marker == "|" else "white"
-            ax.plot(*zip(*points, strict=True), marker, ms=4.5, mfc=face, mec=INK, mew=0.8, label=text, zorder=3)
-    if legend and ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="best", handletextpad=0.3)
+            ax.plot(*zip(*points, strict=True), marker, ms=3.8, mfc=face, mec=INK, mew=0.7, label=text, zorder=3)

@@ -6,11 +6,13 @@ import math
 from collections.abc import Collection
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from vibrodrive.figures.style import INK, new, styled
+from vibrodrive.figures.style import INK, explain, in_drawings, look, new, styled
 from vibrodrive.model.states import TRANSITIONS, State
 
 BOXES = {
@@ -27,21 +29,32 @@ HALF = (0.62, 0.3)
 
 Point = tuple[float, float]
 
+THICK = 2.2
+"""Width of the arrows of a path, in points."""
+
 SHIFT = 0.13
 """Arrows that go both ways run this far beside each other."""
 
 
+SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
+    (State.UP, State.DOWN): ((0.62, 1.76), (4.38, 0.275)),
+    (State.DOWN, State.UP): ((4.38, 0.06), (0.34, 1.7)),
+    (State.IMPACT, State.UP): ((2.2, 0.3), (0.17, 1.7)),
+}
+"""Ends of the arrows that are neither level nor upright, so far apart that no two heads meet."""
+
+
 @styled
-def scheme(path: Collection[tuple[State, State]]) -> Figure:
-    """The five states and the changes between them; those in `path` (before, after) are thick."""
-    fig, axes = new(1, 1, height=3.1)
+def scheme(path: Collection[tuple[State, State]], named: str = "path of a motion") -> Figure:
+    """The five states and the changes between them; those in `path` (before, after) are thick, and `named`."""
+    fig, axes = new(1, 1, height=3.4)
     ax = axes[0, 0]
     ax.set_axis_off()
     ax.set_xlim(-0.75, 6.3)
     ax.set_ylim(-0.42, 2.42)
     for centre, name in BOXES.values():
         ax.text(
-            *centre, name, ha="center", va="center", fontsize=9.5, linespacing=1.35,
+            *centre, name, ha="center", va="center", fontsize=in_drawings(), linespacing=1.35,
             bbox={"boxstyle": "square,pad=0", "fc": "none", "ec": "none"},
         )  # fmt: skip
         ax.add_patch(_box(centre))
@@ -49,6 +62,7 @@ def scheme(path: Collection[tuple[State, State]]) -> Figure:
     for before, function, decision, after in TRANSITIONS:
         _arrow(ax, before, after, (after, before) in both, (before, after) in path)
         _label(ax, before, after, (after, before) in both, function, decision)
+    explain(fig, [Line2D([], [], color=look().main, lw=THICK, label=named)] if path else [])
     return fig
 
 
@@ -58,23 +72,19 @@ def _box(centre: Point) -> Rectangle:
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:
     """Where an arrow leaves one box and enters the other; one of a pair runs to the left of its direction."""
+    if (before, after) in SLANTING:
+        return SLANTING[before, after]
     (x0, y0), (x1, y1) = BOXES[before][0], BOXES[after][0]
-    dx, dy = x1 - x0, y1 - y0
-    length = math.hypot(dx, dy)
-    ox, oy = (-SHIFT * dy / length, SHIFT * dx / length) if paired else (0.0, 0.0)
-    start, end = _rim(ox, oy, dx, dy), _rim(ox, oy, -dx, -dy)
-    return (x0 + start[0], y0 + start[1]), (x1 + end[0], y1 + end[1])
-
-
-def _rim(ox: float, oy: float, dx: float, dy: float) -> Point:
-    """Where a ray from (ox, oy) inside a box leaves it, relative to its centre."""
-    steps = [(math.copysign(h, d) - o) / d for h, d, o in ((HALF[0], dx, ox), (HALF[1], dy, oy)) if d]
-    return ox + min(steps) * dx, oy + min(steps) * dy
+    right, up = np.sign(x1 - x0), np.sign(y1 - y0)
+    ox, oy = (-SHIFT * up, SHIFT * right) if paired else (0.0, 0.0)
+    dx, dy = HALF[0] * right, HALF[1] * up
+    return (x0 + dx + ox, y0 + dy + oy), (x1 - dx + ox, y1 - dy + oy)
 
 
 def _arrow(ax: Axes, before: State, after: State, paired: bool, thick: bool) -> None:
     start, end = _ends(before, after, paired)
-    style = {"arrowstyle": "-|>", "lw": 2.2 if thick else 0.8, "color": INK, "shrinkA": 0, "shrinkB": 0}
+    width, colour = (THICK, look().main) if thick else (0.8, INK)
+    style = {"arrowstyle": "-|>", "lw": width, "color": colour, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", end, start, arrowprops=style | {"mutation_scale": 12 if thick else 9})
 
 
@@ -82,7 +92,7 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
     """The switching condition and the decision: beside an upright or level arrow, on a slanting one."""
     (x0, y0), (x1, y1) = _ends(before, after, paired)
     text = ", ".join(part for part in (_condition(function), _decision(decision)) if part)
-    where: dict[str, Any] = {"fontsize": 8.5}
+    where: dict[str, Any] = {"fontsize": 0.9 * in_drawings()}
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     if abs(x1 - x0) < 1e-9:
         right = paired and y1 < y0
@@ -93,7 +103,9 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
     else:
         paper = {"fc": "white", "ec": "none", "pad": 1.5}
         x, y = x0 + 0.36 * (x1 - x0), y0 + 0.36 * (y1 - y0)
-        ax.text(x, y, text, ha="center", va="center", bbox=paper, **where)
+        slope = math.degrees(math.atan((y1 - y0) / (x1 - x0)))
+        turned: dict[str, Any] = {"rotation": slope, "rotation_mode": "anchor", "transform_rotates_text": True}
+        ax.text(x, y, text, ha="center", va="center", bbox=paper, **where, **turned)
 
 
 def _condition(function: str) -> str:

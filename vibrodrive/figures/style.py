@@ -1,4 +1,8 @@
-"""One look for every figure: the paper's symbols, black ink, nothing that needs colour to be read.
+"""Two looks for every figure, both from here: `screen`, in colours that the colour-blind tell apart, and `print`, the
+paper's: black ink, nothing that needs colour to be read. And two widths: one column of a page, or both.
+
+A function that is `styled` takes `style` and `width`; what they leave open is what is in force around the call
+(`drawn_as`), at the outermost "screen" and "double".
 
 No pyplot: a Figure is an object that is returned, drawn headless (Agg) and saved by the caller.
 """
@@ -7,43 +11,80 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import matplotlib as mpl
 import numpy as np
 from cycler import cycler
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextToPath
+from matplotlib.ticker import MaxNLocator
 
+from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.store.draft import drafted
 
 INK = "black"
-GREY = "0.55"
-GREYS = LinearSegmentedColormap.from_list("ink", ["white", "black"])
-"""Amount of ink, 0 to 1."""
+"""Outlines and marks of both looks."""
 
-LINES = ("-", "--", ":", "-.")
-"""Line styles distinguish curves; grey tones only support them."""
 
-WIDTH = 6.3
-"""Width of a figure in inches: the text block of an A4 page."""
+class Look(NamedTuple):
+    """The colours of one style. Whatever differs in colour differs in line style, mark or width, too."""
+
+    main: str  # of what a figure is about
+    other: str  # of what stands against it: a disturbed motion, an unstable orbit
+    support: str  # of lines that only support: a zero, the excitation, impacts
+    lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
+    bands: tuple[str, ...]  # of the areas that belong to the first, second, … curve
+    density: Colormap  # from nothing to often
+
+
+def _ramp(*colours: str) -> Colormap:
+    return LinearSegmentedColormap.from_list("ink", colours)
+
+
+_PATTERNS = ("-", "--", ":", "-.")
+_HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
+
+LOOKS: dict[Style, Look] = {
+    "screen": Look(
+        main=_HUES[0],
+        other=_HUES[1],
+        support="0.55",
+        lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
+        bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
+        density=_ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
+    ),
+    "print": Look(
+        main=INK,
+        other=INK,
+        support="0.55",
+        lines=tuple((tone, pattern) for tone in (INK, "0.55") for pattern in _PATTERNS),
+        bands=("0.55", "0.8", "0.9"),
+        density=_ramp("white", "black"),
+    ),
+}
+
+INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
+"""174 and 84 mm: what the narrower of the usual journals print over two columns and over one."""
 
 FORMATS = (".png", ".pdf", ".svg")
 
-STYLE: dict[str, Any] = {
+RESOLUTION = 250
+"""Pixels per inch of what is made of pixels."""
+
+COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
     "mathtext.fontset": "stix",
-    "font.size": 10.0,
-    "axes.titlesize": 10.0,
-    "axes.labelsize": 11.0,
-    "xtick.labelsize": 9.0,
-    "ytick.labelsize": 9.0,
-    "legend.fontsize": 9.0,
     "legend.frameon": False,
     "axes.linewidth": 0.6,
     "lines.linewidth": 0.8,
@@ -53,14 +94,21 @@ STYLE: dict[str, Any] = {
     "ytick.right": True,
     "xtick.major.width": 0.5,
     "ytick.major.width": 0.5,
-    "axes.prop_cycle": cycler(color=[INK]),
+    "hatch.linewidth": 0.5,
     "figure.constrained_layout.use": True,
     "figure.dpi": 100,
-    "savefig.dpi": 250,
-    "pdf.fonttype": 42,
+    "savefig.dpi": RESOLUTION,
+    "pdf.fonttype": 42,  # the letters used are embedded as a TrueType font: journals refuse the default, Type 3
+    "svg.fonttype": "path",  # letters as outlines: the same where the fonts are not installed
     "svg.hashsalt": "vibrodrive",  # element names by content: the same figure is the same file
     "agg.path.chunksize": 20000,
 }
+
+LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
+"""Sizes of titles, of the symbols at the axes, and of numbers and legends, in points."""
+
+NOTE = 0.8
+"""Size of a note, of the size of titles."""
 
 SYMBOLS = {
     "A": "A",
@@ -89,16 +137,57 @@ UNITS = {name: quantity.shown for name, quantity in SCENE_AXES.items() if quanti
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
+_CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen", "double"))
+
+
+def in_drawings() -> float:
+    """Size of the letters in a drawing, which are to fit what stands around them, in points."""
+    return 6.2 if narrow() else 9.5
+
+
+@contextmanager
+def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
+    """Draw in this style and for this width until the block ends; None leaves what is in force.
+
+    The caller's own settings of Matplotlib come back afterwards. Raises ValueError for an unknown style or width.
+    """
+    if style is not None and style not in STYLES:
+        raise ValueError(bad("style", style, "one of " + ", ".join(STYLES)))
+    if width is not None and width not in WIDTHS:
+        raise ValueError(bad("width", width, "one of " + ", ".join(WIDTHS)))
+    before = _CHOSEN.get()
+    style, width = style or before[0], width or before[1]
+    title, label, small = LETTERS[width]
+    sizes = dict.fromkeys(("font.size", "axes.titlesize", "legend.title_fontsize"), title)
+    sizes |= dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), small)
+    colours = {"axes.prop_cycle": cycler(color=[LOOKS[style].main])}
+    token = _CHOSEN.set((style, width))
+    try:
+        with mpl.rc_context(COMMON | sizes | colours | {"axes.labelsize": label}):  # type: ignore[arg-type]
+            yield
+    finally:
+        _CHOSEN.reset(token)
+
 
 def styled(function: _F) -> _F:
-    """Run a drawing function under STYLE and leave the caller's settings as they were."""
+    """Run a drawing function as `drawn_as` its arguments `style` and `width`, which it need not look at itself."""
 
     @functools.wraps(function)
-    def wrapper(*args: Any, **kwargs: Any) -> Any:
-        with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    def wrapper(*args: Any, style: Style | None = None, width: Width | None = None, **kwargs: Any) -> Any:
+        with drawn_as(style, width):
             return function(*args, **kwargs)
 
     return wrapper  # type: ignore[return-value]
+
+
+def look() -> Look:
+    """The colours in force."""
+    return LOOKS[_CHOSEN.get()[0]]
+
+
+def narrow() -> bool:
+    """Whether the figure is for one column: panels then stand below each other rather than side by side."""
+    return _CHOSEN.get()[1] == "single"
 
 
 def symbol(name: str) -> str:
@@ -119,12 +208,29 @@ def number(value: float) -> str:
     return rf"{mantissa}\cdot{power}"
 
 
+PHASES = ("section_phase", "tau0")
+
+PARTS = (1, 2, 3, 4, 6)
+"""Of π: a phase that is a multiple of one of these parts is written so."""
+
+
+def phase(value: float) -> str:
+    """A phase as mathtext without dollars: π/2, 3π/4, 0, 2."""
+    for part in PARTS:
+        count = round(value * part / math.pi)
+        if count and value == count * math.pi / part:
+            times = {1: "", -1: "-"}.get(count, str(count))
+            return rf"{times}\pi" + (f"/{part}" if part > 1 else "")
+    return number(value)
+
+
 def equation(name: str, value: float) -> str:
     """“ε = 2·10⁻⁴” as mathtext."""
     if name not in SYMBOLS:
         return f"{name} = ${number(value)}$"
     unit, value = UNITS.get(name, ""), float(as_shown(name, value))
-    return f"${SYMBOLS[name]} = {number(value)}$" + (unit if unit == "°" else f" {unit}".rstrip())
+    written = phase(value) if name in PHASES else number(value)
+    return f"${SYMBOLS[name]} = {written}$" + (unit if unit == "°" else f" {unit}".rstrip())
 
 
 def as_shown(name: str, values: Any) -> Any:
@@ -132,11 +238,15 @@ def as_shown(name: str, values: Any) -> Any:
     return values * SCENE_AXES[name].scale if name in SCENE_AXES else values
 
 
-@styled
-def new(rows: int = 1, cols: int = 1, *, height: float, width: float = WIDTH, **options: Any):
-    """A Figure and its axes as an object array (rows, cols); `height` and `width` in inches."""
-    fig = Figure(figsize=(width, height))
-    axes = fig.subplots(rows, cols, squeeze=False, **options)
+def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
+    """A Figure and its axes as an object array (rows, cols); `height` and `width` in inches over two columns.
+
+    For one column it is narrower, and lower by the root of that: half way between the same shape and the same height.
+    """
+    inches = min(width, INCHES[_CHOSEN.get()[1]])
+    with drawn_as():
+        fig = Figure(figsize=(inches, height * math.sqrt(inches / width)))
+        axes = fig.subplots(rows, cols, squeeze=False, **options)
     return fig, axes
 
 
@@ -156,18 +266,77 @@ def letter(ax: Axes, index: int, text: str = "") -> None:
     ax.set_title(f"{name} {text}".rstrip(), loc="left")
 
 
-def note(ax: Axes, text: str) -> None:
-    """What holds for the whole panel, small, at its upper right."""
-    ax.set_title(text, loc="right", fontsize=8, color="0.35")
+def note(ax: Axes, text: str | Sequence[str], above: bool = False) -> None:
+    """What holds for the whole panel, small, at its upper right; above its name where both do not fit, or if `above`.
+
+    Of a sequence each part stays whole, and as many as fit share a line.
+    """
+    title, _, _ = LETTERS[_CHOSEN.get()[1]]
+    size = NOTE * title
+    cell = ax.get_subplotspec()
+    room = 72 * (ax.figure.figure.get_figwidth() - MARGIN)
+    if not isinstance(text, str):
+        text = wrapped(text, room, size)
+    alone = cell is None or cell.get_gridspec().ncols == 1
+    name = ax.get_title(loc="left")
+    line = text.rsplit("\n", 1)[-1]
+    if text and (above or (name and not (alone and extent(name, title) + extent(line, size) < room - GAP))):
+        text += "\n"
+    ax.set_title(text, loc="right", fontsize=size, color="0.35")
+
+
+MARGIN = 0.8
+"""Inches of the width of a figure beside its axes: numbers and labels."""
+
+GAP = 40.0
+"""Between the name of a panel and its note, in points."""
+
+
+def extent(text: str, size: float) -> float:
+    """Width of one line of text, which may have mathtext in it, in points."""
+    letters = FontProperties(family=COMMON["font.family"], math_fontfamily=COMMON["mathtext.fontset"], size=size)
+    return TextToPath().get_text_width_height_descent(text, letters, ismath="$" in text)[0]
+
+
+def wrapped(parts: Sequence[str], room: float, size: float) -> str:
+    """Parts of a sentence, with commas between them, in lines of at most `room` points."""
+    lines = [""]
+    for part in filter(None, parts):
+        longer = f"{lines[-1]}, {part}" if lines[-1] else part
+        if lines[-1] and extent(longer + ",", size) > room:
+            lines[-1] += ","
+            lines.append(part)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
+    """A legend below a figure: what is labelled in any panel, each thing once, and `more`; in columns that fit."""
+    named: dict[str, Artist] = {}
+    for ax in fig.axes:
+        named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    named |= {str(handle.get_label()): handle for handle in more}
+    if not named:
+        return
+    _, _, size = LETTERS[_CHOSEN.get()[1]]
+    widest = max(extent(name, size) for name in named)
+    columns = int(72 * fig.get_figwidth() / (widest + 5 * size))  # beside the words the line, and space around it
+    columns = max(1, min(len(named), columns))
+    rows = -(-len(named) // columns)
+    fig.legend(
+        list(named.values()), list(named), loc="outside lower center", ncols=-(-len(named) // rows), borderpad=0.2
+    )
 
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:
     """A τ axis from `low` to `high` counted in excitation periods 2π, from the first one shown."""
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
-    step = max(1, math.ceil(count / 13))
-    shown = np.arange(0, count + 1, step)
-    ax.set_xticks((first + shown) * 2 * math.pi, [str(k) for k in shown])
+    round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
+    shown = np.asarray(round_numbers.tick_values(0, count))
+    shown = shown[(shown >= 0) & (shown <= count)]
+    ax.set_xticks((first + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
     ax.set_xlim(low, high)
     start = rf" - {first}" if first else ""
     ax.set_xlabel(rf"$\tau/2\pi{start}$")
@@ -191,7 +360,7 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     if path.suffix.lower() not in FORMATS:
         raise ValueError(bad("figure", str(path), "a file name ending in " + ", ".join(FORMATS)))
     undated = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    resolution = STYLE["savefig.dpi"] if dpi is None else dpi
+    resolution = RESOLUTION if dpi is None else dpi
     try:
         with drafted(path) as draft:
             fig.savefig(draft, format=path.suffix[1:].lower(), dpi=resolution, metadata=undated[path.suffix.lower()])

@@ -23,10 +23,6 @@ from vibrodrive.store.orbits import load_orbits, save_family
 
 MAX_PERIOD = 3
 
-CROWDED = 8
-"""From this many bifurcations on the diagram has a second panel for the part where they are dense."""
-
-
 UNTOLD = Origin("")
 """What was not made from a configuration."""
 
@@ -85,7 +81,7 @@ def run_orbits(
         found = family(plan.axes["A"], B, longest)
         save_family(out, found, origin._replace(title=origin.title or "Orbits of a friction-impact oscillator"), phase)
     diagram = figure or out.with_suffix(".png")
-    save(draw(found, brute_force(plan, threads), phase), diagram)
+    save(bifurcation_diagram(found, brute_force(plan, threads), section_phase=phase), diagram)
     save(multiplier_diagram(found), diagram.with_stem(diagram.stem + "_multipliers"))
     return found
 
@@ -132,17 +128,7 @@ def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figu
     if phase is None:  # an older file: its phase lies in its configuration alone
         phase = plan.scalars["section_phase"] if plan is not None else 0.0
     brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None
-    return draw(stored.family, brute, phase, quantity)
-
-
-def draw(found: Family, brute: Results | None, section_phase: float, quantity: str = "dxi") -> Figure:
-    """The bifurcation diagram, with a panel for the middle half of the bifurcations if there are many."""
-    views = [(float(found.A[0]), float(found.A[-1]))]
-    if len(found.bifurcations) >= CROWDED:
-        low, high = np.quantile([b.A for b in found.bifurcations], (0.25, 0.9))
-        margin = 0.1 * (high - low)
-        views.append((max(views[0][0], low - margin), min(views[0][1], high + margin)))
-    return bifurcation_diagram(found, brute, quantity, section_phase, views)
+    return bifurcation_diagram(stored.family, brute, quantity, phase)
 
 
 def listed(found: Family) -> dict[str, Any]:

@@ -11,7 +11,8 @@
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
                            # "summary", or a list of some of them
-    [figure]               # kind, quantity, x, y, limits: what `plot` draws
+    [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
+                           # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
     [limits]               # criterion ("impacts"): what must be kept (stability/criterion.py)
     [orbits]               # max_period: longest period that `orbits` seeks
@@ -31,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import SETTINGS, Plan, make_plan
@@ -69,6 +70,11 @@ class Config:
     trajectory: dict[str, Any]
     limits: dict[str, Any]
     orbits: dict[str, Any]
+
+    @property
+    def look(self) -> dict[str, Any]:
+        """How figures are drawn: `style` and `width`, as far as given."""
+        return {key: self.figure[key] for key in ("style", "width") if key in self.figure}
 
     def plan(self) -> Plan:
         """The sweep it describes. Raises ConfigError."""
@@ -270,6 +276,8 @@ _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
         "x": _choice("figure.x", *HOMES["sweep"]),
         "y": _choice("figure.y", *HOMES["sweep"]),
         "limits": _limits,
+        "style": _choice("figure.style", *STYLES),
+        "width": _choice("figure.width", *WIDTHS),
     },
     "trajectory": {
         "periods": lambda v: check_count("trajectory.periods", v, 1),

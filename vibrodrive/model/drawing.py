@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARIES, SUMMARY
@@ -11,6 +11,15 @@ BIFURCATION, POINCARE, MAP = "bifurcation", "poincare", "map"
 
 KINDS = (BIFURCATION, POINCARE, MAP)
 """Of figures of a sweep."""
+
+Style = Literal["screen", "print"]
+"""Colours that the colour-blind tell apart, or the black and white of a journal."""
+
+Width = Literal["double", "single"]
+"""Of a figure, in columns of a page."""
+
+STYLES: tuple[Style, ...] = get_args(Style)
+WIDTHS: tuple[Width, ...] = get_args(Width)
 
 SECTION_QUANTITIES = ("dxi", "xi")
 """Of diagrams of the section."""
@@ -24,6 +33,9 @@ OF_SUMMARY = tuple(q.name for q in SUMMARIES)
 
 OF_EVERY_SWEEP = ("status", "margin")
 
+OF_SECTION = ("last_xi", "last_dxi")
+"""ξ and ξ' at the last section: over starts, which of the coexisting motions each of them leads to."""
+
 IMPACT_POWER = "impact_power"
 """`energy` in W, where a sweep has a scene with a mass."""
 
@@ -36,7 +48,7 @@ K2 = "k2"
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
 """What must be known of a scene for a power: each an axis or one number."""
 
-MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_EVERY_SWEEP)
+MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 """Of maps over two axes, and of lines over one."""
 
 
@@ -72,7 +84,11 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     if not swept.axes:
         raise ValueError(bad("kind", MAP, "left out for one motion: it has no axis"))
     quantity = quantity or "period"
-    known = [*((*OF_SUMMARY, KEPT) if SUMMARY in record else ()), *OF_EVERY_SWEEP]
+    known = [
+        *((*OF_SUMMARY, KEPT) if SUMMARY in record else ()),
+        *(OF_SECTION if SECTION in record else ()),
+        *OF_EVERY_SWEEP,
+    ]
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:

@@ -7,21 +7,25 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures import diagrams as figures
-from vibrodrive.figures.curves import curve
+from vibrodrive.figures.conditions import conditions, of_sweep
+from vibrodrive.figures.curves import curve, shared_by
 from vibrodrive.figures.model import drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.figures.style import (
-    GREY,
-    GREYS,
     INK,
     equation,
+    explain,
     letter,
+    look,
     name_axes,
     new,
+    note,
     periods_ticks,
     styled,
     symbol,
@@ -41,11 +45,15 @@ def fig02(session: Session) -> Figure:
     """The path of the simplest solution is read off the undisturbed motion of Fig. 5."""
     switches = session.motions("fig05")[0].switches
     steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
-    return scheme({(State(before), State(after)) for before, after in steps})
+    return scheme({(State(before), State(after)) for before, after in steps}, "path of the simplest solution")
 
 
 def _diagram(name: str) -> Callable[[Session], Figure]:
-    return lambda session: figures.from_results(session.results(name), **session.config(name).figure)
+    def drawn(session: Session) -> Figure:
+        wanted = {k: v for k, v in session.config(name).figure.items() if k not in ("style", "width")}
+        return figures.from_results(session.results(name), **wanted)
+
+    return drawn
 
 
 def fig04(session: Session) -> Figure:
@@ -87,22 +95,22 @@ def fig12(session: Session) -> Figure:
         part = (drawn.tau >= start) & (drawn.tau <= stop)
         shown = np.flatnonzero(part & np.isfinite(drawn.xi))[::12]
         phase.plot(drawn.xi[shown], drawn.dxi[shown], ls="none", marker=mark, ms=3.6, mfc="none", mew=0.5, label=name)
-        time.plot(drawn.tau[part], drawn.xi[part], color=INK)
+        time.plot(drawn.tau[part], drawn.xi[part], color=look().main)
     part = (drawn.tau >= slip.during[0]) & (drawn.tau <= slip.during[1])
-    phase.plot(drawn.xi[part], drawn.dxi[part], color=INK, lw=1.1, label="transient motion")
-    time.plot(drawn.tau[part], drawn.xi[part], "--", color=INK, lw=1.1)
-    phase.axhline(0.0, color=GREY, lw=0.4, zorder=0)
-    phase.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.2, columnspacing=1.2)
+    phase.plot(drawn.xi[part], drawn.dxi[part], color=look().other, lw=1.1, label="transient motion (b: dashed)")
+    time.plot(drawn.tau[part], drawn.xi[part], "--", color=look().other, lw=1.1)
+    phase.axhline(0.0, color=look().support, lw=0.4, zorder=0)
     name_axes(phase, "xi", "dxi")
     low = 2 * math.pi * math.floor(slip.before[0] / (2 * math.pi))
     high = 2 * math.pi * math.ceil(slip.after[1] / (2 * math.pi))
     tau = np.linspace(low, high, 1000)
-    time.plot(tau, np.sin(tau), color=GREY, lw=0.7, zorder=0, label=r"$\sin\tau$")
-    time.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderpad=0.2)
+    time.plot(tau, np.sin(tau), color=look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
     periods_ticks(time, low, high)
     name_axes(time, None, "xi")
     letter(phase, 0)
     letter(time, 1)
+    note(phase, shared_by([motion]))
+    explain(fig)
     return fig
 
 
@@ -116,28 +124,33 @@ def coexisting(session: Session) -> Figure:
     rho, shift = deviation(base.points, results.section)
     named = np.where(rho < SETTLED, shift, np.nan)
     (y, heights), (x, widths) = results.axes.items()
-    fig, axes = new(1, 1, height=3.4)
+    fig, axes = new(1, 1, height=3.8)
     ax = axes[0, 0]
-    shade = 0.55 * (1 - named / max(1, base.n - 1))
+    tones = [look().density(0.75 * (1 - s / max(1, base.n - 1))) for s in range(base.n)]
     extent = (widths[0], widths[-1], heights[0], heights[-1])
     ax.imshow(
-        shade,
+        np.ma.masked_invalid(named),
         extent=extent,
         origin="lower",
         aspect="auto",
-        cmap=GREYS,
-        vmin=0,
-        vmax=1,
+        cmap=ListedColormap(tones),
+        vmin=-0.5,
+        vmax=base.n - 0.5,
         interpolation="nearest",
     )
-    for s in range(base.n):
-        label = rf"shifted by ${s}\cdot 2\pi$" if s else "not shifted"
-        grey = 1 - 0.55 * (1 - s / max(1, base.n - 1))
-        ax.plot([], [], "s", ms=8, mfc=str(grey), mec=INK, mew=0.5, label=label)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=base.n, borderpad=0.2)
+    labels = [rf"shifted by ${s}\cdot 2\pi$" if s else "not shifted" for s in range(base.n)]
+    key = [Patch(fc=tone, ec=INK, lw=0.5, label=label) for tone, label in zip(tones, labels, strict=True)]
+    if np.isnan(named).any():
+        ax.set_facecolor(ELSEWHERE)
+        key.append(Patch(fc=ELSEWHERE, ec=INK, lw=0.5, label="not settled on it"))
     name_axes(ax, x, y)
+    note(ax, conditions(of_sweep(results), results.axes, section=False))
+    explain(fig, key)
     return fig
 
+
+ELSEWHERE = "#fff3b0"
+"""Of starts that have led to none of the solutions: a tone that they do not have."""
 
 SETTLED = 1e-6
 """A motion this close to the orbit has arrived."""
@@ -151,45 +164,32 @@ def grid(session: Session) -> Figure:
     """
     results = session.results("grid")
     steps = results.axes["dtau"]
-    fig, axes = new(2, 1, height=5.6, height_ratios=[1.4, 1.0])
+    fig, axes = new(2, 1, height=5.8, height_ratios=[1.4, 1.0])
     over, one = axes[:, 0]
     closes = [closing_periods(step) for step in steps]
     returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
-    over.plot(steps, closes, "o", ms=5, mfc="none", mec=INK, mew=0.5, label="the grid closes (convergent $q$)")
-    over.plot(steps, returns, ".", ms=3.2, mew=0, color=INK, label="the motion comes back")
+    circle = {"mfc": "none", "mec": look().other, "mew": 0.5}
+    over.plot(steps, closes, "o", ms=5, **circle, label="a: the grid closes (convergent $q$)")
+    over.plot(steps, returns, ".", ms=3.2, mew=0, color=look().main, label="a: the motion comes back")
     over.set_ylim(0, LAGS + 1)
     over.margins(x=0.01)
     over.set_xlabel(symbol("dtau"))
-    over.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.2)
     over.set_ylabel("periods $m$")
     letter(over, 0)
+    note(over, conditions(of_sweep(results), results.axes))
 
     motion = session.motions("fig12")[0]
     step = motion.arguments["dtau"]
     m = np.arange(1, LAGS + 1)
-    one.semilogy(
-        m,
-        returning(motion.section, LAGS),
-        ".-",
-        lw=0.6,
-        ms=5,
-        mew=0,
-        label="distance of the motion from itself",
-    )
-    one.semilogy(
-        m,
-        closing(step, LAGS),
-        "o--",
-        lw=0.5,
-        ms=4,
-        mfc="white",
-        mew=0.5,
-        label=r"distance of $m\cdot2\pi$ from the grid",
-    )
+    itself = {"lw": 0.6, "ms": 5, "mew": 0, "label": "b: distance of the motion from itself"}
+    one.semilogy(m, returning(motion.section, LAGS), ".-", color=look().main, **itself)
+    grid = {"lw": 0.5, "ms": 4, "mfc": "white", "mew": 0.5, "label": r"b: distance of $m\cdot2\pi$ from the grid"}
+    one.semilogy(m, closing(step, LAGS), "o--", color=look().other, **grid)
     one.set_xlim(0, LAGS + 1)
     one.set_xlabel("periods $m$")
-    one.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderpad=0.2)
+    one.set_ylabel("distance")
     letter(one, 1, equation("dtau", step))
+    explain(fig)
     return fig
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vibrodrive import __version__
-from vibrodrive.figures.style import save
+from vibrodrive.figures.style import drawn_as, save
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
 from vibrodrive.paper import (  # noqa: F401 (they register their claims)
@@ -103,7 +103,8 @@ def run_paper(
     session = Session(source, folder, say, threads)
     for name in (n for n in names if n in FIGURES):
         say(f"{name}: {FIGURES[name].title}")
-        drawn = FIGURES[name].draw(session)
+        with drawn_as("print", "double"):
+            drawn = FIGURES[name].draw(session)
         session.files += [save(drawn, folder / f"{name}{ending}") for ending in (".png", ".pdf")]
     judged = []
     for claim in sorted((c for c in CLAIMS if c.figure in names), key=lambda c: SUBJECTS.index(c.figure)):

@@ -9,11 +9,12 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, ConfigError
+from vibrodrive.model.config import Config, ConfigError, parse
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
@@ -36,7 +37,10 @@ CONTENTS = (
 
 @dataclass(frozen=True)
 class FailureMap:
-    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
+    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found.
+
+    `shared` has the parameters and settings of all points, by name.
+    """
 
     A: np.ndarray
     name: str
@@ -44,7 +48,7 @@ class FailureMap:
     judged: np.ndarray
     counts: dict[str, np.ndarray]
     limit: np.ndarray
-    scalars: dict[str, float]
+    shared: dict[str, Any]
 
     def share(self, kind: str) -> np.ndarray:
         """Share of the judged switches that failed in this way; NaN where the mass never moved."""
@@ -93,6 +97,7 @@ def load_failures(path: str | Path) -> FailureMap:
 
 
 def _content(file: h5py.File) -> FailureMap:
+    plan = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]"))).plan()
     other = next((name for name in SECOND if name in file), SECOND[0])
     return FailureMap(
         A=file["A"][...],
@@ -101,7 +106,7 @@ def _content(file: h5py.File) -> FailureMap:
         judged=file["judged"][...],
         counts={kind: file[kind][...] for kind in KINDS},
         limit=file["limit"][...],
-        scalars=json.loads(file.attrs["scalars"]),
+        shared={**json.loads(file.attrs["scalars"]), **vars(plan.settings)},
     )
 
 

@@ -91,6 +91,16 @@ def read_kind(path: Path) -> str:
     return kind
 
 
+def read_origin(path: Path) -> Origin:
+    """The configuration in a result file of any kind, empty where it cannot be read. Raises as `open_result`."""
+    with open_result(path) as file:
+        try:
+            attrs = dict(file.attrs)
+            return Origin(str(attrs["config"]), tuple(json.loads(attrs.get("overrides", "[]"))), str(attrs["title"]))
+        except BROKEN:
+            return Origin("")
+
+
 def expect_kind(file: h5py.File, wanted: str) -> None:
     """Raise OtherKind if an open file is of another kind, NoResult if it is no result file.
 

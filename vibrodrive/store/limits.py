@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +112,8 @@ class Limits:
         what has been computed, and what was lost at k2, or why there is no k2.
     fine, diagram : float64 array (fine A), (fine A, periods), or None
         ξ' of the undisturbed motion, over A alone.
+    shared : dict
+        parameters and settings that all points share, by name.
     mm_s : float or None
         mm/s that a dimensionless velocity of 1 is, for a scene in SI units.
     """
@@ -127,6 +129,7 @@ class Limits:
     fine: np.ndarray | None = None
     diagram: np.ndarray | None = None
     mm_s: float | None = None
+    shared: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def A(self) -> np.ndarray:
@@ -179,6 +182,7 @@ def _content(file: h5py.File) -> Limits:
         title=str(file.attrs["title"]),
         fine=file["A_fine"][...] if drawn else None,
         diagram=file["section_dxi"][...] if drawn else None,
+        shared={**plan.scalars, **vars(plan.settings)},
         mm_s=float(file[IN_MM_S["velocity"]].attrs[UNIT]) if IN_MM_S["velocity"] in file else None,
     )
 

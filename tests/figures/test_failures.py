@@ -1,0 +1,56 @@
+"""The failure map: what is none, what is little, and where nothing was there to judge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vibrodrive.figures.failures import LEAST, failures_figure
+from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.store.failures import FailureMap
+
+
+@pytest.fixture
+def found():
+    """Of 100 000 switches at each point none, 20 or 5000 missed; at the last value of A none was judged."""
+    shape = (len(METHODS), 4, 3)
+    judged = np.full(shape, 100_000)
+    judged[:, 3] = 0
+    counts = {kind: np.zeros(shape, int) for kind in KINDS}
+    counts["missed"][:, 1] = 20
+    counts["missed"][:, 2] = 5000
+    shared = {"B": 0.1, "eps": 2e-4, "eta": 101.0, "dtau": 0.01, "transient": 200, "periods": 300}
+    limit = np.array([[0.05, 0.02, np.inf, np.nan]] * len(METHODS))
+    return FailureMap(np.arange(4.0), "dtau", np.geomspace(1e-3, 1.0, 3), judged, counts, limit, shared)
+
+
+def test_none_little_and_nothing_to_judge_look_different(found):
+    fig = failures_figure(found)
+    ax = fig.axes[0]
+    none, some = (mesh.get_array() for mesh in ax.collections)
+    mesh = ax.collections[1]
+    assert none.mask[0].tolist() == [False, True, True, True], "white: none of those judged"
+    colour = {A: mesh.to_rgba(some[0, A]) for A in (1, 2)}
+    assert some[0, 1] < LEAST < some[0, 2]
+    assert sum(colour[1][:3]) > sum(colour[2][:3]), "little is light"
+    assert sum(colour[1][:3]) < 2.95, "but not white"
+    assert some.mask[0].tolist() == [True, False, False, True], "where nothing is judged the hatched ground shows"
+    assert ax.patch.get_hatch()
+    assert "no switch: the mass never moves" in {t.get_text() for t in fig.legends[0].get_texts()}
+
+
+def test_the_line_and_the_conditions_are_said(found):
+    fig = failures_figure(found)
+    assert "structure of the motion lost above this line" in {t.get_text() for t in fig.legends[0].get_texts()}
+    said = fig.axes[2].get_title(loc="right")
+    assert r"\varepsilon = 2" in said
+    assert "periods 201–500" in said
+    assert r"\Delta" not in said, "Δτ is an axis"
+
+
+@pytest.mark.parametrize(("width", "rows"), [("double", 2), ("single", 3)])
+def test_in_one_column_panels_stand_below_each_other(found, width, rows):
+    fig = failures_figure(found, width=width)
+    assert fig.axes[0].get_subplotspec().get_gridspec().nrows == rows
+    names = [ax.get_title(loc="left")[3:] for ax in fig.axes[: len(METHODS) * len(KINDS)]]
+    assert sorted(names) == sorted(f"{m}: {k}" for m in METHODS for k in KINDS)

@@ -1,0 +1,79 @@
+"""What a figure says of its motions: the parameters that all of them share, and how they went."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from vibrodrive.figures.style import equation
+from vibrodrive.model.parameters import Method, Status
+
+PLACES = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
+"""Parameters that are always said, where they have one value."""
+
+STARTS = ("xi0", "dxi0", "tau0")
+
+PANELS = 6
+"""Panels of one figure at most; of a longer axis evenly spaced values are shown."""
+
+NAMES = {
+    Status.TOO_CLOSE: "too close to a decision",
+    Status.BUDGET: "out of budget",
+    Status.NEVER_LEAVES: "rests for ever",
+    Status.NOT_COMPUTED: "not computed",
+}
+"""Statuses of points that are not as the others, in words."""
+
+_T = TypeVar("_T")
+
+
+def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
+    """What all motions share, each part a piece of a sentence.
+
+    Parameters
+    ----------
+    known : mapping
+        parameters, with `method`, `transient` and `periods`: `arguments` of a trajectory, or `of_sweep`.
+    apart : collection of str
+        what is on an axis, or named elsewhere.
+    section : bool
+        say the phase of the section: where sections are drawn.
+    """
+    disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
+    names = [*PLACES, *(["eta"] if disturbed else [])]
+    said = [equation(n, known[n]) for n in names if n in known and n not in apart]
+    if "method" in known:
+        method = Method(known["method"])
+        said.append(method.name.lower())
+        if method != Method.CERTIFIED and "dtau" not in apart:
+            said.append(equation("dtau", known["dtau"]))
+    if "periods" in known:
+        said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
+    last = [*(["section_phase"] if section else []), *STARTS]
+    return said + [equation(n, known[n]) for n in last if n in known and n not in apart]
+
+
+def of_sweep(results: Any) -> dict[str, Any]:
+    """What all points of a sweep share: its scalars and settings."""
+    return {**results.scalars, **vars(results.settings)}
+
+
+def told(status: np.ndarray) -> list[str]:
+    """How many points have a status other than OK: "3 of 100 points not computed", "2 rests for ever"."""
+    counts = {name: int((status == s).sum()) for s, name in NAMES.items()}
+    found = [f"{name}: {count}" for name, count in counts.items() if count]
+    return [f"of {status.size} points {found[0]}", *found[1:]] if found else []
+
+
+def some(items: Sequence[_T]) -> list[_T]:
+    """At most PANELS of them, evenly spaced, the first and the last among them."""
+    if len(items) <= PANELS:
+        return list(items)
+    return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
+
+
+def choice(shown: int, total: int, of: str) -> list[str]:
+    """Says of panels or lines that they are a choice from more, if they are."""
+    return [f"{shown} of {total} {of} shown"] if shown < total else []
