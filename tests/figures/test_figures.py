@@ -94,8 +94,8 @@ def test_a_diagram_of_the_impacts_shows_each_and_nothing_behind_the_last(two_reg
         (ax,) = figures.from_results(swept, **wish).axes
         assert ax.get_ylabel() == r"phase $\varphi$ of the main impacts in rad"
         shown, value = image(ax)
-        assert inked(shown[:, 0], value) == [1.5]
-        assert inked(shown[:, -1], value) == [1.5, 2.5]
+        assert inked(shown[:, at(ax, A[0])], value) == [1.5]
+        assert inked(shown[:, at(ax, A[-1])], value) == [1.5, 2.5]
 
 
 def test_a_second_axis_becomes_panels(two_regimes):
