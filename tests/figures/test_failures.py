@@ -19,9 +19,9 @@ def found():
     counts = {kind: np.zeros(shape, int) for kind in KINDS}
     counts["missed"][:, 1] = 20
     counts["missed"][:, 2] = 5000
-    shared = {"B": 0.1, "eps": 2e-4, "eta": 101.0, "dtau": 0.01, "transient": 200, "periods": 300}
+    scalars, settings = {"B": 0.1, "eps": 2e-4, "eta": 101.0, "dtau": 0.01}, {"transient": 200, "periods": 300}
     limit = np.array([[0.05, 0.02, np.inf, np.nan]] * len(METHODS))
-    return FailureMap(np.arange(4.0), "dtau", np.geomspace(1e-3, 1.0, 3), judged, counts, limit, shared)
+    return FailureMap(np.arange(4.0), "dtau", np.geomspace(1e-3, 1.0, 3), judged, counts, limit, scalars, settings)
 
 
 def test_none_little_and_nothing_to_judge_look_different(found):

@@ -148,7 +148,7 @@ def _look(file: Path) -> dict[str, Any]:
 def _figure(
     file: Path, holds: str, options: dict[str, Any], over: tuple[Path, ...], damaged: list[str]
 ) -> tuple[Figure, float]:
-    """The figure of a file of this kind, with what lies over it, and the share that is computed; names the `damaged`."""
+    """The figure of a file, with what lies over it, and the share that is computed; `damaged` is added to."""
     if holds == "sweep":
         with _left_out(damaged):
             figure, share = _sweep(file, options, over)

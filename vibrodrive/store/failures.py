@@ -37,10 +37,7 @@ CONTENTS = (
 
 @dataclass(frozen=True)
 class FailureMap:
-    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found.
-
-    `shared` has the parameters and settings of all points, by name.
-    """
+    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
 
     A: np.ndarray
     name: str
@@ -48,7 +45,13 @@ class FailureMap:
     judged: np.ndarray
     counts: dict[str, np.ndarray]
     limit: np.ndarray
-    shared: dict[str, Any]
+    scalars: dict[str, float]
+    settings: dict[str, int]
+
+    @property
+    def shared(self) -> dict[str, Any]:
+        """Parameters and settings of all points, by name."""
+        return {**self.scalars, **self.settings}
 
     def share(self, kind: str) -> np.ndarray:
         """Share of the judged switches that failed in this way; NaN where the mass never moved."""
@@ -106,7 +109,8 @@ def _content(file: h5py.File) -> FailureMap:
         judged=file["judged"][...],
         counts={kind: file[kind][...] for kind in KINDS},
         limit=file["limit"][...],
-        shared={**json.loads(file.attrs["scalars"]), **vars(plan.settings)},
+        scalars=json.loads(file.attrs["scalars"]),
+        settings=dict(vars(plan.settings)),
     )
 
 
