@@ -18,7 +18,14 @@ ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
 
 
-class Method(IntEnum):
+class Named(IntEnum):
+    """A choice that prints as its name: "OK", not 0."""
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class Method(Named):
     """How the end of a state is found. `simulate` takes a member, or its name in small letters.
 
     Examples
@@ -33,7 +40,7 @@ class Method(IntEnum):
     CERTIFIED = 2  # the first zero, guaranteed
 
 
-class Scan(IntEnum):
+class Scan(Named):
     """How `fixed` and `muller` visit their grid. The results are equal to the bit.
 
     Examples
@@ -49,15 +56,15 @@ class Scan(IntEnum):
     LITERAL = 1  # visit every grid point
 
 
-class Status(IntEnum):
+class Status(Named):
     """How a trajectory ended. `advice` says what to do about it.
 
     Examples
     --------
     >>> import vibrodrive as vd
     >>> motion = vd.simulate(A=0.5, transient=0, periods=1)
-    >>> motion.status.name
-    'NEVER_LEAVES'
+    >>> print(motion.status)
+    NEVER_LEAVES
     >>> motion.status.advice.split(":")[0]
     'the mass comes to rest and the excitation is too weak to move it again'
     """

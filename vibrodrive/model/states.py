@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from vibrodrive.model.parameters import Named
 
 
-class State(IntEnum):
+class State(Named):
     """The five states of Fig. 2: sliding up and down, sticking in the air, resting at the obstacle, an impact.
 
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> vd.State(2).name, int(vd.State.IMPACT)
-    ('STICK', 4)
+    >>> print(vd.State(2))
+    STICK
+    >>> int(vd.State.IMPACT)
+    4
     """
 
     UP = 0

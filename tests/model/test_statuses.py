@@ -1,0 +1,43 @@
+"""Statuses print their names, one or many, and are numbers otherwise."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.states import State
+from vibrodrive.model.statuses import Statuses, count_statuses
+
+
+@pytest.fixture
+def statuses():
+    return np.array([[0, 1], [2, -1]], np.int8).view(Statuses)
+
+
+def test_members_print_their_names_and_are_numbers():
+    assert (str(Status.TOO_CLOSE), f"{State.REST}", str(Method.FIXED)) == ("TOO_CLOSE", "REST", "FIXED")
+    assert (Status.TOO_CLOSE + 1, np.int8(1) == Status.TOO_CLOSE, int(State.REST)) == (2, True, 3)
+
+
+def test_arrays_show_names(statuses):
+    assert str(statuses) == "[[OK, TOO_CLOSE],\n [BUDGET, NOT_COMPUTED]]"
+    assert repr(statuses[0]) == "Statuses([OK, TOO_CLOSE])"
+    assert statuses[0, 1] is Status.TOO_CLOSE
+    assert str(np.array([9], np.int8).view(Statuses)) == "[status 9]", "of a later version"
+    assert count_statuses(statuses) == {"NOT_COMPUTED": 1, "OK": 1, "TOO_CLOSE": 1, "BUDGET": 1}
+
+
+def test_what_is_computed_from_them_is_plain(statuses):
+    for plain in (statuses == Status.OK, statuses != statuses, statuses + 1, np.isin(statuses, (0, 1))):
+        assert type(plain) is np.ndarray
+    assert (statuses == Status.OK).tolist() == [[True, False], [False, False]]
+    assert (statuses.sum(), type(statuses.max())) == (2, np.int8)
+    statuses[:] = Status.BUDGET
+    assert type(pickle.loads(pickle.dumps(statuses))) is Statuses
+    assert np.asarray(statuses).tolist() == [[2, 2], [2, 2]]
+    out = statuses.copy()
+    np.add(statuses, 1, out=out)
+    assert out.tolist() == [[3, 3], [3, 3]]

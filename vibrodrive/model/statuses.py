@@ -1,0 +1,41 @@
+"""The statuses of many points: an array of small integers that shows their names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.model.parameters import Status
+
+
+class Statuses(np.ndarray):
+    """int8, a `Status` for every point. One of them, by index, is a `Status`; what is computed is a plain array."""
+
+    def __getitem__(self, index: Any) -> Any:
+        found = super().__getitem__(index)
+        return found if isinstance(found, np.ndarray) else as_status(int(found))
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, out: Any = (), **options: Any) -> Any:
+        plain = [np.asarray(x) if isinstance(x, Statuses) else x for x in inputs]
+        if out:
+            options["out"] = tuple(np.asarray(x) if isinstance(x, Statuses) else x for x in out)
+        return getattr(ufunc, method)(*plain, **options)
+
+    def __repr__(self) -> str:
+        return f"Statuses({self})"
+
+    def __str__(self) -> str:
+        names = {"int": lambda value: str(as_status(int(value)))}
+        return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
+
+
+def as_status(value: int) -> Status | str:
+    """The `Status` of a number; "status 9" for one that this version does not know."""
+    return Status(value) if value in Status.__members__.values() else f"status {value}"
+
+
+def count_statuses(status: np.ndarray) -> dict[str, int]:
+    """How many points have each status, by its name."""
+    values, points = np.unique(np.asarray(status), return_counts=True)
+    return {str(as_status(v)): n for v, n in zip(values.tolist(), points.tolist(), strict=True)}
