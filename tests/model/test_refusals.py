@@ -45,8 +45,24 @@ REFUSED = {
     "sweep eps": ("eps", lambda v: vd.sweep(A=[3, 3.1], eps=v, **SHORT), AXIS),
     "sweep threads": ("threads", lambda v: vd.sweep(A=[3], threads=v), [*OPTIONAL, 0, -1, 2.0, 10**6]),
     "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
-    "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.11]),
+    "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
     "select the one": ("eps", lambda v: swept().select(eps=v), [*NUMBER, 1e-4]),
+    "select nearest": ("A", lambda v: swept().select(A=v, method="nearest", tolerance=0.01), [*NUMBER, 3.05, 2.98]),
+    "select method": ("method", lambda v: swept().select(A=3, method=v), TEXT[1:]),
+    "select tolerance": ("tolerance", lambda v: swept().select("nearest", v, A=3), [*NOT_NUMBERS, -1.0, math.nan]),
+    "select exactly within": ("tolerance", lambda v: swept().select(A=3, tolerance=v), [0.1]),
+    "points": ("points", lambda v: vd.sweep(A=3, points=v, **SHORT), [
+        3, "eps", [], {}, {"eps": [0, 1e-4], "xi0": [1]}, [("eps", [0.0])]
+    ]),
+    "points.eps": (r"points\.eps", lambda v: vd.sweep(A=3, points={"eps": v}, **SHORT), [0.1, None, [], [[1]], [-1.0]]),
+    "key of points": ("key of points", lambda v: vd.sweep(A=3, points={v: [1.0]}, **SHORT), ["mu", "periods", 3]),
+    "points beside": ("A", lambda v: vd.sweep(A=v, points={"A": [1.0]}, **SHORT), [3.0, [3.0]]),
+    "carry": ("carry", lambda v: vd.sweep(A=[3, 3.1], carry=v, **SHORT), [True, 3, "left", ["up"], {}]),
+    "carry without an axis": ("carry", lambda v: vd.sweep(A=3, carry=v, **SHORT), ["up"]),
+    "carry along": ("A", lambda v: vd.sweep(A=v, carry="down", **SHORT), [[3.1, 3.0], [3.0, 3.0], [3, 3.2, 3.1]]),
+    "carry without a section": (
+        "record", lambda v: vd.sweep(A=[3, 3.1], carry="up", record=v, **SHORT), ["summary", ["impacts", "summary"]]
+    ),
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
     "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
@@ -94,8 +110,16 @@ def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
         vd.limit([3, 3.1])
     with pytest.raises(TypeError, match=r"^B = 'array of 2 values': must be a single number$"):
         vd.limit(3.04, B=[0.1, 0.2])
-    with pytest.raises(ValueError, match=r"^A = 99: must be a number between 3 and 3\.1, the ends of this axis$"):
+    with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis, or method=.*, 3\.1$"):
         swept().select(A=99)
+    with pytest.raises(ValueError, match=r"^eps = 0\.1: must be 0\.0, the one value of this axis, or method="):
+        swept().select(eps=0.1)
+    with pytest.raises(
+        ValueError, match=r"^A = 99: must be within 0\.5 of one of the 2 values .* the nearest is 3\.1$"
+    ):
+        swept().select("nearest", 0.5, A=99)
+    with pytest.raises(ValueError, match=r"^points = 2 of A, 1 of eps: must be sequences of one length .*$"):
+        vd.sweep(points={"A": [3, 3.1], "eps": [0]})
     with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 80\.0 TB, .* are available$"):
         vd.simulate(A=3.04, periods=10**12)
 

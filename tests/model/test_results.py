@@ -44,23 +44,27 @@ def test_what_is_not_computed_is_marked(plan):
     assert r.computed == 0.0
 
 
-def test_select_takes_the_nearest_value_and_drops_the_axis(plan):
+def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
     r = collected(plan)
-    part = r.select(A=2.9)
+    part = r.select(A=2.9, method="nearest", tolerance=0.11)
     assert list(part.axes) == ["eps"]
     assert part.scalars["A"] == 3.0
     np.testing.assert_array_equal(part.section, r.section[2])
-    point = part.select(eps=9e-5)
+    point = part.select(eps=1e-4)
     np.testing.assert_array_equal(point.section, r.section[2, 1])
     np.testing.assert_array_equal(r.select(eps=0, A=1).margin, r.margin[0, 0])
     with pytest.raises(ValueError, match="axis = 'B': must be one of A, eps"):
         r.select(B=1)
 
 
-def test_an_end_of_an_axis_is_met_within_rounding(plan):
-    """0.1 · 3 is more than 0.3: still the end of an axis that ends there."""
+def test_a_value_is_met_within_rounding(plan):
+    """0.1 · 3 is more than 0.3, and every value of a linspace is met by the decimal number meant."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
+    axis = np.linspace(3.0, 3.25, 251)
+    r = Results({"A": axis}, {}, plan.settings, {"margin": np.arange(251.0)})
+    assert [r.select(A=round(3 + k / 1000, 3)).margin for k in range(251)] == list(range(251))
+    assert (axis != [round(3 + k / 1000, 3) for k in range(251)]).any(), "for rounding"
 
 
 @pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
@@ -102,4 +106,15 @@ def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():
 
 
 def test_its_name_says_what_it_holds(plan):
-    assert repr(collected(plan)) == "<Results A 1…4 (4), eps 0…0.0001 (2): certified, 0 + 5 periods>"
+    r = collected(plan)
+    assert repr(r) == (
+        "<Results of 4 × 2 points, computed: A 1…4 (4), eps 0…0.0001 (2); section; certified, 0 + 5 periods; "
+        "3 OK, 3 TOO_CLOSE, 2 BUDGET>"
+    )
+    assert repr(r.select(A=1, eps=0)) == "<Results of one point, computed: section; certified, 0 + 5 periods; 1 OK>"
+    half = Results.collect(plan, [])
+    half.status[0] = Status.OK
+    assert repr(half).startswith("<Results of 4 × 2 points, 25.0 % computed: ")
+    page = r._repr_html_()
+    assert "<td>4 × 2 points</td>" in page
+    assert "B = 0.1" in page

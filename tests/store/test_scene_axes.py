@@ -51,7 +51,7 @@ def test_the_file_has_coordinates_with_units_and_the_rest_of_the_scene(path):
     assert {name: axis.tolist() for name, axis in results.axes.items()} == {k: v.tolist() for k, v in plan.axes.items()}
     assert (results.scalars["mu"], results.scalars["mass"]) == (0.6, 250.0)
     assert results.scalars.keys().isdisjoint({"A", "B"})
-    at = results.select(omega0=120.0, alpha=3.4, a0=8e-4).scalars
+    at = results.select("nearest", omega0=120.0, alpha=3.4, a0=8e-4).scalars
     scene = Physical(a0=8e-4, omega0=at["omega0"], mu=0.6, alpha=3.4)
     assert (at["A"], at["B"]) == (scene.A, scene.B)
     again = look(path).header.plan

@@ -101,7 +101,7 @@ def test_what_comes_back_is_what_was_written(finished):
 
 def test_a_selection_reads_only_its_part_and_is_the_same(finished):
     whole = load(finished)
-    part = load(finished).select(A=3.1)
+    part = load(finished).select(A=3.1, method="nearest")
     k = int(np.argmin(abs(whole.axes["A"] - 3.1)))
     np.testing.assert_array_equal(part.section, whole.section[k])
     np.testing.assert_array_equal(part.select(eps=0).switches, whole.switches[k, 0])
@@ -109,7 +109,7 @@ def test_a_selection_reads_only_its_part_and_is_the_same(finished):
 
 def test_pickled_results_go_on_reading_their_file(finished, monkeypatch, tmp_path):
     monkeypatch.chdir(finished.parent)
-    whole, part = load(finished.name), load(finished.name).select(A=3.1)
+    whole, part = load(finished.name), load(finished.name).select(A=3.1, method="nearest")
     assert whole.margin.size
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
@@ -135,7 +135,7 @@ def test_xarray_sees_named_dimensions(finished):
         assert data.state.flag_meanings.split() == [s.name.lower() for s in State]
         assert all(data[name].units == "1" and data[name].long_name for name in data.variables)
         chosen = data.section_dxi.sel(eps=2e-4).sel(A=3.04, method="nearest")
-        np.testing.assert_array_equal(chosen, results.select(eps=2e-4, A=3.04).section[:, 1])
+        np.testing.assert_array_equal(chosen, results.select("nearest", eps=2e-4, A=3.04).section[:, 1])
 
 
 def test_attributes_tell_where_it_comes_from(finished):

@@ -87,9 +87,11 @@ def _sweep(file: Path) -> Summary:
     lines = [
         ("computed", f"{100 * report.share:.1f} % ({report.done.sum()} of {len(report.done)} blocks)"),
         *(axis_line(name, *shown.get(name, (values,))) for name, values in plan.axes.items()),
+        *(("point", f"{name} between {v.min():g} and {v.max():g}") for name, v in plan.together.items()),
         ("fixed", ", ".join(f"{k} = {v:g}" for k, v in scalars.items())),
         ("switches", f"{shared['method']}, scan {shared['scan']}"),
         ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
+        *([("carried", f"{plan.carry} along {next(iter(plan.axes))}")] if plan.carry else []),
         *(("status", f"{name}: {points} points") for name, points in report.statuses.items()),
     ]
     return Summary(header.origin.title, report.share, lines, _faults(report), facts)

@@ -234,8 +234,9 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
     from vibrodrive.model.parameters import bad
 
     for key in ("x", "y"):
-        if plan.axes and wanted.get(key) not in (None, *plan.axes):
-            raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(plan.axes)))
+        known = [*plan.axes, *plan.together]
+        if plan.axes and wanted.get(key) not in (None, *known):
+            raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
     if not plan.axes and wanted.get("kind") == BIFURCATION:
         if asked:
             raise click.ClickException(bad("--kind", BIFURCATION, "poincare for one motion: it has no axis"))
@@ -307,12 +308,15 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     """Follow one motion and draw its phase curve and its course in time."""
     from vibrodrive.model.config import ConfigError
     from vibrodrive.model.parameters import Status, bad
+    from vibrodrive.model.plan import POINT
 
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
     plan = settings.plan()
     for name, values in plan.axes.items():
         if len(values) > 1:
+            if name == POINT:
+                raise ConfigError(bad("sweep.points", f"{len(values)} points", "one point: lists of one value"))
             several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
             raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
     arguments = plan.arguments(0)

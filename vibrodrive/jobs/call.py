@@ -9,10 +9,10 @@ import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, Literal
 
 from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
-from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, bad
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
@@ -26,7 +26,7 @@ def sweep(
     written: Mapping[str, Any],
     /,
     *,
-    A: Axis,
+    A: Axis | None = None,
     B: Axis = 0.1,
     eps: Axis = 0.0,
     eta: Axis = ETA,
@@ -42,12 +42,14 @@ def sweep(
     scan: ScanLike = "skip",
     budget: int = 100_000,
     record: str | Sequence[str] = "section",
+    points: Points | None = None,
+    carry: Literal["up", "down"] | None = None,
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Results:
-    """Simulate every point of the product of the axes.
+    """Simulate every point of the product of the axes, or of a list of points.
 
     Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
     this machine; what others have begun is finished there, and nobody waits for it. What takes longer than a second
@@ -57,12 +59,20 @@ def sweep(
     ----------
     A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
         as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
-        are in the order in which the keywords are written.
+        are in the order in which the keywords are written. A must be given, here or among the points.
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
     record : "section", "impacts" or "summary", or several of them
         what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
         Lyapunov exponent, …), computed while it is followed, however long that is.
+    points : mapping of str to sequences of one length, optional
+        parameters that change together, by name: point k has the k-th value of each. They make one axis, `point`,
+        whose values count from 0; a table of pandas will do.
+    carry : "up" or "down", optional
+        let each value of the first axis, which must ascend, start from the last state of its neighbour below (up) or
+        above (down) instead of xi0, dxi0 and tau0, so that hysteresis shows. That state is the last point of the
+        section, which must be recorded; a disturbance and a grid of Δτ begin anew at τ = section_phase. All other
+        axes are computed side by side.
     path : str or path, optional
         result file (.h5) to write instead of keeping all in memory. A file that is there and was made from the same,
         here or by `vibrodrive sweep`, is gone on with: what it lacks is computed. It holds these arguments as a
@@ -100,13 +110,23 @@ def sweep(
     >>> import vibrodrive as vd
     >>> r = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20)
     >>> r
-    <Results A 3…3.25 (6), eps 0…0.0002 (2): certified, 50 + 20 periods>
+    <Results of 6 × 2 points, computed: A 3…3.25 (6), eps 0…0.0002 (2); section; certified, 50 + 20 periods; 12 OK>
     >>> r.section.shape  # A, eps, period, (ξ, ξ')
     (6, 2, 20, 2)
     >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
     ['eps', 'A']
 
-    The same into a file; stopped and called again, it goes on:
+    Random starts, of which each point has one; and a diagram carried from right to left:
+
+    >>> start = np.random.default_rng(seed=1)
+    >>> starts = {"xi0": start.uniform(0, 8, 5), "dxi0": start.uniform(-3, 3, 5)}
+    >>> several = vd.sweep(A=3.04, points=starts, transient=50, periods=20)
+    >>> several.shape, list(several.points)
+    ((5,), ['xi0', 'dxi0'])
+    >>> vd.sweep(A=np.linspace(3.0, 3.25, 6), carry="down", transient=50, periods=20).carry
+    'down'
+
+    The first one into a file; stopped and called again, it goes on:
 
     >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
     >>> bool((s.section == r.section).all())

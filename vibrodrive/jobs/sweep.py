@@ -224,7 +224,8 @@ class _Work:
         lengths = [stop - start for start, stop in plan.blocks()]
         missing = sum(lengths[k] for k in which)
         tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
-        with contextlib.closing(run_blocks(plan, which, threads=self.job.threads, executor=executor)) as blocks:
+        found = run_blocks(plan, which, threads=self.job.threads, executor=executor, stored=writer.last_section)
+        with contextlib.closing(found) as blocks:
             for block in blocks:
                 writer.write(block)
                 tally.add(block.stop - block.start)

@@ -6,11 +6,13 @@
                            # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
                            # maybe as an axis: the rest of the scene gives B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}; in the place of an entry of
+                           # or {start, stop, num, scale = "linear" | "log" | "random"}, random values with a
+                           # seed = 0, 1, 2, …; in the place of an entry of
                            # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
+    [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
-                           # "summary", or a list of some of them
+                           # "summary", or a list of some of them; carry: "up" or "down" along the first axis
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
@@ -23,6 +25,7 @@ A parameter is given once. Options of the command line replace what the file say
 from __future__ import annotations
 
 import os
+import random
 import stat
 import tomllib
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -35,17 +38,21 @@ import numpy as np
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
-from vibrodrive.model.plan import SETTINGS, Plan, make_plan
+from vibrodrive.model.plan import POINT, SETTINGS, Plan, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
 
 HOMES: dict[str, tuple[str, ...]] = {
     "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
-    "sweep": (*PARAMETERS, *SCENE_AXES),
+    "sweep": (*PARAMETERS, *SCENE_AXES, "points"),
     "switching": ("method", "scan", "dtau", "tol"),
-    "run": ("transient", "periods", "budget", "section_phase", "record"),
+    "run": ("transient", "periods", "budget", "section_phase", "record", "carry"),
 }
 """Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
+
+
+ALONG = (*PARAMETERS, *SCENE_AXES, POINT)
+"""What may be an axis of a figure."""
 
 
 class ConfigError(ValueError):
@@ -143,18 +150,24 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
             if key in at:
                 raise ValueError(bad(f"{name}.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
             at[key] = name
-            if key in SETTINGS:
-                SETTINGS[key](key, value)
-                arguments[key] = value
-            elif key == "record":
-                arguments[key] = check_record(value)
-            elif name == "sweep":
-                arguments[key] = _axis(key, value)
-            else:
-                arguments[key] = check(key, value)
+            arguments[key] = _argument(name, key, value, at)
     physical = _take_scene(tables.get("physical", {}), arguments) if scene else None
     extras = {name: {k: keys[k](v) for k, v in tables.get(name, {}).items()} for name, keys in _EXTRAS.items()}
     return Config(text, overrides, arguments, title, physical, **extras)
+
+
+def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
+    """An argument of a sweep, checked, from its table; what points give is entered in `at`."""
+    if key in SETTINGS:
+        SETTINGS[key](key, value)
+        return value
+    if key == "record":
+        return check_record(value)
+    if key == "carry":
+        return value  # checked with the axes, in the plan
+    if key == "points":
+        return _points(value, at)
+    return _axis(key, value) if table == "sweep" else check(key, value)
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
@@ -207,9 +220,26 @@ def _axis(key: str, value: object) -> float | np.ndarray:
     return np.array([float(v) for v in value])
 
 
+def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
+    """[sweep.points]; enters in `at` what it gives, and refuses what stands there already."""
+    if not isinstance(table, dict):
+        raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
+    found = {}
+    for key, value in table.items():
+        if key not in PARAMETERS:
+            raise ValueError(bad("key of [sweep.points]", key, "one of " + ", ".join(PARAMETERS)))
+        if key in at:
+            raise ValueError(bad(f"sweep.points.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
+        at[key] = "sweep.points"
+        if not isinstance(value, list | dict):
+            raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (a number stands outside of points)"))
+        found[key] = np.asarray(_axis(key, value))
+    return found
+
+
 def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     where = f"sweep.{key}"
-    keys = ("start", "stop", "num", "scale")
+    keys = ("start", "stop", "num", "scale", "seed")
     for k in table:
         if k not in keys:
             raise ValueError(bad(f"key of {where}", k, "one of " + ", ".join(keys)))
@@ -224,15 +254,28 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
             raise type(error)(str(error).replace(key, f"{where}.{k}", 1)) from None
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", "linear")
-    if scale not in ("linear", "log"):
-        raise ValueError(bad(f"{where}.scale", scale, "one of linear, log"))
+    if scale not in ("linear", "log", "random"):
+        raise ValueError(bad(f"{where}.scale", scale, "one of linear, log, random"))
+    if ("seed" in table) != (scale == "random"):
+        raise ValueError(f'{where}.seed: must be given where scale = "random", and only there')
     refuse_large_axis(f"{where}.num", num)
+    if scale == "random":
+        return _random(key, ends, num, check_count(f"{where}.seed", table["seed"], 0))
     if scale == "linear":
         return np.linspace(ends[0], ends[1], num)
     for k, end in zip(("start", "stop"), ends, strict=True):
         if end <= 0:
             raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 where scale = "log"'))
     return np.geomspace(ends[0], ends[1], num)
+
+
+def _random(key: str, ends: Sequence[float], num: int, seed: int) -> np.ndarray:
+    """Uniform between both ends, independent for parameters of one seed.
+
+    Python's own generator: it promises the same numbers in later versions, so that a sweep can be gone on with.
+    """
+    generator = random.Random(f"{key} {seed}")
+    return np.array([ends[0] + (ends[1] - ends[0]) * generator.random() for _ in range(num)])
 
 
 def _choice(key: str, *names: str) -> Callable[[object], object]:
@@ -273,8 +316,8 @@ _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "figure": {
         "kind": _choice("figure.kind", *KINDS),
         "quantity": _choice("figure.quantity", *DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
-        "x": _choice("figure.x", *HOMES["sweep"]),
-        "y": _choice("figure.y", *HOMES["sweep"]),
+        "x": _choice("figure.x", *ALONG),
+        "y": _choice("figure.y", *ALONG),
         "limits": _limits,
         "style": _choice("figure.style", *STYLES),
         "width": _choice("figure.width", *WIDTHS),

@@ -21,6 +21,9 @@ from vibrodrive.model.parameters import PARAMETERS, Method, Scan, bad
 Axis: TypeAlias = float | Sequence[float] | np.ndarray
 """One number, or a sequence of them: an axis of a sweep."""
 
+Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
+"""Sequences of one length, of parameters that change together."""
+
 MethodLike: TypeAlias = Method | Literal["certified", "muller", "fixed"]
 ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
 

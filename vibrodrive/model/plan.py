@@ -1,6 +1,7 @@
 """A sweep before it runs: which points, in which order, in which blocks. No Numba here.
 
-Points are the flattened (C-order) product of the axes. A block is a contiguous range of points and
+Points are the flattened (C-order) product of the axes; one of these, `point`, may stand for several parameters that
+change together. A block is a contiguous range of points and
 at the same time one chunk of the result file, so that a finished block is written once and never touched again.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import Any
 
@@ -40,6 +41,12 @@ WAVE_POINTS = 8192
 
 IN_FLIGHT = 16
 """Tasks an executor holds at a time unless its number of workers is known; bounds the memory of finished ones."""
+
+POINT = "point"
+"""The axis of a sweep along which parameters change together: it counts their values from 0."""
+
+CARRY = ("up", "down")
+"""Along the first axis of a carried sweep: from its first value to its last, or from the last to the first."""
 
 DEFAULT_BUDGET = 100_000
 """Switches allowed in one excitation period; a trajectory with more is ended as chattering."""
@@ -73,6 +80,11 @@ class Plan:
 
     `record` is what is kept of each motion (records.py).
 
+    `together` has the parameters that change together, along the axis POINT.
+
+    `carry` is "up" or "down" where each value of the first axis starts from the last state of its neighbour
+    (batch/carry.py), "" where all points start alike.
+
     `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
     version that would cut it differently.
     """
@@ -82,6 +94,8 @@ class Plan:
     settings: Settings
     tiling: tuple[int, ...] | None = None
     record: tuple[str, ...] = (SECTION,)
+    together: dict[str, np.ndarray] = field(default_factory=dict)
+    carry: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -99,7 +113,9 @@ class Plan:
         """Rows of the flattened product by their numbers: int64 (n,) -> float64 (n, len(COLUMNS))."""
         out = np.empty((len(which), len(COLUMNS)))
         index = np.unravel_index(which, self.shape) if self.axes else ()
-        along = {name: axis[k] for (name, axis), k in zip(self.axes.items(), index, strict=True)}
+        at = dict(zip(self.axes, index, strict=True))
+        along = {name: self.axes[name][k] for name, k in at.items() if name != POINT}
+        along |= {name: values[at[POINT]] for name, values in self.together.items()}
         values = with_A_and_B({**self.scalars, **along})
         for c, name in enumerate(COLUMNS):
             out[:, c] = values[name]
@@ -157,40 +173,91 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
     """
-    known = [*COLUMNS, *SETTINGS, "record"]
+    known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points", "carry"]
     chosen: dict[str, int] = {}
     record: tuple[str, ...] = (SECTION,)
     axes: dict[str, np.ndarray] = {}
+    together: dict[str, np.ndarray] = {}
     scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
     for key, value in arguments.items():
         if key in SETTINGS:
             chosen[key] = SETTINGS[key](key, value)
         elif key == "record":
             record = check_record(value)
-        elif key in SCENE:
-            if _is_scalar(key, value):
-                scalars[key] = check_scene(key, value)
-            else:
-                axes[key] = np.array([check_scene(key, v) for v in np.asarray(value).tolist()])
-        elif key not in COLUMNS:
+        elif key == "points" and value is not None:
+            together = _together(value, arguments)
+            axes[POINT] = np.arange(len(next(iter(together.values()))))
+        elif key not in known:
             raise TypeError(bad("argument", key, "one of " + ", ".join(known)))
-        elif value is None:
-            if PARAMETERS[key].default is None:
-                raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-        elif _is_scalar(key, value):
-            scalars[key] = check(key, value if not isinstance(value, np.ndarray) else value.item())
-        else:
-            axes[key] = _axis(key, value)
-    if not {"A", "a0"} & {*scalars, *axes}:
+        elif key in PARAMETERS or key in SCENE:
+            _sort_in(key, value, axes, scalars)
+    given = {*scalars, *axes, *together}
+    if not {"A", "a0"} & given:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
-    if {*SCENE} & {*scalars, *axes}:
+    if {*SCENE} & given:
         _follow_scene(axes, scalars)
-    plan = Plan(axes, scalars, Settings(**chosen), record=record)
+    scalars = {name: value for name, value in scalars.items() if name not in together}
+    plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
     method = plan.settings.method
-    if method != Method.CERTIFIED and "dtau" not in axes and math.isnan(scalars["dtau"]):
+    if method != Method.CERTIFIED and not {"dtau"} & {*axes, *together} and math.isnan(scalars["dtau"]):
         name = Method(method).name.lower()
         raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
-    return plan
+    return replace(plan, carry=_carry(arguments.get("carry"), plan))
+
+
+def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
+    """Check a parameter, or a quantity of the scene, and put it among the axes or among the numbers."""
+    if value is None and key in PARAMETERS:
+        if PARAMETERS[key].default is None:
+            raise TypeError(bad(key, value, PARAMETERS[key].allowed))
+    elif _is_scalar(key, value):
+        number = value.item() if isinstance(value, np.ndarray) else value
+        scalars[key] = check_scene(key, number) if key in SCENE else check(key, number)
+    elif key in SCENE:
+        axes[key] = np.array([check_scene(key, v) for v in np.asarray(value).tolist()])
+    else:
+        axes[key] = _axis(key, value)
+
+
+def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
+    """Parameters that change together, by name. Raises TypeError or ValueError with the one sentence."""
+    allowed = 'sequences of one length by the name of their parameter, as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
+    if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
+        raise TypeError(bad("points", value, allowed))
+    found = {}
+    for name in value.keys():  # noqa: SIM118 - of a table of pandas, too
+        if name not in COLUMNS:
+            raise ValueError(bad("key of points", name, "one of " + ", ".join(COLUMNS)))
+        if arguments.get(name) is not None:
+            raise ValueError(bad(name, arguments[name], f"left out, as points gives {name} already"))
+        if _is_scalar(f"points.{name}", value[name]):
+            raise TypeError(bad(f"points.{name}", value[name], "a sequence (one number stands outside of points)"))
+        found[name] = _axis(name, value[name], "points.")
+    lengths = {name: len(values) for name, values in found.items()}
+    if len({*lengths.values()}) != 1:
+        told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
+        raise ValueError(f"points = {told}: must be {allowed}")
+    return found
+
+
+def _carry(value: object, plan: Plan) -> str:
+    """The direction in which states are carried, "" for None. Raises TypeError or ValueError with the one sentence."""
+    if value is None:
+        return ""
+    allowed = "one of " + ", ".join(CARRY)
+    if not isinstance(value, str):
+        raise TypeError(bad("carry", value, allowed))
+    if value not in CARRY:
+        raise ValueError(bad("carry", value, allowed))
+    if not plan.axes:
+        raise ValueError(bad("carry", value, "left out where there is no axis along which a state could be carried"))
+    first, values = next(iter(plan.axes.items()))
+    if not (np.diff(values) > 0).all():
+        raise ValueError(bad(first, values.tolist(), f"ascending, as the first axis of a sweep with carry = {value!r}"))
+    if SECTION not in plan.record:
+        told = "a carried state is the last point of the section"
+        raise ValueError(bad("record", ", ".join(plan.record), f'with "{SECTION}" where carry = {value!r}: {told}'))
+    return value
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
@@ -224,14 +291,15 @@ def _is_scalar(key: str, value: object) -> bool:
         raise ValueError(bad(key, value, "an axis that fits the memory")) from None
 
 
-def _axis(key: str, value: object) -> np.ndarray:
+def _axis(key: str, value: object, place: str = "") -> np.ndarray:
+    """The values of a parameter along an axis; `place` comes before its name in what is said of them."""
     if isinstance(value, str):
         check(key, value)
     array = np.asarray(value)
     if array.ndim != 1:
-        raise ValueError(bad(key, f"array of shape {array.shape}", "a number or a one-dimensional axis"))
+        raise ValueError(bad(place + key, f"array of shape {array.shape}", "a number or a one-dimensional axis"))
     if array.size == 0:
-        raise ValueError(bad(key, [], "an axis with at least one value"))
+        raise ValueError(bad(place + key, [], "an axis with at least one value"))
     if array.dtype.kind not in "iuf":
         for v in array.tolist():
             check(key, v)
@@ -240,5 +308,5 @@ def _axis(key: str, value: object) -> np.ndarray:
     wrong = ~((wide >= p.low) & (wide <= p.high)) | (p.open_low & (wide == p.low))
     if wrong.any():
         at = int(np.argmax(wrong))
-        raise ValueError(bad(f"{key}[{at}]", array[at].item(), p.allowed))
+        raise ValueError(bad(f"{place}{key}[{at}]", array[at].item(), p.allowed))
     return wide + 0.0

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vibrodrive.model.above import above
 from vibrodrive.model.parameters import Method, Status, bad, real_number
 from vibrodrive.model.physical import with_A_and_B
-from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.plan import POINT, Plan, Settings
 from vibrodrive.model.records import IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY, quantities
 from vibrodrive.model.size import refuse_large_results
+from vibrodrive.model.statuses import Statuses, count_statuses
 
 if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from vibrodrive.model.block import Block
 
 Index = tuple[Any, ...]
@@ -42,19 +49,24 @@ class Results:
     ----------
     axes : dict[str, float64 array]
         the swept parameters, in order: dimensionless, or quantities of a `[physical]` scene in SI units (alpha in
-        degrees), along which A, or A and B, follow point by point.
+        degrees), along which A, or A and B, follow point by point. Where several parameters change together, an axis
+        "point" counts their values.
+    points : dict[str, float64 array]
+        what changes together along the axis "point", each of its length; empty without one.
     scalars : dict[str, float]
         the parameters that have one value; where an axis is in SI units, the rest of the scene, too.
     settings : Settings
         method, scan, transient, periods, budget.
     record : tuple of str
         what was recorded: "section", "impacts", "summary".
+    carry : str
+        "up" or "down" where the values of the first axis start from the last state of their neighbour, else "".
     title : str
         that of the configuration, "" where there was none.
     section : float64 (axes…, periods, 2)
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
-        `Status` of every point.
+        `Status` of every point; printed, it shows their names.
     margin : float64 (axes…)
         how close the closest decision of a point came to going the other way.
     switches : int64 (axes…, 5)
@@ -70,8 +82,10 @@ class Results:
     >>> r = vd.sweep(A=[1.5, 2.0, 2.5], eps=[0.0, 1e-4], transient=10, periods=4)
     >>> r.shape, list(r.axes)
     ((3, 2), ['A', 'eps'])
-    >>> bool((r.status == vd.Status.OK).all())
-    True
+    >>> r
+    <Results of 3 × 2 points, computed: A 1.5…2.5 (3), eps 0…0.0001 (2); section; certified, 10 + 4 periods; 6 OK>
+    >>> print(r.status[0])
+    [OK, OK]
     >>> one = r.select(A=2.5, eps=0.0)
     >>> one.section.shape, int(one.switches[vd.State.IMPACT])
     ((4, 2), 4)
@@ -84,9 +98,14 @@ class Results:
         settings: Settings,
         source: Mapping[str, np.ndarray] | Read,
         title: str = "",
+        *,
         record: tuple[str, ...] = (SECTION,),
+        points: Mapping[str, np.ndarray] | None = None,
+        carry: str = "",
     ) -> None:
         self.record = record
+        self.carry = carry
+        self.points = dict(points or {})
         self.axes = dict(axes)
         self.scalars = dict(scalars)
         self.settings = settings
@@ -129,14 +148,22 @@ class Results:
         }
         if SECTION in plan.record:
             arrays["section"] = np.empty((*shape, plan.settings.periods, 2))
-        return cls(plan.axes, plan.scalars, plan.settings, arrays, record=plan.record)
+        return cls.of(plan, arrays)
+
+    @classmethod
+    def of(cls, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> Results:
+        """What a plan asks for, its arrays taken from `source`."""
+        return cls(
+            plan.axes, plan.scalars, plan.settings, source, title,
+            record=plan.record, points=plan.together, carry=plan.carry,
+        )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
         """Views of section (if it is recorded), status, margin and switches of the points start..stop, flattened."""
         wanted = SECTION in self.record
         return (
             self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
-            self.status.reshape(-1)[start:stop],
+            self._array("status").reshape(-1)[start:stop],
             self.margin.reshape(-1)[start:stop],
             self.switches.reshape(-1, 5)[start:stop],
         )
@@ -171,8 +198,8 @@ class Results:
 
     @property
     def status(self) -> np.ndarray:
-        """int8 (axes…): `Status` of every point."""
-        return self._array("status")
+        """int8 (axes…): `Status` of every point; one of them, by index, is a `Status`."""
+        return self._array("status").view(Statuses)
 
     @property
     def margin(self) -> np.ndarray:
@@ -189,51 +216,161 @@ class Results:
         """Share of the points that are computed, 0 to 1."""
         return float(np.mean(self.status != Status.NOT_COMPUTED))
 
-    def select(self, **values: float) -> Results:
-        """The part of the results at the value of an axis nearest to the one given; that axis is dropped.
+    def select(
+        self, method: Literal["nearest"] | None = None, tolerance: float | None = None, **values: float
+    ) -> Results:
+        """The part of the results at one value of each axis named; those axes are dropped.
+
+        Parameters
+        ----------
+        method : "nearest", optional
+            take the value of the axis that is nearest to the one given. Without it the value must be one of the axis,
+            up to rounding (ROUNDING units in the last place).
+        tolerance : float, optional
+            with "nearest": the largest distance allowed.
+        **values : float
+            by the name of an axis.
 
         Raises
         ------
         TypeError, ValueError
-            if a name is no axis of these results, or a value no number between the ends of its axis.
+            if a name is no axis of these results, or a value not within reach of one of its axis.
 
         Examples
         --------
         >>> import vibrodrive as vd
         >>> r = vd.sweep(A=[1.5, 2.0, 2.5], eps=[0.0, 1e-4], transient=0, periods=1)
-        >>> part = r.select(A=2.1)
+        >>> part = r.select(A=2.0)
         >>> part.scalars["A"], list(part.axes)
         (2.0, ['eps'])
+        >>> r.select(A=2.1, method="nearest").scalars["A"]
+        2.0
+        >>> r.select(A=2.1)
+        Traceback (most recent call last):
+        ...
+        ValueError: A = 2.1: must be one of the 3 values of this axis, or method="nearest" for the nearest one, 2.0
         """
+        if method is not None and not (isinstance(method, str) and method == "nearest"):
+            raise ValueError(bad("method", method, '"nearest", or left out'))
+        reach = _reach(method, tolerance)
         index: list[Any] = [slice(None)] * len(self.axes)
-        axes, scalars = dict(self.axes), dict(self.scalars)
+        axes, scalars, points = dict(self.axes), dict(self.scalars), dict(self.points)
         for name, value in values.items():
             if name not in self.axes:
                 raise ValueError(bad("axis", name, "one of " + ", ".join(self.axes)))
-            nearest = _nearest(name, self.axes[name], value)
-            index[list(self.axes).index(name)] = nearest
-            scalars[name] = float(axes.pop(name)[nearest])
-        chosen = tuple(index)
-        scalars = with_A_and_B(scalars)
+            chosen = _place(name, self.axes[name], value, reach)
+            index[list(self.axes).index(name)] = chosen
+            along = {name: axes.pop(name)}
+            if name == POINT:
+                along, points = points, {}
+            scalars |= {key: float(there[chosen]) for key, there in along.items()}
+        at = tuple(index)
         part = Results(
-            axes, scalars, self.settings, functools.partial(_read_part, self._source, chosen), self.title, self.record
-        )
-        part._arrays.update({name: array[chosen] for name, array in self._arrays.items()})
+            axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
+            record=self.record, points=points, carry=self.carry,
+        )  # fmt: skip
+        part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All arrays as an `xarray.Dataset`, named as in the files: needs the extra `data`.
+
+        The axes are coordinates, the parameters that have one value and the settings attributes; every variable has
+        `units` and a `long_name`, the status `flag_values` and `flag_meanings`. Arrays are read, not copied.
+
+        Raises
+        ------
+        ImportError
+            where xarray is not installed, in one line.
+
+        Examples
+        --------
+        >>> import vibrodrive as vd
+        >>> d = vd.sweep(A=[1.5, 2.0], B=0.1, transient=0, periods=3).to_xarray()
+        >>> dict(d.sizes), d.attrs["B"], d.A.attrs["units"]
+        ({'A': 2, 'period': 3, 'state': 5}, 0.1, '1')
+        >>> d.section_dxi.sel(A=2.0).shape
+        (3,)
+        """
+        return above("store.dataset").dataset(self)
+
+    def plot(
+        self,
+        kind: str | None = None,
+        quantity: str | None = None,
+        *,
+        x: str | None = None,
+        y: str | None = None,
+        limits: tuple[float, float] | None = None,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
+        """The figure that suits the axes and what was recorded: a bifurcation diagram, Poincaré sections or a map.
+
+        Parameters
+        ----------
+        kind : "bifurcation", "poincare" or "map", optional
+        quantity : str, optional
+            "dxi" or "xi" of the section; a quantity of the summary, "status" or "margin" for a map.
+        x, y : str, optional
+            axes drawn along the abscissa and, of a map, the ordinate; the longest ones unless given.
+        limits : (float, float), optional
+            range of the quantity.
+        ax : matplotlib Axes or sequence of them, optional
+            where to draw, one for each panel; a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+
+        Raises
+        ------
+        ValueError
+            for what is unknown, not recorded, or has no axis to be drawn over.
+        """
+        return above("figures.diagrams").from_results(self, kind, quantity, x, y, limits, ax=ax)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
-            self._arrays[name] = self._source(name, (slice(None),) * len(self.axes))
+            self._arrays[name] = self._source(name, self._everywhere())
         return self._arrays[name]
 
-    def __repr__(self) -> str:
-        axes = ", ".join(
-            f"{name} {a[0]:g}" + (f"…{a[-1]:g} ({len(a)})" if len(a) > 1 else "") for name, a in self.axes.items()
-        )
+    def _described(self) -> dict[str, str]:
+        """What these results are, in a few words each."""
         s = self.settings
-        return (
-            f"<Results {axes or 'of one point'}: {Method(s.method).name.lower()}, {s.transient} + {s.periods} periods>"
-        )
+        shape = " × ".join(map(str, self.shape))
+        axes = [_span(name, values) for name, values in self.axes.items()]
+        status = self._told_status()
+        share = float(np.mean(status != Status.NOT_COMPUTED))
+        return {
+            "of": f"{shape} points" if self.axes else "one point",
+            "computed": "computed" if share == 1 else f"{100 * share:.1f} % computed",
+            "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
+            "record": ", ".join(self.record),
+            "settings": f"{Method(s.method).name.lower()}, {s.transient} + {s.periods} periods"
+            + (f", carried {self.carry}" if self.carry else ""),
+            "status": ", ".join(f"{n} {name}" for name, n in count_statuses(status).items()),
+        }
+
+    def _told_status(self) -> np.ndarray:
+        """The status as it is now, not kept: of a file that grows the other arrays may be read later."""
+        return self._arrays["status"] if "status" in self._arrays else self._source("status", self._everywhere())
+
+    def _everywhere(self) -> Index:
+        return (slice(None),) * len(self.axes)
+
+    def __repr__(self) -> str:
+        d = self._described()
+        parts = [d[name] for name in ("axes", "record", "settings", "status") if d[name]]
+        return f"<Results of {d['of']}, {d['computed']}: {'; '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        """A table in a notebook: the parts of repr, and the parameters that have one value."""
+        fixed = {name: value for name, value in self.scalars.items() if name not in self.axes and value == value}
+        rows = self._described() | {"fixed": ", ".join(f"{name} = {value:g}" for name, value in fixed.items())}
+        rows = {"title": self.title, **rows}
+        cells = [f"<tr><th>{name}</th><td>{escape(text)}</td></tr>" for name, text in rows.items() if text]
+        return f"<table><caption>Results</caption>{''.join(cells)}</table>"
 
 
 _WHERE = {q.name: record for record, known in ((SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS)) for q in known}
@@ -250,21 +387,43 @@ def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarr
     return source(name, _within(chosen, inner))
 
 
-SLACK = 1e-9
-"""How far beyond the ends of an axis, in parts of their size, a value is still taken for the end: rounding."""
+def _span(name: str, values: np.ndarray) -> str:
+    """“A 3…3.25 (100)”."""
+    return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")
 
 
-def _nearest(name: str, axis: np.ndarray, value: object) -> int:
-    """Where on an axis the value nearest to the one given is. Raises TypeError or ValueError with the one sentence."""
-    low, high = float(axis.min()), float(axis.max())
-    allowed = f"a number between {low:g} and {high:g}, the ends of this axis"
-    if low == high:
-        allowed = f"{low:g}, the one value of this axis"
+ROUNDING = 4
+"""By how many units in the last place of the largest value of an axis an equal value may differ: rounding."""
+
+
+def _reach(method: str | None, tolerance: object) -> float | None:
+    """How far from a value of an axis one may be; None: no farther than rounding. Raises with the one sentence."""
+    if tolerance is None:
+        return None if method is None else np.inf
+    if method is None:
+        raise ValueError(bad("tolerance", tolerance, 'left out, or given with method="nearest"'))
+    allowed = "a number >= 0"
+    reach = real_number("tolerance", tolerance, allowed)
+    if not reach >= 0:
+        raise ValueError(bad("tolerance", tolerance, allowed))
+    return reach
+
+
+def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> int:
+    """Where on an axis a value is. Raises TypeError or ValueError with the one sentence."""
+    only = f"{axis[0].item()!r}, the one value of this axis"
+    allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only
     x = real_number(name, value, allowed)
-    slack = SLACK * max(abs(low), abs(high))
-    if not low - slack <= x <= high + slack:
+    distance = np.abs(axis - x)
+    at = int(np.argmin(distance))
+    most = ROUNDING * np.spacing(float(np.abs(axis).max())) if reach is None else reach
+    if not distance[at] <= most:
+        if reach is None:
+            allowed += f', or method="nearest" for the nearest one, {axis[at].item()!r}'
+        else:
+            allowed = f"within {reach:g} of {allowed}, of which the nearest is {axis[at].item()!r}"
         raise ValueError(bad(name, value, allowed))
-    return int(np.argmin(np.abs(axis - x)))
+    return at
 
 
 def _within(chosen: Index, inner: Index) -> Index:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.parameters import Method, Scan
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import POINT, Plan
 
 FEW = 3
 """Values of an axis that are listed in any case: a range of them would be no shorter."""
@@ -25,9 +25,14 @@ def as_toml(plan: Plan) -> str:
     s = plan.settings
     names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
     numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
-    said = numbers | vars(s) | names | {"record": list(plan.record)}
+    said = numbers | vars(s) | names | {"record": list(plan.record)} | ({"carry": plan.carry} if plan.carry else {})
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
-    tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items()}
+    together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
+    tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}
+    if POINT in plan.axes:
+        order = ["points" if name == POINT else name for name in plan.axes]
+        points = tables["sweep"] | {"points": f"{{{together}}}"}
+        tables["sweep"] = {name: points[name] for name in order}
     at: set[str] = set()  # a parameter is given once: in the first table that may have it
     lines = ["# made from the arguments of vd.sweep"]
     for name, entries in tables.items():
@@ -42,7 +47,8 @@ def _value(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-def _axis(values: np.ndarray) -> str:
+def _axis(values: np.ndarray, inline: bool = False) -> str:
+    """The values as a range or a list; `inline` in one line, as an inline table wants it."""
     first, last, n = float(values[0]), float(values[-1]), len(values)
     if n > FEW:
         ends = f"start = {first!r}, stop = {last!r}, num = {n}"
@@ -50,4 +56,5 @@ def _axis(values: np.ndarray) -> str:
             return f"{{{ends}}}"
         if min(first, last) > 0 and np.geomspace(first, last, n).tobytes() == values.tobytes():
             return f'{{{ends}, scale = "log"}}'
-    return textwrap.fill("[" + ", ".join(map(repr, values.tolist())) + "]", WIDTH, subsequent_indent="    ")
+    text = "[" + ", ".join(map(repr, values.tolist())) + "]"
+    return text if inline else textwrap.fill(text, WIDTH, subsequent_indent="    ")

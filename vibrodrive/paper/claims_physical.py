@@ -114,8 +114,8 @@ def limit_epsilon(session: Session) -> Outcome:
 )
 def bands(session: Session) -> Outcome:
     results = session.results("fig07")
-    if set(results.axes) != {"A", "eps"}:
-        raise NotApplicable("bands over A take the axes A and eps")
+    if set(results.axes) != {"A", "eps"} or 0.0 not in results.axes["eps"]:
+        raise NotApplicable("bands over A take the axes A and eps, with 0 among the values of eps")
     undisturbed, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
     n = period(undisturbed.section)
     survive: dict[int, list[bool]] = {}

@@ -68,7 +68,9 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
         "scan": Scan(plan.settings.scan).name.lower(),
     }
     settings["record"] = ", ".join(plan.record)
-    return plan.axes | scalars | {k: np.asarray(v) for k, v in settings.items()}
+    settings["carry"] = plan.carry or "not given"
+    together = {f"points.{name}": values for name, values in plan.together.items()}
+    return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
 
 
 def _words(value: np.ndarray | None) -> str:

@@ -170,13 +170,17 @@ def read_header(file: h5py.File) -> Header:
         if digest(str(attrs["plan"])) != attrs["plan_sha256"]:
             raise Damaged(f"{path}: damaged: the plan does not have the SHA-256 written beside it")
         outline = json.loads(attrs["plan"])
-        axes = {name: file[name][...] for name in outline["axes"]}
-        for name, values in axes.items():
-            if hashlib.sha256(values.tobytes()).hexdigest() != outline["axes"][name]:
+        digests = outline["axes"] | outline.get("points", {})
+        along = {name: file[name][...] for name in digests}
+        for name, values in along.items():
+            if hashlib.sha256(values.tobytes()).hexdigest() != digests[name]:
                 raise Damaged(f"{path}: damaged: axis {name} is not what was written")
+        axes = {name: along[name] for name in outline["axes"]}
+        together = {name: along[name] for name in outline.get("points", {})}
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, tuple(outline.get("record", (SECTION,))))
+        record, carry = tuple(outline.get("record", (SECTION,))), outline.get("carry", "")
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, carry)
         for variable in variables_of(plan):
             data = file[variable.name]
             if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):

@@ -3,7 +3,8 @@
 One dimension per axis, in order, then `period` (and `state` for the switch counts). Every chunk of every
 variable is allocated before the first point is computed, so that a running sweep overwrites chunks in
 place and never touches the structure of the file: a kill can hurt no more than the chunk being written.
-A sweep of one point has no axes; its file has a nameless axis `point` of length 1.
+A sweep of one point has no axes; its file has an axis `point` of length 1. Where parameters change together
+their values are coordinates along the axis `point`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import itertools
 import json
 import math
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any, NamedTuple
 
@@ -22,7 +23,7 @@ import numpy as np
 
 from vibrodrive.model.parameters import PARAMETERS, Status
 from vibrodrive.model.physical import SCENE_AXES
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
@@ -121,7 +122,7 @@ def about(kind: str, origin: Origin) -> dict[str, Any]:
 
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
     """The axes as dimensions of the file."""
-    return plan.axes or {"point": np.zeros(1)}
+    return plan.axes or {POINT: np.zeros(1)}
 
 
 def coordinates(plan: Plan) -> dict[str, np.ndarray]:
@@ -171,9 +172,11 @@ def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
     """Write everything but the results into an empty file, and room for all of them."""
     for name, values in coordinates(plan).items():
-        netcdf.dimension(file, name, values, *_meaning(name))
-    file["state"].attrs["flag_values"] = np.array(list(State), np.int8)
-    file["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+        netcdf.dimension(file, name, values, *meaning_of(name))
+    for name, values in plan.together.items():
+        long_name, units = meaning_of(name)
+        netcdf.variable(file, name, (POINT,), values.dtype, long_name, units=units)[...] = values
+    file["state"].attrs.update(flags_of_states())
     where = tiles(plan)
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
@@ -183,18 +186,32 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
             file, variable.name, names, variable.dtype, variable.long_name,
             fill=variable.fill, chunks=chunk, units=variable.units,
         )  # fmt: skip
+        if plan.together:
+            data.attrs["coordinates"] = " ".join(plan.together)
         empty = blank(variable, chunk)
         for k, tile in enumerate(where):
             put_chunk(data, tile, empty)
             progress(n * len(where) + k + 1, len(variables) * len(where))
-    flags = [s for s in Status if s is not Status.NOT_COMPUTED]
-    file["status"].attrs["flag_values"] = np.array([*flags, Status.NOT_COMPUTED], np.int8)
-    file["status"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in [*flags, Status.NOT_COMPUTED])
-    file["status"].attrs["comment"] = "; ".join(f"{s}: {s.name.lower()}: {s.advice}" for s in flags)
+    file["status"].attrs.update(flags_of_statuses())
     file.attrs.update(_attributes(plan, origin))
 
 
-def _meaning(name: str) -> tuple[str, str]:
+def flags_of_states() -> dict[str, Any]:
+    """Attributes of the dimension `state`: what its values mean."""
+    return {"flag_values": np.array(list(State), np.int8), "flag_meanings": " ".join(s.name.lower() for s in State)}
+
+
+def flags_of_statuses() -> dict[str, Any]:
+    """Attributes of the variable `status`: what its values mean."""
+    flags = [*(s for s in Status if s is not Status.NOT_COMPUTED), Status.NOT_COMPUTED]
+    return {
+        "flag_values": np.array(flags, np.int8),
+        "flag_meanings": " ".join(s.name.lower() for s in flags),
+        "comment": "; ".join(f"{int(s)}: {s.name.lower()}: {s.advice}" for s in flags if s is not Status.NOT_COMPUTED),
+    }
+
+
+def meaning_of(name: str) -> tuple[str, str]:
     """Long name and unit of a coordinate."""
     if name in PARAMETERS:
         return PARAMETERS[name].meaning, "1"
@@ -205,7 +222,7 @@ def _meaning(name: str) -> tuple[str, str]:
         "section_period": "recorded excitation period, counted from 1 after the transient",
         "impact": "main impact, counted from 1 after the transient",
         "state": "state of the motion (Fig. 2)",
-        "point": "the one point of this sweep",
+        POINT: "number of a point, counted from 0",
     }
     return meanings[name], "1"
 
@@ -218,8 +235,9 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> No
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
-    axes = {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in plan.axes.items()}
-    outline = json.dumps({"axes": axes, "scalars": scalars, "settings": vars(plan.settings), **_recorded(plan)})
+    outline = json.dumps(
+        {"axes": _digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings), **_further(plan)}
+    )
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         **explained(CONTENTS, plain(plan)),
         "schema_version": SCHEMA_VERSION,
@@ -228,9 +246,16 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     }
 
 
-def _recorded(plan: Plan) -> dict[str, Any]:
-    """What is recorded, if it is not the section alone: earlier versions knew nothing else."""
-    return {} if plan.record == (SECTION,) else {"record": plan.record}
+def _digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
+    return {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in arrays.items()}
+
+
+def _further(plan: Plan) -> dict[str, Any]:
+    """What earlier versions knew nothing of, as far as it is not what they did: the section alone, nothing carried."""
+    further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
+    if plan.together:
+        further["points"] = _digests(plan.together)
+    return further | ({"carry": plan.carry} if plan.carry else {})
 
 
 def _versions() -> dict[str, str]:

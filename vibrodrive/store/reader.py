@@ -11,9 +11,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
+from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, read_marks
 from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles
@@ -24,14 +24,7 @@ def load_sweep(path: Path) -> Results:
     with open_result(path) as file:
         header = read_header(file)
     plan = header.plan
-    return Results(
-        plan.axes,
-        plan.scalars,
-        plan.settings,
-        functools.partial(_read, path.absolute(), plan),
-        title=header.origin.title,
-        record=plan.record,
-    )
+    return Results.of(plan, functools.partial(_read, path.absolute(), plan), header.origin.title)
 
 
 class DamagedBlock(UserWarning):
@@ -155,7 +148,7 @@ def look(path: Path) -> Report:
         header = read_header(file)
         where = tiles(header.plan)
         status, done, wrong = read_marks(file, where)
-        return Report(header, done, _count(status), wrong, [], path.stat().st_size)
+        return Report(header, done, count_statuses(status), wrong, [], path.stat().st_size)
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
@@ -171,10 +164,4 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
                 wrong[k] = fault
             progress(k + 1, len(where))
         general = [f"{name}: not what was written" for name in damaged_descriptions(file, plan)]
-        return Report(header, done, _count(status), wrong, general, path.stat().st_size)
-
-
-def _count(status: np.ndarray) -> dict[str, int]:
-    values, points = np.unique(status, return_counts=True)
-    known = {int(s): s.name for s in Status}
-    return {known.get(v, f"status {v}"): n for v, n in zip(values.tolist(), points.tolist(), strict=True)}
+        return Report(header, done, count_statuses(status), wrong, general, path.stat().st_size)
