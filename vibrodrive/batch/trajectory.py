@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibrodrive.batch.frames import Table, frame
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
+from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, Scan, Status, bad, check_count
+from vibrodrive.model.parameters import COLUMNS, ETA, Method, Scan, Status, bad, check_count
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
@@ -122,6 +129,69 @@ class Trajectory:
         return same_array(*numbers) and all(same_array(a, b) for a, b in arrays)
 
     __hash__ = None  # type: ignore[assignment]  # arrays may change
+
+    def __repr__(self) -> str:
+        a = self.arguments
+        start = [f"{name} {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name]]
+        method = Method(a["method"]).name.lower()
+        how = f"{method}, {a['transient']} + {a['periods']} periods"
+        found = f"{len(self.switches)} switches, {len(self.impacts)} main impacts; {self.status}"
+        return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
+
+    def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
+        """The switches, the main impacts or the section points, a row each: needs the extra `data`.
+
+        τ and the fields of that array are the columns, states by their names; the arguments, and how the motion ended,
+        are in `attrs`. Lists of orbits, bifurcations or curves are tables without more ado: `pandas.DataFrame(list)`.
+
+        Parameters
+        ----------
+        of : "switches", "impacts" or "section"
+
+        Raises
+        ------
+        ValueError
+            for another name.
+        ImportError
+            where pandas is not installed, in one line.
+
+        Examples
+        --------
+        >>> import vibrodrive as vd
+        >>> table = vd.simulate(1.5, transient=10, periods=1).to_dataframe()
+        >>> table[["before", "after", "xi"]].round(3)
+           before   after     xi
+        0    REST      UP  0.000
+        1      UP   STICK  0.509
+        2   STICK    DOWN  0.509
+        3    DOWN  IMPACT  0.000
+        4  IMPACT    REST  0.000
+        >>> table.attrs["A"], table.attrs["status"]
+        (1.5, 'OK')
+        """
+        return frame(self, of)
+
+    def plot(self, curves: Sequence[str] = ("phase", "time"), *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """The motion as curves, its switches in their places.
+
+        Parameters
+        ----------
+        curves : sequence of str
+            a panel for each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+        ax : matplotlib Axes or sequence of them, optional
+            where to draw, one for each panel; a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+
+        Raises
+        ------
+        ValueError
+            for an unknown curve.
+        """
+        return above("figures.curves").trajectory_figure(self, curves, ax=ax)
 
     def sample(self, points_per_period: int) -> Sample:
         """The motion at points_per_period instants a period (and at both ends) of the recorded window.

@@ -1,0 +1,68 @@
+"""Trajectories, and lists of orbits, as tables of pandas."""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+
+pandas = pytest.importorskip("pandas")
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return vd.simulate(3.04, eps=1e-4, transient=3, periods=4, tau0=0.3, section_phase=-1.0)
+
+
+def test_switches_are_rows_with_the_names_of_states(motion):
+    table = motion.to_dataframe()
+    assert table.columns.tolist() == ["tau", "period", "phase", "before", "after", "xi", "dxi"]
+    assert len(table) == len(motion.switches)
+    for name in ("period", "phase", "xi", "dxi"):
+        np.testing.assert_array_equal(table[name], motion.switches[name])
+    assert table.after.tolist() == [vd.State(k).name for k in motion.switches["after"]]
+    assert table.after.cat.categories.tolist() == ["UP", "DOWN", "STICK", "REST", "IMPACT"]
+    assert (table.tau.diff().dropna() >= 0).all()
+    hits = table[table.after == "IMPACT"]
+    assert (hits.xi == 0).all()
+    assert set(motion.to_dataframe("impacts").tau) <= set(hits.tau)
+    assert {"A": 3.04, "method": "certified", "status": "OK"}.items() <= table.attrs.items()
+    assert "dtau" not in table.attrs, "there is none"
+
+
+@pytest.mark.parametrize("start", [{}, {"tau0": 0.3, "section_phase": -1.0}, {"tau0": 7.0, "section_phase": 7.0},
+                                   {"tau0": -20.0, "section_phase": 3.0}])  # fmt: skip
+def test_section_points_have_the_times_at_which_the_motion_is_there(start):
+    motion = vd.simulate(3.04, transient=2, periods=3, **start)
+    table, dense = motion.to_dataframe("section"), motion.sample(2000)
+    phase = start.get("section_phase", 0.0)
+    assert np.allclose(np.cos(table.tau - phase), 1.0)
+    np.testing.assert_allclose(np.interp(table.tau, dense.tau, dense.xi), table.xi, atol=1e-5)
+    begin = start.get("tau0", 0.0) + 2 * math.pi * 2
+    assert (table.tau > begin).all()
+    assert (table.tau < begin + 3 * 2 * math.pi + 1e-9).all()
+
+
+def test_other_tables_are_refused_and_so_is_a_missing_pandas(motion, monkeypatch):
+    with pytest.raises(ValueError, match=r"^of = 'rows': must be one of switches, impacts, section$"):
+        motion.to_dataframe("rows")
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"^to_dataframe needs pandas: pip install 'vibrodrive\[data\]'$"):
+        motion.to_dataframe()
+
+
+def test_lists_of_orbits_are_tables_without_more_ado():
+    found = vd.orbits(3.04, max_period=2)
+    table = pandas.DataFrame(found)
+    assert table.multiplier.tolist() == [orbit.multiplier for orbit in found]
+    assert {"period", "kind", "word", "A", "B"} <= set(table.columns)
+
+
+def test_a_motion_is_shown_in_one_line(motion):
+    shown = f"<Trajectory A 3.04, B 0.1, eps 0.0001: certified, 3 + 4 periods; {len(motion.switches)} switches, "
+    assert repr(motion).startswith(shown)
+    assert f"; OK, margin {motion.margin:.2g}>" in repr(motion)

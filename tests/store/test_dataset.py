@@ -1,0 +1,75 @@
+"""`Results.to_xarray` gives what xarray reads from the file of the same sweep; without xarray one line says so."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.support import fake
+from vibrodrive.model.config import parse
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.reader import load
+from vibrodrive.store.writer import open_writer
+
+AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"
+SCENE = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\nmass = 250\n[sweep]\na0 = [1e-3, 2e-3]\n[run]\nperiods = 3\n"
+TEXTS = {
+    "section": AXES,
+    "everything": AXES + 'record = ["section", "summary", "impacts"]\n',
+    "summary": AXES + 'record = "summary"\n',
+    "points": "[sweep.points]\nA = [3.0, 3.1]\nxi0 = [0, 1]\n[run]\nperiods = 3\n",
+    "scene": SCENE,
+}
+
+
+@pytest.fixture(params=TEXTS)
+def path(request, tmp_path):
+    config = parse(TEXTS[request.param])
+    writer = open_writer(tmp_path / "x.h5", config.plan(), Origin(config.text, title="A title"))
+    for block in fake.run_blocks(writer.plan):
+        writer.write(block)
+    writer.close()
+    return tmp_path / "x.h5"
+
+
+def test_it_is_what_xarray_reads_from_the_file(path):
+    made = load(path).to_xarray()
+    with xr.open_dataset(path, engine="h5netcdf") as read:
+        xr.testing.assert_equal(made, read.drop_vars("checksum"))
+        for name in made.variables:
+            told = dict(made[name].attrs)
+            if "flag_values" in told:
+                np.testing.assert_array_equal(told.pop("flag_values"), read[name].attrs["flag_values"])
+            assert told == {key: value for key, value in read[name].attrs.items() if key != "flag_values"}, name
+            assert made[name].dtype == read[name].dtype, name
+        assert made.attrs["title"] == read.attrs["title"]
+
+
+def test_its_attributes_are_the_parameters(path):
+    results = load(path)
+    attrs = results.to_xarray().attrs
+    swept = {*results.axes, *results.points}
+    assert {name: attrs[name] for name in attrs if name in results.scalars} == {
+        name: value for name, value in results.scalars.items() if name not in swept and value == value
+    }
+    assert (attrs["method"], attrs["periods"], attrs["record"]) == ("certified", 3, ", ".join(results.record))
+
+
+def test_it_can_be_written_and_read_again(path, tmp_path):
+    made = load(path).to_xarray()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made.to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "again.nc", engine="h5netcdf") as again:
+        xr.testing.assert_equal(made, again)
+        assert again.attrs["method"] == "certified"
+
+
+def test_without_xarray_one_line_says_what_to_install(path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"^to_xarray needs xarray: pip install 'vibrodrive\[data\]'$"):
+        load(path).to_xarray()

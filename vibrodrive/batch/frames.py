@@ -1,0 +1,52 @@
+"""What a trajectory holds as tables of pandas."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from vibrodrive.model.parameters import Method, Scan, bad
+from vibrodrive.model.states import State
+
+if TYPE_CHECKING:
+    import pandas
+
+    from vibrodrive.batch.trajectory import Trajectory
+
+Table = Literal["switches", "impacts", "section"]
+
+TABLES: tuple[Table, ...] = ("switches", "impacts", "section")
+
+
+def frame(motion: Trajectory, of: Table) -> pandas.DataFrame:
+    """See `Trajectory.to_dataframe`."""
+    if not isinstance(of, str) or of not in TABLES:
+        raise ValueError(bad("of", of, "one of " + ", ".join(TABLES)))
+    try:
+        import pandas
+    except ImportError:
+        raise ImportError("to_dataframe needs pandas: pip install 'vibrodrive[data]'") from None
+
+    columns: dict[str, Any]
+    if of == "section":
+        columns = {"tau": _section_times(motion), "xi": motion.section[:, 0], "dxi": motion.section[:, 1]}
+    else:
+        rows = getattr(motion, of)
+        columns = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names}
+    for name in {"before", "after"} & columns.keys():
+        columns[name] = pandas.Categorical.from_codes(columns[name], [str(s) for s in State])
+    found = pandas.DataFrame(columns)
+    named = {"method": Method, "scan": Scan}
+    known = {name: value for name, value in motion.arguments.items() if value == value}
+    found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in known.items()}
+    found.attrs["status"] = str(motion.status)
+    return found
+
+
+def _section_times(motion: Trajectory) -> np.ndarray:
+    """τ of each section point: section_phase + 2πk, in (τ0 + 2πT, τ0 + 2π(T + P)]."""
+    a, turn = motion.arguments, 2.0 * math.pi
+    offset = (a["section_phase"] - a["tau0"]) % turn or turn
+    return a["tau0"] + offset + turn * (a["transient"] + np.arange(a["periods"]))
