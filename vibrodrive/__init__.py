@@ -25,6 +25,7 @@ __all__ = [
     "limit",
     "load",
     "orbits",
+    "plot",
     "simulate",
     "sweep",
 ]
@@ -46,6 +47,7 @@ _HOMES = {
 """Module of every public name."""
 
 if TYPE_CHECKING:
+    from vibrodrive import plot
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.jobs.call import sweep
     from vibrodrive.model.parameters import ETA, Method, Scan, Status
@@ -61,6 +63,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "plot":
+        return import_module("vibrodrive.plot")
     if name not in _HOMES:
         raise AttributeError(f"module 'vibrodrive' has no attribute {name!r}")
     value = getattr(import_module(f"vibrodrive.{_HOMES[name]}"), name)

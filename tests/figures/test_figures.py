@@ -26,6 +26,8 @@ def results(section, status=None, **axes):
     status = np.zeros(plan.shape, dtype=np.int8) if status is None else status
     return SimpleNamespace(
         axes=plan.axes,
+        points=plan.together,
+        carry=plan.carry,
         scalars=plan.scalars,
         settings=plan.settings,
         record=("section",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from vibrodrive.figures.style import (
 )
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
 from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
 """In the order of the columns of a section."""
@@ -66,6 +67,7 @@ def bifurcation(
     x: str | None = None,
     limits: tuple[float, float] | None = None,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
@@ -79,9 +81,12 @@ def bifurcation(
         "dxi" or "xi": which coordinate of the section; or "impact_phase", "impact_speed" of the main impacts, where
         these are recorded.
     x : str, optional
-        the axis drawn along the abscissa; the longest one unless given.
+        the axis drawn along the abscissa, or a parameter that changes with others along the axis `point`; the longest
+        axis unless given.
     limits : (float, float), optional
         range of the ordinate; all values unless given.
+    ax : Axes or sequence of Axes, optional
+        where to draw, one for each panel; a new figure unless given.
     style : str, optional
         "screen" or "print".
     width : str, optional
@@ -98,14 +103,15 @@ def bifurcation(
         raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion has its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
-    elif x not in names:
-        raise ValueError(bad("x", x, "one of the axes " + ", ".join(names)))
-    across = names.index(x)
+    elif x not in [*names, *results.points]:
+        raise ValueError(bad("x", x, "one of the axes " + ", ".join([*names, *results.points])))
+    dimension = POINT if x in results.points else x
+    across = names.index(dimension)
     section = np.moveaxis(visited, across, -2)
     status = np.moveaxis(np.asarray(results.status), across, -1)
     done = computed(status)
-    values = as_shown(x, results.axes[x])
-    rest = [n for n in names if n != x]
+    values = as_shown(x, results.points[x] if x in results.points else results.axes[x])
+    rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
     limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
@@ -119,7 +125,7 @@ def bifurcation(
         else:
             name_axes(ax, None, quantity)
         if len(rows) > 1:
-            letter(ax, k, ", ".join(equation(n, results.axes[n][i]) for n, i in zip(rest, index, strict=True)))
+            letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         shared = conditions(of_sweep(results), results.axes) if k == 0 else []
         chosen = choice(len(rows), len(panels), "panels, one for each " + ", ".join(map(symbol, rest)))
         note(ax, [*shared, *(chosen if k == 0 else []), *told(status[index])])
@@ -270,6 +276,15 @@ def is_geometric(x: np.ndarray) -> bool:
         return False
     steps = np.diff(np.log10(x))
     return bool(np.ptp(steps) <= 1e-3 * steps.mean())
+
+
+def place_of(results: Any, at: Mapping[str, int]) -> str:
+    """The values of axes at these indices; in the place of the axis `point` those of what changes along it."""
+    values: dict[str, float] = {}
+    for name, index in at.items():
+        along = results.points if name == POINT else {name: results.axes[name]}
+        values |= {parameter: array[index] for parameter, array in along.items()}
+    return ", ".join(equation(name, value) for name, value in values.items())
 
 
 def quantity_index(quantity: str) -> int:

@@ -16,6 +16,7 @@ from vibrodrive.figures.passes import draw_passes, passes_key
 from vibrodrive.figures.style import (
     INCHES,
     explain,
+    in_given_axes,
     letter,
     look,
     name_axes,
@@ -97,9 +98,14 @@ def curve(trajectory: Motion, points_per_period: int = 400) -> Curve:
 
 @styled
 def phase_curve(
-    source: Any, titles: Sequence[str] | None = None, *, style: Style | None = None, width: Width | None = None
+    source: Any,
+    titles: Sequence[str] | None = None,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
-    """Phase curves ξ' over ξ, a panel for each trajectory, all to one scale.
+    """Phase curves ξ' over ξ, a panel (or one of the axes `ax`) for each trajectory, all to one scale.
 
     Where a motion keeps coming to other places, ink says how many of its periods pass through a spot. Jumps are thin
     and grey.
@@ -116,7 +122,8 @@ def phase_curve(
             letter(ax, k, titles[k] if titles else "")
         elif titles:
             ax.set_title(titles[0], loc="left")
-        ax.label_outer()
+        if not in_given_axes():
+            ax.label_outer()
     note(axes[0, -1], shared_by(motions))
     explain(fig, list(key.values()))
     return fig
@@ -157,13 +164,14 @@ def time_curve(
     excitation: bool = True,
     shown: int | None = FIRST,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
     """ξ or ξ' over τ, counted in excitation periods; several trajectories get colours and line styles of their own.
 
-    `excitation` adds sin τ, as the paper does; `shown` is the number of periods shown, None all. Raises ValueError for
-    an unknown quantity.
+    `excitation` adds sin τ, as the paper does; `shown` is the number of periods shown, None all; `ax`: where to draw.
+    Raises ValueError for an unknown quantity.
     """
     motions = as_motions(source)
     fig, axes = new(1, 1, height=2.8)
@@ -204,10 +212,15 @@ def draw_time(
 
 
 def time_displacement(
-    source: Any, titles: Sequence[str] | None = None, *, style: Style | None = None, width: Width | None = None
+    source: Any,
+    titles: Sequence[str] | None = None,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
     """ξ over τ with the excitation sin τ overlaid."""
-    return time_curve(source, "xi", titles, style=style, width=width)
+    return time_curve(source, "xi", titles, ax=ax, style=style, width=width)
 
 
 @styled
@@ -217,10 +230,11 @@ def trajectory_figure(
     points_per_period: int = 400,
     shown: int | None = FIRST,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """A row for each of `curves`: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+    """A row (or one of the axes `ax`) for each of `curves`: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
 
     Curves over time show the first periods, `shown` of them (None: all); the others show all.
 

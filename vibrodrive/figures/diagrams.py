@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.bifurcation import bifurcation, computed
+from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
 from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, told
 from vibrodrive.figures.curves import (
     as_motions,
@@ -25,8 +25,8 @@ from vibrodrive.figures.curves import (
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import (
     INCHES,
-    equation,
     explain,
+    in_given_axes,
     letter,
     look,
     name_axes,
@@ -64,6 +64,7 @@ def poincare(
     titles: Sequence[str] | None = None,
     reference: np.ndarray | None = None,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
@@ -77,6 +78,8 @@ def poincare(
         what distinguishes the panels; by default the values of the axes.
     reference : float64 (n, 2), optional
         section points of the undisturbed orbit, drawn as open circles.
+    ax : Axes or sequence of Axes, optional
+        where to draw, one for each panel; a new figure unless given.
     style : str, optional
         "screen" or "print".
     width : str, optional
@@ -85,6 +88,7 @@ def poincare(
     sections, named, shared = _sections(source)
     titles = named if titles is None else titles
     cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
+    cols = len(sections) if in_given_axes() else cols
     rows = math.ceil(len(sections) / cols)
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
     fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True)
@@ -122,6 +126,7 @@ def from_results(
     y: str | None = None,
     limits: tuple[float, float] | None = None,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
     **over: Any,
@@ -129,7 +134,7 @@ def from_results(
     """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
     the start, else Poincaré sections; without a section a map of the period.
 
-    `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y` and `limits` as in
+    `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y`, `limits` and `ax` as in
     `bifurcation` and `map_figure`, `over` what the latter draws besides. One motion, without any axis, has no diagram:
     its section is drawn. Raises ValueError as `choose_drawing`.
     """
@@ -158,8 +163,7 @@ def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
     section, done = np.asarray(source.section), computed(source.status)
     points = list(np.ndindex(section.shape[:-2]))
     shown = some(points)
-    names = [n for n in source.axes if n != "point"]  # a file of one point has a nameless axis of length 1
-    titles = [", ".join(equation(n, source.axes[n][i]) for n, i in zip(names, index, strict=False)) for index in shown]
+    titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
     shared = [
         *conditions(of_sweep(source), source.axes),
         *choice(len(shown), len(points), "points"),

@@ -26,8 +26,13 @@ LESS = 0.1
 
 
 @styled
-def failures_figure(found: FailureMap, *, style: Style | None = None, width: Width | None = None) -> Figure:
-    """Share of missed, late and wrongly decided switches over A and the disturbance; below the line structure lasts."""
+def failures_figure(
+    found: FailureMap, *, ax: Any = None, style: Style | None = None, width: Width | None = None
+) -> Figure:
+    """Share of missed, late and wrongly decided switches over A and the disturbance; below the line structure lasts.
+
+    `ax`: six axes to draw into, method by method; a new figure unless given.
+    """
     rows, cols = (len(KINDS), len(METHODS)) if narrow() else (len(METHODS), len(KINDS))
     fig, axes = new(rows, cols, height=9.4 if narrow() else 5.6, sharex=True, sharey=True)
     scale = look().density.resampled(256)

@@ -49,7 +49,7 @@ DECADES = 5.0
 
 
 @styled
-def limits_figure(found: Limits, *, style: Style | None = None, width: Width | None = None) -> Figure:
+def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, width: Width | None = None) -> Figure:
     """Both limits as velocity amplitudes over the axis, and below their ratio.
 
     Over A alone they stand between the bands from the first loss k₂ to the last value kept, each in its own unit, and
@@ -58,6 +58,8 @@ def limits_figure(found: Limits, *, style: Style | None = None, width: Width | N
 
     A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
     band has no height where nothing is kept above the first loss.
+
+    `ax`: axes to draw into, one for each panel; a new figure unless given.
     """
     if found.criterion == SOLUTION:
         return _starts(found)

@@ -22,7 +22,7 @@ from vibrodrive.figures.colours import OVER, SHADES, STATUSES, UNDER, Painted, p
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.overlay import draw_limit, placed
 from vibrodrive.figures.plane import LEGEND_LINE, draw_lines
-from vibrodrive.figures.style import as_shown, equation, name_axes, new, note, styled
+from vibrodrive.figures.style import as_shown, equation, in_given_axes, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, choose_drawing
 from vibrodrive.model.parameters import Status, bad
 from vibrodrive.model.physical import Physical, power
@@ -74,6 +74,8 @@ def map_figure(
     limits: tuple[float, float] | None = None,
     undisturbed: np.ndarray | None = None,
     k2: Limits | None = None,
+    *,
+    ax: Any = None,
 ) -> Figure:
     """Map of a quantity over two axes of a sweep; over its only axis, its values.
 
@@ -97,6 +99,8 @@ def map_figure(
         (`jobs.maps.undisturbed_gaps`).
     k2 : Limits, optional
         limits in ε or Δτ over the other axis of the map, drawn as a line.
+    ax : Axes, optional
+        where to draw; a new figure unless given.
 
     Raises
     ------
@@ -117,7 +121,7 @@ def map_figure(
         draw_lines(ax, placed(curves, results, x, y))
     if k2 is not None:
         draw_limit(ax, k2, results, x, y)
-    _add_legend(fig, painted, cells=y is not None)
+    _add_legend(fig, ax, painted, cells=y is not None)
     return fig
 
 
@@ -145,7 +149,7 @@ def limits_map(found: Limits, limits: tuple[float, float] | None = None) -> Figu
     x, y = found.axes
     fig, ax = _draw(found.axes, x, y, painted, values, K2)
     note(ax, ", ".join([*(equation(n, v) for n, v in found.fixed.items()), f"kept: {found.criterion}"]))
-    _add_legend(fig, painted, cells=True)
+    _add_legend(fig, ax, painted, cells=True)
     return fig
 
 
@@ -339,13 +343,15 @@ def _wrapped(parts: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _add_legend(fig: Figure, painted: Painted, cells: bool) -> None:
-    """Below the figure: the curves drawn over it, and what is set apart."""
-    handles: list[Any] = [line for ax in fig.axes for line in ax.lines if not str(line.get_label()).startswith("_")]
+def _add_legend(fig: Figure, ax: Axes, painted: Painted, cells: bool) -> None:
+    """Below the figure, or in axes that were given: the curves drawn over it, and what is set apart."""
+    handles: list[Any] = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     if cells:
         handles += [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
         if np.ma.getmaskarray(painted.cells).any():
             handles.append(Patch(fc="white", ec="0.6", hatch="//////", lw=0, label="not computed"))
-    if handles:
+    if handles and in_given_axes():
+        ax.legend(handles=handles, loc="best", handlelength=LEGEND_LINE)
+    elif handles:
         columns = min(3, len(handles))
         fig.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=LEGEND_LINE)

@@ -45,6 +45,7 @@ def bifurcation_diagram(
     quantity: str = "dxi",
     section_phase: float = 0.0,
     *,
+    ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
@@ -61,6 +62,8 @@ def bifurcation_diagram(
         "dxi" or "xi".
     section_phase : float
         phase φ_s of the section.
+    ax : Axes or sequence of Axes, optional
+        where to draw, one for each panel; a new figure unless given.
     style : str, optional
         "screen" or "print".
     width : str, optional
@@ -159,10 +162,12 @@ def _room(values: Sequence[np.ndarray]) -> tuple[float, float]:
 
 
 @styled
-def multiplier_diagram(found: Family, *, style: Style | None = None, width: Width | None = None) -> Figure:
+def multiplier_diagram(
+    found: Family, *, ax: Any = None, style: Style | None = None, width: Width | None = None
+) -> Figure:
     """The multiplier of every orbit over A, logarithmic beyond ±1; orbits that rest lie on 0.
 
-    Where bifurcations are dense a second panel shows that range of A.
+    Where bifurcations are dense a second panel shows that range of A. `ax`: where to draw, one for each panel.
     """
     ranges = views(found)
     fig, axes = new(len(ranges), 1, height=0.9 + 2.8 * len(ranges), sharey=True)
@@ -186,9 +191,15 @@ def multiplier_diagram(found: Family, *, style: Style | None = None, width: Widt
 
 @styled
 def cobweb(
-    A: float, B: float = 0.1, orbit: Orbit | None = None, *, style: Style | None = None, width: Width | None = None
+    A: float,
+    B: float = 0.1,
+    orbit: Orbit | None = None,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
-    """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits.
+    """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits. `ax`: where to draw.
 
     Raises
     ------

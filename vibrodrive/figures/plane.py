@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.style import INK, name_axes, new, note, styled
+from vibrodrive.figures.style import INK, in_given_axes, name_axes, new, note, styled
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
@@ -99,6 +99,8 @@ def curves_figure(
     B: tuple[float, float],
     max_period: int,
     meets: Sequence[tuple[float, float]] = (),
+    *,
+    ax: Any = None,
 ) -> Figure:
     """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
 
@@ -111,6 +113,8 @@ def curves_figure(
         longest period that was sought, for the note.
     meets : sequence of (A, B)
         points where curves meet.
+    ax : Axes, optional
+        where to draw; a new figure unless given.
     """
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]
@@ -118,7 +122,9 @@ def curves_figure(
     draw_curves(ax, curves, legend=False)
     if meets:
         ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
-    if curves:
+    if curves and in_given_axes():
+        ax.legend(loc="best", handlelength=LEGEND_LINE)
+    elif curves:
         fig.legend(loc="outside lower center", ncols=4, handlelength=LEGEND_LINE)
     name_axes(ax, "A", "B")
     note(ax, f"numbers: period of the orbit, up to {max_period}")

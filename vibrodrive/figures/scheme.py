@@ -45,8 +45,11 @@ SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
 
 
 @styled
-def scheme(path: Collection[tuple[State, State]], named: str = "path of a motion") -> Figure:
-    """The five states and the changes between them; those in `path` (before, after) are thick, and `named`."""
+def scheme(path: Collection[tuple[State, State]], named: str = "path of a motion", *, ax: Any = None) -> Figure:
+    """The five states and the changes between them; those in `path` (before, after) are thick, and `named`.
+
+    `ax`: where to draw.
+    """
     fig, axes = new(1, 1, height=3.4)
     ax = axes[0, 0]
     ax.set_axis_off()

@@ -10,6 +10,8 @@ No pyplot: a Figure is an object that is returned, drawn headless (Agg) and save
 from __future__ import annotations
 
 import functools
+import inspect
+import io
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -169,13 +171,27 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
         _CHOSEN.reset(token)
 
 
+_GIVEN: ContextVar[Any] = ContextVar("given", default=None)
+"""What a caller gave as `ax` to the function that is drawing: axes for its panels."""
+
+
 def styled(function: _F) -> _F:
-    """Run a drawing function as `drawn_as` its arguments `style` and `width`, which it need not look at itself."""
+    """Run a drawing function as `drawn_as` its arguments `style` and `width`, into the axes of its argument `ax`.
+
+    It need not look at any of them itself: `new` does.
+    """
+    parameter = inspect.signature(function).parameters.get("ax")
+    takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
     @functools.wraps(function)
     def wrapper(*args: Any, style: Style | None = None, width: Width | None = None, **kwargs: Any) -> Any:
-        with drawn_as(style, width):
-            return function(*args, **kwargs)
+        given = kwargs.pop("ax", None) if takes_axes else None
+        token = _GIVEN.set(_GIVEN.get() if given is None else given)
+        try:
+            with drawn_as(style, width):
+                return function(*args, **kwargs)
+        finally:
+            _GIVEN.reset(token)
 
     return wrapper  # type: ignore[return-value]
 
@@ -188,6 +204,11 @@ def look() -> Look:
 def narrow() -> bool:
     """Whether the figure is for one column: panels then stand below each other rather than side by side."""
     return _CHOSEN.get()[1] == "single"
+
+
+def in_given_axes() -> bool:
+    """Whether the caller gave the axes to draw into: what is around them, a legend below, is not ours."""
+    return _GIVEN.get() is not None
 
 
 def symbol(name: str) -> str:
@@ -238,14 +259,39 @@ def as_shown(name: str, values: Any) -> Any:
     return values * SCENE_AXES[name].scale if name in SCENE_AXES else values
 
 
+class ShownFigure(Figure):
+    """A Figure that a notebook shows where it is the value of a cell, as those of pyplot are."""
+
+    @styled
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """The picture at twice the resolution, and the size in pixels that it is to have."""
+        width, height = (round(inches * self.dpi) for inches in self.get_size_inches())
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=2 * self.dpi)
+        return buffer.getvalue(), {"width": width, "height": height}
+
+
+def given_axes() -> list[Axes]:
+    """The axes that the caller gave to draw into; none if there is to be a new figure."""
+    given = _GIVEN.get()
+    return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
+
+
 def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
     """A Figure and its axes as an object array (rows, cols); `height` and `width` in inches over two columns.
 
     For one column it is narrower, and lower by the root of that: half way between the same shape and the same height.
+    In their place those axes that the caller gave, and their Figure. Raises ValueError unless there is one a panel.
     """
+    if in_given_axes():
+        given = given_axes()
+        if len(given) != rows * cols or not all(isinstance(one, Axes) for one in given):
+            allowed = "one Axes" if rows * cols == 1 else f"{rows * cols} Axes, one for each panel"
+            raise ValueError(bad("ax", _GIVEN.get(), allowed))
+        return given[0].figure, np.array(given, dtype=object).reshape(rows, cols)
     inches = min(width, INCHES[_CHOSEN.get()[1]])
     with drawn_as():
-        fig = Figure(figsize=(inches, height * math.sqrt(inches / width)))
+        fig = ShownFigure(figsize=(inches, height * math.sqrt(inches / width)))
         axes = fig.subplots(rows, cols, squeeze=False, **options)
     return fig, axes
 
@@ -312,12 +358,18 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """A legend below a figure: what is labelled in any panel, each thing once, and `more`; in columns that fit."""
+    """A legend below a figure: what is labelled in any panel, each thing once, and `more`; in columns that fit.
+
+    In axes that were given it stands in the last of them: what is below them is not ours.
+    """
     named: dict[str, Artist] = {}
-    for ax in fig.axes:
+    for ax in given_axes() or fig.axes:
         named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     named |= {str(handle.get_label()): handle for handle in more}
     if not named:
+        return
+    if in_given_axes():
+        given_axes()[-1].legend(list(named.values()), list(named), loc="best")
         return
     _, _, size = LETTERS[_CHOSEN.get()[1]]
     widest = max(extent(name, size) for name in named)
