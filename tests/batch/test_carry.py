@@ -15,8 +15,9 @@ from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.reader import load, verify
+from vibrodrive.store.reader import verify
 from vibrodrive.store.writer import Different, open_writer
 
 START = {"xi0": 1.0, "dxi0": -0.5, "tau0": 0.3, "section_phase": 1.0}

@@ -150,7 +150,7 @@ r.select(A="3.0")  # wrong: "A"
 r.plot(colour="red")  # wrong: colour
 r.plot(ax="left")  # wrong: "ax"
 motion.to_dataframe("rows")  # wrong: argument 1
-motion.plot("phase", "time")  # wrong: positional
+motion.plot("phase", "time")  # wrong: "plot"
 vd.plot.bifurcation(r, limits=3)  # wrong: limits
 vd.plot.diagram(r)  # wrong: diagram
 """

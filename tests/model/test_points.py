@@ -12,8 +12,9 @@ from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.reader import load, verify
+from vibrodrive.store.reader import verify
 from vibrodrive.store.writer import Different, open_writer
 
 TEXT = """

@@ -11,8 +11,8 @@ import xarray as xr
 
 from tests.support import fake
 from vibrodrive.model.config import parse
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.reader import load
 from vibrodrive.store.writer import open_writer
 
 AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"

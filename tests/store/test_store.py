@@ -107,6 +107,20 @@ def test_a_selection_reads_only_its_part_and_is_the_same(finished):
     np.testing.assert_array_equal(part.select(eps=0).switches, whole.switches[k, 0])
 
 
+def test_results_of_a_file_that_grows_or_goes_are_shown_as_it_is(path, tmp_path):
+    plan = make()
+    write(path, plan, which=[0])
+    results = load(path)
+    assert "22.2 % computed" in repr(results)
+    write(path, plan)
+    assert ", computed: " in repr(results)
+    assert results.computed == 1.0, "what is shown is not kept"
+    gone = load(path)
+    path.unlink()
+    assert "not readable: A 3…3.25 (90)" in repr(gone)
+    assert "not readable" in gone._repr_html_()
+
+
 def test_pickled_results_go_on_reading_their_file(finished, monkeypatch, tmp_path):
     monkeypatch.chdir(finished.parent)
     whole, part = load(finished.name), load(finished.name).select(A=3.1, method="nearest")

@@ -148,6 +148,10 @@ class Trajectory:
         ----------
         of : "switches", "impacts" or "section"
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         ValueError
@@ -189,7 +193,7 @@ class Trajectory:
         Raises
         ------
         ValueError
-            for an unknown curve.
+            for an unknown curve, or another number of axes than of curves.
         """
         return above("figures.curves").trajectory_figure(self, curves, ax=ax)
 

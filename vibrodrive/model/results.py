@@ -278,6 +278,10 @@ class Results:
         The axes are coordinates, the parameters that have one value and the settings attributes; every variable has
         `units` and a `long_name`, the status `flag_values` and `flag_meanings`. Arrays are read, not copied.
 
+        Returns
+        -------
+        xarray.Dataset
+
         Raises
         ------
         ImportError
@@ -340,21 +344,30 @@ class Results:
         s = self.settings
         shape = " × ".join(map(str, self.shape))
         axes = [_span(name, values) for name, values in self.axes.items()]
-        status = self._told_status()
-        share = float(np.mean(status != Status.NOT_COMPUTED))
+        computed, told = self._told_status()
         return {
             "of": f"{shape} points" if self.axes else "one point",
-            "computed": "computed" if share == 1 else f"{100 * share:.1f} % computed",
+            "computed": computed,
             "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
             "record": ", ".join(self.record),
             "settings": f"{Method(s.method).name.lower()}, {s.transient} + {s.periods} periods"
             + (f", carried {self.carry}" if self.carry else ""),
-            "status": ", ".join(f"{n} {name}" for name, n in count_statuses(status).items()),
+            "status": told,
         }
 
-    def _told_status(self) -> np.ndarray:
-        """The status as it is now, not kept: of a file that grows the other arrays may be read later."""
-        return self._arrays["status"] if "status" in self._arrays else self._source("status", self._everywhere())
+    def _told_status(self) -> tuple[str, str]:
+        """The share computed and the statuses, in words.
+
+        Read from a file they are not kept: it may grow, and the other arrays are read later.
+        """
+        try:
+            there = "status" in self._arrays
+            status = self._arrays["status"] if there else self._source("status", self._everywhere())
+        except (OSError, ValueError):  # the file is gone, or damaged: asking for an array will say what is wrong
+            return "not readable", ""
+        share = float(np.mean(status != Status.NOT_COMPUTED))
+        counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
+        return "computed" if share == 1 else f"{100 * share:.1f} % computed", counted
 
     def _everywhere(self) -> Index:
         return (slice(None),) * len(self.axes)
