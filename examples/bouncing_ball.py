@@ -24,7 +24,8 @@ MARKS = "os^vD"
 
 PAGE = """# Validation
 
-Known results, recomputed. Written by `python -m examples.bouncing_ball`.
+Known results, recomputed. Written by `python -m examples.bouncing_ball`. `vibrodrive validate` recomputes them and much
+else on your machine.
 
 ## The inelastic bouncing ball, B → ∞
 

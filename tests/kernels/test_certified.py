@@ -9,6 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support.reference import SCENES, mp, scene
+from vibrodrive.validation.clocks import phase_error
 
 
 def errors(exact, trajectory):
@@ -59,14 +60,8 @@ def test_clocks_stay_right_for_a_million_periods():
     """
     eps = 1e-6
     t = vd.simulate(A=1.5, eps=eps, transient=1_000_000, periods=5)
-    launches = t.switches[(t.switches["before"] == vd.State.REST)]
-    assert len(launches) >= 5
-    eta = mp.mpf(vd.ETA)
-    for row in launches:
-        tau = 2 * mp.pi * int(row["period"]) + mp.mpf(float(row["phase"]))
-        force = mp.mpf(1.5) * (mp.sin(tau) + mp.mpf(eps) * eta**2 * mp.sin(eta * tau)) - mp.mpf(0.1)
-        rate = mp.mpf(1.5) * (mp.cos(tau) + mp.mpf(eps) * eta**3 * mp.cos(eta * tau))
-        assert abs((force - 1) / rate) < 1e-12
+    assert (t.switches["before"] == vd.State.REST).sum() >= 5
+    assert phase_error(t) < 1e-12
 
 
 @pytest.mark.jit

@@ -25,10 +25,9 @@ from tests.support import naive
 from tests.support.agreement import ROUNDING, check_above_obstacle, check_decisions, check_order, flagged, follow
 from tests.support.reference import ETA, IMPACT, Oscillator, Slide, mp, reference
 from vibrodrive import State, Status
+from vibrodrive.validation.grazing import LADDER, THROWS, lowest
 
 pytestmark = pytest.mark.jit
-
-LADDER = [sign * 10.0**-k for k in range(3, 16) for sign in (1, -1)] + [0.0]
 
 
 def ulps(x: float) -> list[float]:
@@ -37,24 +36,6 @@ def ulps(x: float) -> list[float]:
 
 
 # --- grazing ------------------------------------------------------------------------------------------------------
-
-THROWS: dict[str, dict[str, float]] = {
-    "undisturbed": {"A": 3.04, "dxi0": -2.0, "tau0": 2.5},
-    "steep": {"A": 2.2, "B": 0.6, "dxi0": -0.7, "tau0": 3.0},
-    "level": {"A": 1.7, "B": 0.0, "dxi0": -3.1, "tau0": -40.0},
-    "disturbed": {"A": 3.04, "eps": 2e-4, "dxi0": -1.5, "tau0": 2.2},
-    "slow disturbance": {"A": 2.6, "eps": 0.01, "eta": 7.3, "dxi0": -2.5, "tau0": 1.0},
-    "fast disturbance": {"A": 1.9, "B": 0.2, "eps": 2e-5, "eta": 431.7, "dxi0": -1.0, "tau0": 2.9},
-    "from great height": {"A": 4.5, "B": 0.9, "dxi0": -20.0, "tau0": 0.3},
-}
-
-
-def lowest(scene: dict[str, float], height: float) -> Any:
-    """How far the first reversal of a slide down lies above (below) its start, 50 digits."""
-    first = reference(**scene, xi0=height, periods=100, max_switches=1).switches[0]
-    assert first.before == State.DOWN
-    assert first.after != IMPACT
-    return first.xi - mp.mpf(height)
 
 
 @pytest.mark.parametrize("name", THROWS)

@@ -24,6 +24,7 @@ from vibrodrive.cli.orbits import orbits
 from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot, trajectory
 from vibrodrive.cli.sweep import sweep
+from vibrodrive.cli.validate import validate
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -32,7 +33,7 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (init, sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper):
+for command in (init, sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper, validate):
     cli.add_command(command)
 
 

@@ -117,7 +117,8 @@ def _cache_directory() -> Path:
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
     name = f"vibrodrive-{key}"
-    for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{os.getuid()}"):
+    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows the temporary directory is the user's own
+    for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{user}"):
         try:
             (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError:

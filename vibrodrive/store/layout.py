@@ -115,7 +115,7 @@ def about(kind: str, origin: Origin) -> dict[str, Any]:
         "config": origin.config,
         "config_sha256": digest(origin.config),
         "overrides": json.dumps(origin.overrides),
-        "versions": json.dumps(_versions()),
+        "versions": json.dumps(versions()),
         "references": "ZAMM 79 (1999) 6, 389-397",
     }
 
@@ -258,7 +258,8 @@ def _further(plan: Plan) -> dict[str, Any]:
     return further | ({"carry": plan.carry} if plan.carry else {})
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Of this package and of what a result may depend on."""
     from vibrodrive import __version__
 
     packages = {name: metadata.version(name) for name in ("numpy", "numba", "h5py")}

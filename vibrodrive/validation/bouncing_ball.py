@@ -32,6 +32,7 @@ import numpy as np
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING
 from vibrodrive.periodic.search import orbits
+from vibrodrive.validation.check import Finding
 
 DECADES = tuple(10.0**k for k in range(2, 9))
 """Values of B. At B = 10 the first-order shift is as large as the interval of the orbit; A ends at 1e9."""
@@ -148,6 +149,18 @@ def approach(B: Sequence[float] = DECADES) -> list[Approach]:
     values = np.array(B, dtype=float)
     found = np.array([measure(b) for b in values.tolist()])
     return [Approach(law, values, found[:, k]) for k, law in enumerate(laws())]
+
+
+def findings() -> list[Finding]:
+    """The two numbers that judge each law."""
+    out = []
+    for a in approach():
+        out.append(
+            Finding(f"{a.law.quantity}: |slope of log(error) over log(B) + 1|", abs(a.slope + 1.0), SLOPE_WITHIN)
+        )
+        off = abs(a.factor / a.law.factor - 1.0)
+        out.append(Finding(f"{a.law.quantity}: error × B, off the first order by", off, FACTOR_WITHIN))
+    return out
 
 
 def table(found: Sequence[Approach]) -> Iterator[str]:

@@ -1,0 +1,247 @@
+"""`vibrodrive validate`: each check holds, and each fails where what it looks at is wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from importlib import import_module
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.cli import cli
+from vibrodrive.model.plan import make_plan
+from vibrodrive.validation import digits, energy, fingerprint, grazing, identity, peers, run
+from vibrodrive.validation.check import Check, Finding, Judged, NotDone, Verdict, judge
+
+
+def verdict(id, seed=1):
+    (check,) = [c for c in run.CHECKS if c.id == id]
+    return judge(check, seed).verdict
+
+
+class Doubles:
+    """Functions under names of a module of their own, as checks name them."""
+
+    HOLDS: ClassVar = [Finding("a number", 0.5, 1.0)]
+
+    @staticmethod
+    def module(monkeypatch, **functions):
+        module = type(sys)("vibrodrive.validation.doubles")
+        for name, function in functions.items():
+            setattr(module, name, function)
+        monkeypatch.setitem(sys.modules, "vibrodrive.validation.doubles", module)
+
+
+@pytest.mark.parametrize(
+    ("number", "bound", "holds"),
+    [
+        (0.5, 1.0, True), (1.0, 1.0, True), (1.5, 1.0, False), (0, 0, True), (1, 0, False), (math.nan, 1.0, False),
+        (math.inf, 1.0, False), ("ab", "ab", True), ("ab", "ac", False),
+    ],
+)  # fmt: skip
+def test_a_number_holds_up_to_its_bound_and_a_text_if_it_is_equal(number, bound, holds):
+    assert Finding("", number, bound).holds is holds
+
+
+def raising(error):
+    def check():
+        raise error
+
+    return check
+
+
+def test_verdicts(monkeypatch):
+    Doubles.module(
+        monkeypatch,
+        good=lambda: Doubles.HOLDS,
+        bad=lambda: [*Doubles.HOLDS, Finding("another", 2.0, 1.0)],
+        empty=list,
+        broken=raising(ValueError("two\nlines")),
+        lacking=raising(ModuleNotFoundError("No module named 'mpmath'", name="mpmath")),
+        cannot=raising(NotDone("needs two threads")),
+        drawn=lambda seed: [Finding("seed", float(seed), 7.0)],
+    )
+    seen = {}
+    for name in ("good", "bad", "empty", "broken", "lacking", "cannot"):
+        seen[name] = judge(Check(name, name, "doubles", name, needs=("mpmath",)), 1)
+    assert [str(judged.verdict) for judged in seen.values()] == ["holds", *["fails"] * 3, *["not done"] * 2]
+    assert seen["broken"].note == "broke off: ValueError: two lines"
+    assert seen["lacking"].note == "needs mpmath"
+    assert judge(Check("lacking", "", "doubles", "lacking"), 1).verdict is Verdict.FAILS  # it is to be there
+    assert judge(Check("drawn", "", "doubles", "drawn", drawn=True), 8).verdict is Verdict.FAILS
+
+
+def test_the_command_writes_both_files_and_its_exit_code_is_1_if_one_fails(monkeypatch, tmp_path, capsys):
+    checks = [Check("good", "A | B", "doubles", "good"), Check("lacking", "Digits", "doubles", "lacking", ("mpmath",))]
+    lacking = raising(ModuleNotFoundError("", name="mpmath"))
+    Doubles.module(monkeypatch, good=lambda: Doubles.HOLDS, bad=lambda: [Finding("x", math.inf, 1.0)], lacking=lacking)
+    monkeypatch.setattr(run.validate, "__defaults__", ((), checks, lambda line: None))
+    command = ["validate", "-o", str(tmp_path / "out"), "--seed", "5"]
+    assert cli.main(command, standalone_mode=False) == 0
+    document = json.loads((tmp_path / "out/validation.json").read_text())
+    assert document["seed"] == 5
+    assert [c["verdict"] for c in document["checks"]] == ["holds", "not done"]
+    assert document["checks"][0]["findings"] == [{"what": "a number", "number": 0.5, "bound": 1.0, "holds": True}]
+    page = (tmp_path / "out/validation.md").read_text()
+    assert "2 checks: 1 holds, 0 fails, 1 not done" in page
+    assert "**not done**: needs mpmath" in page
+    assert r"A \| B" in page
+    checks.append(Check("bad", "Bad", "doubles", "bad"))
+    assert cli.main(command, standalone_mode=False) == 1
+    assert json.loads((tmp_path / "out/validation.json").read_text())["checks"][2]["findings"][0]["number"] is None
+    assert cli.main([*command, "--only", "good"], standalone_mode=False) == 0
+    with pytest.raises(Exception, match=r"only = 'nonsense': must be one of good, lacking, bad"):
+        cli.main([*command, "--only", "nonsense"], standalone_mode=False)
+
+
+def test_every_check_is_a_function_and_ids_are_different():
+    assert len({c.id for c in run.CHECKS}) == len(run.CHECKS)
+    for check in run.CHECKS:
+        assert callable(getattr(import_module(f"vibrodrive.validation.{check.module}"), check.function))
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("id", ["hash", "energy", "threads", "resume"])
+def test_short_checks_hold(id):
+    assert verdict(id) is Verdict.HOLDS
+
+
+def test_the_hash_fails_for_another_sweep(monkeypatch):
+    monkeypatch.setattr(fingerprint, "SCENES", {"A": [1.5], "eps": [0.0], "transient": 0, "periods": 1})
+    assert verdict("hash") is Verdict.FAILS
+
+
+@pytest.mark.jit
+def test_fixed_scenes_hold_and_fail_for_a_scene_that_is_slightly_another(monkeypatch):
+    monkeypatch.setattr(digits, "SCENES", {"one": {"A": 1.5, "periods": 5}})
+    assert verdict("digits") is Verdict.HOLDS
+    honest = vd.simulate
+
+    def off(**arguments):
+        return honest(**{**arguments, "A": arguments["A"] + 1e-9})
+
+    monkeypatch.setattr("vibrodrive.validation.agreement.simulate", off)
+    assert verdict("digits") is Verdict.FAILS
+
+
+@pytest.mark.jit
+def test_drawn_scenes_hold_and_fail_for_motions_of_another_scene(monkeypatch):
+    monkeypatch.setattr(digits, "draw", lambda seed, draw=digits.draw: draw(seed, 8))
+    assert verdict("drawn", seed=3) is Verdict.HOLDS
+    honest = vd.simulate
+    monkeypatch.setattr("vibrodrive.validation.agreement.simulate", lambda **a: honest(**{**a, "A": a["A"] + 0.3}))
+    states, residual = digits.drawn_scenes(3)
+    assert not states.holds
+    assert residual.holds
+    monkeypatch.setattr(digits, "oscillator", lambda motion, of=digits.oscillator: of(honest(A=2.0, periods=1)))
+    assert not digits.drawn_scenes(3)[1].holds
+
+
+def test_drawn_scenes_follow_from_the_seed():
+    assert digits.draw(1) == digits.draw(1)
+    assert digits.draw(1) != digits.draw(2)
+
+
+@pytest.mark.jit
+def test_the_grazing_ladder_holds_and_fails_where_flights_are_lower_than_said(monkeypatch):
+    monkeypatch.setattr(grazing, "THROWS", {k: grazing.THROWS[k] for k in ("undisturbed", "steep")})
+    assert verdict("grazing") is Verdict.HOLDS
+    honest = vd.simulate
+    monkeypatch.setattr(grazing, "simulate", lambda **a: honest(**{**a, "xi0": a["xi0"] - 2e-4}))
+    wrong, _ = grazing.grazing_ladder()
+    assert not wrong.holds
+
+
+@pytest.mark.jit
+def test_phases_hold_and_fail_for_a_clock_that_is_off(monkeypatch):
+    clocks = import_module("vibrodrive.validation.clocks")
+    monkeypatch.setattr(clocks, "MILLION", 1000)
+    assert verdict("million") is Verdict.HOLDS
+    honest = vd.simulate
+
+    def late(**arguments):
+        motion = honest(**arguments)
+        motion.switches["phase"] += 1e-11
+        return motion
+
+    monkeypatch.setattr(clocks, "simulate", late)
+    assert verdict("million") is Verdict.FAILS
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("lost", ["friction_loss", "energy", "drive_work"])
+def test_the_balance_fails_where_a_part_of_it_is_off(monkeypatch, lost):
+    honest = energy.collect
+
+    def off(plan):
+        swept = honest(plan)
+        getattr(swept, lost)[...] *= 1 + 1e-10
+        return swept
+
+    monkeypatch.setattr(energy, "PERIODS", 60)
+    monkeypatch.setattr(energy, "collect", off)
+    assert verdict("energy") is Verdict.FAILS
+
+
+@pytest.mark.jit
+def test_equality_to_the_bit_fails_for_one_bit(monkeypatch):
+    results = vd.sweep(A=[3.04, 1.0], transient=0, periods=3)
+    other = vd.sweep(A=[3.04, 1.0], transient=0, periods=3)
+    assert identity.differing(results, other) == 0
+    other.margin[0] = np.nextafter(other.margin[0], 1.0)
+    assert identity.differing(results, other) == 1
+    collect = identity.collect
+
+    def one_off(plan, threads=None):
+        swept = collect(plan, threads=threads)
+        swept.section[0, 0, 0, 0] += 1e-15 if threads == 2 or plan.settings.scan == vd.Scan.LITERAL else 0.0
+        return swept
+
+    monkeypatch.setattr(identity, "collect", one_off)
+    assert [verdict(id) for id in ("skip", "threads")] == [Verdict.FAILS] * 2
+
+
+@pytest.mark.jit
+def test_resuming_fails_where_the_file_is_of_other_points(monkeypatch):
+    honest = identity.collect
+    run = {"A": np.linspace(3.0, 3.25, 700), "eps": [0.0, 1e-4, 2e-4], "tau0": 1e-15, "transient": 5, "periods": 5}
+    monkeypatch.setattr(identity, "collect", lambda plan: honest(make_plan(run)))
+    lost, differing = identity.resumed_is_uninterrupted()
+    assert lost.holds
+    assert not differing.holds
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("id", ["scipy", "heyoka"])
+def test_side_by_side(monkeypatch, id):
+    pytest.importorskip(id)
+    monkeypatch.setattr(peers, "PERIODS", 4)
+    assert verdict(id) is Verdict.HOLDS
+    honest = vd.simulate
+    monkeypatch.setattr(peers, "simulate", lambda **a: honest(**{**a, "A": a["A"] + 1e-7}))
+    assert verdict(id) is Verdict.FAILS
+
+
+def test_what_is_not_installed_is_not_done(monkeypatch):
+    monkeypatch.delitem(sys.modules, "scipy.integrate", raising=False)
+    for name in ("scipy", "heyoka"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert [verdict(id) for id in ("scipy", "heyoka")] == [Verdict.NOT_DONE] * 2
+
+
+def test_the_laws_of_the_ball_are_findings(monkeypatch):
+    ball = import_module("vibrodrive.validation.bouncing_ball")
+    good = ball.Approach(ball.Law("q", "f", 1.0, 2.0), np.array([1e2, 1e4]), np.array([1.02, 1.0002]))
+    bad = ball.Approach(ball.Law("q", "f", 1.0, 3.0), good.B, good.found)
+    for approach, holds in ((good, [True, True]), (bad, [True, False])):
+        monkeypatch.setattr(ball, "approach", lambda found=approach: [found])
+        assert [f.holds for f in ball.findings()] == holds
+
+
+def test_judged_records_hold_what_json_can():
+    judged = Judged(run.CHECKS[0], [Finding("x", math.nan, 1.0)], Verdict.FAILS, "why")
+    assert json.dumps(judged.record(), allow_nan=False)

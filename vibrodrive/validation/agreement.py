@@ -1,0 +1,107 @@
+"""A certified motion held against the 50-digit reference, and its switches against their own equations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.model.parameters import Status
+from vibrodrive.validation.reference import IMPACT, REST, STICK, UP, Oscillator, Reference, Slide, mp, reference
+
+ROUNDING = 2.0**-49  # eight units in the last place, as the kernels allow themselves
+
+
+class Agreement(NamedTuple):
+    """`same`: how many switches agree in their states, from the first on; `late`: largest error of their times."""
+
+    exact: Reference
+    ours: Trajectory
+    same: int
+    late: float
+    most: int
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every switch of the reference is there and, where it went to the end, no other."""
+        whole = len(self.exact.switches) < self.most
+        return self.same == len(self.exact.switches) and (not whole or len(self.ours.switches) == self.same)
+
+
+def follow(scene: dict[str, Any], most: int = 24, periods: int = 60, **settings: Any) -> Agreement:
+    """Both motions over `most` switches or `periods` periods, whichever is less."""
+    exact = reference(**scene, periods=periods, max_switches=most)
+    if len(exact.switches) == most:
+        span = float(exact.switches[-1].tau) - scene.get("tau0", 0.0)
+        periods = min(periods, int(span / (2 * math.pi)) + 2)
+    ours = simulate(**scene, transient=0, periods=periods, **settings)
+    same, late = 0, 0.0
+    for s, row in zip(exact.switches, ours.switches, strict=False):
+        if (s.before, s.after) != (row["before"], row["after"]):
+            break
+        same += 1
+        turns = int(row["period"]) - s.period
+        late = max(late, abs(float(2 * mp.pi * turns + (mp.mpf(float(row["phase"])) - s.phase))))
+    return Agreement(exact, ours, same, late, most)
+
+
+def flagged(trajectory: Trajectory) -> bool:
+    return trajectory.status in (Status.TOO_CLOSE, Status.BUDGET)
+
+
+class Segment(NamedTuple):
+    """A state between two switches as the trajectory has it: how it began, and how long it lasted (50 digits)."""
+
+    state: int
+    xi: float
+    dxi: float
+    tau: Any
+    h: Any
+    after: int
+
+
+def segments(trajectory: Trajectory) -> list[Segment]:
+    """The motion from the start on, which must have been recorded (transient = 0)."""
+    a = trajectory.arguments
+    xi, dxi, tau = a["xi0"], a["dxi0"], mp.mpf(a["tau0"])
+    out: list[Segment] = []
+    for row in trajectory.switches:
+        then = 2 * mp.pi * int(row["period"]) + mp.mpf(float(row["phase"]))
+        state = int(row["before"])
+        if state != IMPACT:
+            out.append(Segment(state, xi, dxi, tau, then - tau, int(row["after"])))
+        tau, dxi = then, 0.0
+        xi = 0.0 if IMPACT in (state, row["after"]) else float(row["xi"])
+    return out
+
+
+def oscillator(trajectory: Trajectory) -> Oscillator:
+    a = trajectory.arguments
+    return Oscillator(a["A"], a["B"], a["eps"], a["eta"])
+
+
+def slide(model: Oscillator, s: Segment) -> Slide:
+    return Slide(mp.mpf(s.xi), mp.mpf(s.dxi), 1 if s.state == UP else -1, model.B, model.waves(s.tau))
+
+
+def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
+    """The switching function that ended a segment, evaluated in 50 digits there, and what rounding allows it.
+
+    A recorded phase is good to 2**-51 at best, at either end; the rest is the rounding of the terms, once more
+    for every two periods, after which a long slide is continued from a fresh start.
+    """
+    A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
+    eta, h = float(model.eta), float(s.h)
+    tick = 4 * 2.0**-51
+    fresh = 1 + h / (4 * math.pi)
+    force = 1 + A + AF + float(model.B)
+    if s.state in (STICK, REST):
+        g = float(model.H(s.tau + s.h)) - (1 if s.after == UP else -1)
+        return g, ROUNDING * force + tick * (A + AF * eta)
+    motion = slide(model, s)
+    xi, dxi = (float(v) for v in motion.at(s.h))
+    speed = A + AF / eta + abs(s.dxi) + (1 + float(model.B)) * h
+    if s.after == IMPACT:
+        path = s.xi + (speed + force * h) * (1 + h)
+        return xi, ROUNDING * fresh * path + tick * (abs(dxi) + speed)
+    return dxi, ROUNDING * (speed + force * h) + tick * force

@@ -1,0 +1,41 @@
+"""Phases after a million periods: at the end of a rest H = 1, whatever lies before."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.model.parameters import ETA
+from vibrodrive.model.states import State
+from vibrodrive.validation.agreement import oscillator
+from vibrodrive.validation.check import Finding
+from vibrodrive.validation.reference import mp
+
+SCENES: tuple[dict[str, Any], ...] = ({"eps": 0.0}, {"eps": 1e-6, "eta": ETA}, {"eps": 0.01, "eta": 7.3})
+"""At A = 1.5, where the mass rests in every period."""
+
+MILLION = 1_000_000
+
+WITHIN = 1e-12
+"""Of τ. 2π n + φ multiplies η there: a phase off by as much in either clock shows."""
+
+
+def million_periods() -> list[Finding]:
+    """Error in τ of the last ends of a rest, by H = 1 and its slope in 50 digits."""
+    found = []
+    for scene in SCENES:
+        late = phase_error(simulate(A=1.5, **scene, transient=MILLION, periods=5))
+        words = ", ".join(f"{k} = {v:g}" for k, v in {"A": 1.5, **scene}.items())
+        found.append(Finding(f"{words}: error in τ of the end of a rest", late, WITHIN))
+    return found
+
+
+def phase_error(motion: Trajectory) -> float:
+    """How far, in τ, the ends of rests lie from where H = 1. Raises ValueError where there is none."""
+    mp.dps = 60
+    model, late = oscillator(motion), []
+    for row in motion.switches[motion.switches["before"] == State.REST]:
+        tau = 2 * mp.pi * int(row["period"]) + mp.mpf(float(row["phase"]))
+        rate = sum(a * w * mp.cos(w * tau) for a, w in model.terms)
+        late.append(abs(float((model.H(tau) - 1) / rate)))
+    return max(late)

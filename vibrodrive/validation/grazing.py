@@ -1,0 +1,56 @@
+"""The grazing ladder: flights whose lowest point lies ever closer to the obstacle, above and below."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.states import State
+from vibrodrive.validation.agreement import ROUNDING
+from vibrodrive.validation.check import Finding
+from vibrodrive.validation.reference import mp, reference
+
+LADDER = [sign * 10.0**-k for k in range(3, 16) for sign in (1, -1)] + [0.0]
+"""Heights of the lowest point: ±1e-3 … ±1e-15 and 0."""
+
+THROWS: dict[str, dict[str, float]] = {
+    "undisturbed": {"A": 3.04, "dxi0": -2.0, "tau0": 2.5},
+    "steep": {"A": 2.2, "B": 0.6, "dxi0": -0.7, "tau0": 3.0},
+    "level": {"A": 1.7, "B": 0.0, "dxi0": -3.1, "tau0": -40.0},
+    "disturbed": {"A": 3.04, "eps": 2e-4, "dxi0": -1.5, "tau0": 2.2},
+    "slow disturbance": {"A": 2.6, "eps": 0.01, "eta": 7.3, "dxi0": -2.5, "tau0": 1.0},
+    "fast disturbance": {"A": 1.9, "B": 0.2, "eps": 2e-5, "eta": 431.7, "dxi0": -1.0, "tau0": 2.9},
+    "from great height": {"A": 4.5, "B": 0.9, "dxi0": -20.0, "tau0": 0.3},
+}
+"""Slides down that turn in the air, if they begin high enough."""
+
+
+def lowest(scene: dict[str, Any], height: float) -> Any:
+    """How far the first reversal of a slide down lies above (below) its start, 50 digits."""
+    first = reference(**scene, xi0=height, periods=100, max_switches=1).switches[0]
+    if first.before != State.DOWN or first.after == State.IMPACT:
+        raise ValueError(f"{scene} from {height:g}: no slide down that turns in the air")
+    return first.xi - mp.mpf(height)
+
+
+def grazing_ladder() -> list[Finding]:
+    """Decisions that are wrong and not flagged, and those that are flagged though rounding is far from deciding."""
+    wrong = timid = 0
+    for scene in THROWS.values():
+        drop = lowest(scene, 1e6)
+        for wanted in LADDER:
+            height = float(mp.mpf(wanted) - drop)
+            depth = float(mp.mpf(height) + drop)  # what the height as a double makes of it
+            arguments: dict[str, Any] = {**scene, "xi0": height}
+            motion = simulate(**arguments, transient=0, periods=30)
+            close = motion.status == Status.TOO_CLOSE
+            impact = motion.switches[0]["after"] == State.IMPACT
+            wrong += impact != (depth <= 0) and not close
+            terms = height + (abs(scene["dxi0"]) + 8) * 8
+            timid += close and abs(depth) > 100 * ROUNDING * terms and motion.margin >= 0.9 * abs(depth)
+    rungs = len(THROWS) * len(LADDER)
+    return [
+        Finding(f"of {rungs} flights decided wrongly, without a flag", int(wrong), 0),
+        Finding("flagged though rounding is a hundredth of the height and less", int(timid), 0),
+    ]

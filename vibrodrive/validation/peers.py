@@ -1,0 +1,154 @@
+"""General solvers side by side: the same motion by terminal events of scipy and of heyoka, where they are installed.
+
+Each slide is one call of the solver up to its event; sticking and resting end at arcsines, as ε = 0. With a disturbance
+such solvers miss switches, whatever their tolerance: there the 50-digit reference is the judge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.states import State
+from vibrodrive.validation.check import Finding
+
+SCENES: tuple[dict[str, Any], ...] = ({"A": 1.5, "B": 0.1}, {"A": 3.04, "B": 0.1}, {"A": 3.3, "B": 0.4})
+
+PERIODS = 20
+
+TWO_PI = 2.0 * math.pi
+
+SCIPY_WITHIN = 1e-9
+"""Its DOP853 at the tolerances below is good to some 1e-11 over 20 periods."""
+
+HEYOKA_WITHIN = 1e-11
+"""Its Taylor series at the rounding of doubles: some 1e-13 over 20 periods."""
+
+
+class End(NamedTuple):
+    """How a slide ends: when, at which ξ, and whether by an impact."""
+
+    tau: float
+    xi: float
+    impact: bool
+
+
+Slide = Callable[[State, float, float], End]
+"""(UP or DOWN, τ, ξ), ξ' = 0 -> its end."""
+
+
+def scipy_events() -> list[Finding]:
+    """Largest difference of a switching time from `scipy.integrate.solve_ivp`."""
+    return _side_by_side(_scipy_slide, SCIPY_WITHIN)
+
+
+def heyoka_events() -> list[Finding]:
+    """Largest difference of a switching time from `heyoka.taylor_adaptive`."""
+    return _side_by_side(_heyoka_slide, HEYOKA_WITHIN)
+
+
+def _side_by_side(solver: Callable[[float, float], Slide], within: float) -> list[Finding]:
+    found = []
+    for scene in SCENES:
+        theirs = _switches(**scene, slide=solver(scene["A"], scene["B"]))
+        ours = simulate(**scene, transient=0, periods=PERIODS).switches
+        apart = math.inf  # where a state differs, or one of them has more switches
+        if [row[1:] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
+            tau = TWO_PI * ours["period"] + ours["phase"]
+            apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
+        found.append(Finding(f"A = {scene['A']:g}, B = {scene['B']:g}: difference in τ", apart, within))
+    return found
+
+
+def _switches(A: float, B: float, slide: Slide) -> list[tuple[float, int, int]]:
+    """(τ, state before, state after) of all switches of PERIODS periods from rest."""
+    out: list[tuple[float, int, int]] = []
+    state, tau, xi = State.REST, 0.0, 0.0
+    while True:
+        impact = state == State.IMPACT
+        end = End(tau, 0.0, False)
+        if state in (State.UP, State.DOWN):
+            end = slide(state, tau, xi)
+        elif not impact:
+            end = End(_release(A, B, state, tau), xi, False)
+        if end.tau > TWO_PI * PERIODS:
+            return out
+        force = A * math.sin(end.tau) - B
+        if end.impact:
+            after = State.IMPACT
+        elif state in (State.STICK, State.REST):
+            after = State.UP if force > 0.0 else State.DOWN
+        elif force > 1.0:
+            after = State.UP
+        elif impact:
+            after = State.REST
+        else:
+            after = State.DOWN if force < -1.0 else State.STICK
+        out.append((end.tau, int(state), int(after)))
+        state, tau, xi = after, end.tau, end.xi
+
+
+def _release(A: float, B: float, state: State, tau: float) -> float:
+    """When STICK or REST ends: H = 1, or where it sticks H = −1, whichever is first."""
+    ends = [math.asin((1.0 + B) / A)]
+    if state == State.STICK:
+        ends.append(math.pi + math.asin((1.0 - B) / A))
+    return min(tau + (end - tau) % TWO_PI for end in ends)
+
+
+def _scipy_slide(A: float, B: float) -> Slide:
+    from scipy.integrate import solve_ivp
+
+    def stopping(component: int, direction: float) -> Any:
+        def event(_tau: float, y: Any) -> float:
+            return y[component]
+
+        marked: Any = event
+        marked.terminal, marked.direction = True, direction
+        return marked
+
+    events = {State.UP: [stopping(1, -1.0)], State.DOWN: [stopping(1, 1.0), stopping(0, -1.0)]}
+
+    def slide(state: State, tau: float, xi: float) -> End:
+        friction = -1.0 if state == State.UP else 1.0
+        found = solve_ivp(
+            lambda t, y: (y[1], A * math.sin(t) - B + friction),
+            (tau, tau + 2.0 * TWO_PI),
+            (xi, 0.0),
+            method="DOP853",
+            events=events[state],
+            rtol=1e-12,
+            atol=1e-13,
+            first_step=1e-4,  # a longer first step swallows a short slide
+        )
+        impact = state == State.DOWN and len(found.t_events[1]) > 0
+        return End(float(found.t[-1]), 0.0 if impact else float(found.y[0, -1]), impact)
+
+    return slide
+
+
+def _heyoka_slide(A: float, B: float) -> Slide:
+    import heyoka as hy
+
+    xi, dxi = hy.make_vars("xi", "dxi")
+    force = A * hy.sin(hy.time) - B
+    back_up = hy.t_event(dxi, direction=hy.event_direction.negative)
+    back_down = hy.t_event(dxi, direction=hy.event_direction.positive)
+    ground = hy.t_event(xi, direction=hy.event_direction.negative)
+    solvers = {
+        state: hy.taylor_adaptive([(xi, dxi), (dxi, force + friction)], [0.0, 0.0], t_events=events)
+        for state, friction, events in ((State.UP, -1.0, [back_up]), (State.DOWN, 1.0, [back_down, ground]))
+    }
+
+    def slide(state: State, tau: float, xi: float) -> End:
+        solver = solvers[state]
+        solver.time = tau
+        solver.state[:] = xi, 1e-16 if state == State.UP else -1e-16  # from 0 itself the next zero may go unseen
+        solver.reset_cooldowns()
+        outcome = solver.propagate_until(tau + 2.0 * TWO_PI)[0]
+        impact = state == State.DOWN and int(outcome) == -2  # the second of its terminal events
+        return End(solver.time, 0.0 if impact else float(solver.state[0]), impact)
+
+    return slide

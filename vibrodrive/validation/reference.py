@@ -1,0 +1,468 @@
+"""A 50-digit event-driven reference of the oscillator, independent: it imports nothing of vibrodrive.
+
+Between switches the closed forms (4), (5), (9) are evaluated with mpmath from the last switch. The first zero
+of a switching function g is found by covering the time ahead with windows on which the number of zeros is
+*proved* to be 0 or 1, never by looking for changes of sign:
+
+* |g''| <= M on [a, b] keeps g above its chord minus M (b - a)²/8: a positive lower bound excludes a zero;
+* the same bound on g' or g'' proves g monotone, convex or concave on the window, which settles the count from
+  its values at the ends, or at the one minimum.
+
+Windows are tried in double precision with a generous allowance for rounding, and in full precision where that
+leads nowhere. A slide that begins with ξ' = 0 is first followed as far as a Taylor bound keeps g > 0, so the
+zero at its beginning (double after STICK and REST) is left analytically.
+
+A switch takes about 0.3 ms without and 1 ms with disturbance: long references are computed where they are
+needed, none is stored.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from mpmath import MPContext
+
+UP, DOWN, STICK, REST, IMPACT = range(5)
+ETA = 10.0 * math.sqrt(102.0)
+
+mp = MPContext()  # a context of its own: its precision concerns nobody else
+
+ROUNDING = 64 * 2.0**-52  # allowance in double precision, per unit of the sum of absolute terms
+SMALL = 1e-6  # windows below this many fast radians are judged in full precision
+LONG = 2e4 * math.pi  # how far a disturbed flight at B = 1 is followed for its next reversal
+
+
+class Switch(NamedTuple):
+    """One switch: ξ, ξ' just before it, the force H there; `margin` is inf where nothing was decided."""
+
+    tau: Any
+    period: int
+    phase: Any
+    before: int
+    after: int
+    xi: Any
+    dxi: Any
+    H: Any
+    margin: Any
+
+
+class Reference(NamedTuple):
+    """All switches after τ0, the section points (ξ, ξ'), and the smallest margin, the start's included."""
+
+    switches: list[Switch]
+    section: list[tuple[Any, Any]]
+    margin: Any
+
+
+class Point(NamedTuple):
+    """g, g', g'' at h, each with its allowance for rounding.
+
+    `line` and `slow` are g without all, or without the second, of its oscillating terms.
+    """
+
+    h: Any
+    line: Any
+    slow: Any
+    g: Any
+    dg: Any
+    ddg: Any
+    pad: Any
+    dpad: Any
+    ddpad: Any
+
+
+def polish(exact: Callable, double: Callable, low: Any, high: Any) -> Any:
+    """The only zero of f in (low, high), f(low) > 0; `exact(h)` gives f and f', `double(h)` f in a hurry."""
+    a, b = float(low), float(high)
+    for _ in range(45):
+        middle = 0.5 * (a + b)
+        if double(middle) > 0:
+            a = middle
+        else:
+            b = middle
+    low, high = mp.mpf(low), mp.mpf(high)
+    h = min(max(mp.mpf(0.5 * (a + b)), low), high)
+    enough = mp.mpf(10) ** (12 - mp.dps)
+    last = high - low
+    while True:
+        f, df = exact(h)
+        if f > 0:
+            low = h
+        else:
+            high = h
+        better = h - f / df if df else high + 1
+        # Newton, but never out of the bracket and never for long without shrinking it.
+        if not low <= better <= high or abs(better - h) > 0.75 * last:
+            better = (low + high) / 2
+        last = abs(better - h)
+        if last < enough:
+            return better
+        h = better
+
+
+class Switching:
+    """g(h) = p0 + p1 h + sign E⁽ᵏ⁾(τ_i + h), with E = A sin τ + A ε η² sin ητ and k < 0 an integral.
+
+    `waves` has amplitude, frequency and phase at τ_i of each term of E.
+    """
+
+    def __init__(self, p0: Any, p1: Any, sign: int, k: int, waves: list[tuple[Any, Any, Any]]) -> None:
+        self.p0, self.p1, self.k = p0, p1, k
+        self.waves = [(sign * a * w**k, w, angle) for a, w, angle in waves]
+        self.doubles = [(float(a), float(w), float(angle)) for a, w, angle in self.waves]
+        self.line = (float(p0), float(p1))
+        sizes = [(abs(a) * (1 + ROUNDING), w) for a, w, _ in self.doubles]
+        self.m0, self.m2, self.m3, self.m4 = (sum(a * w**n for a, w in sizes) for n in (0, 2, 3, 4))
+        self.fast = sum(a for a, _ in sizes[1:])
+        self.slow2 = sum(a * w**2 for a, w in sizes[:1])
+        self.omega = max([1.0, *(w for _, w in sizes)])
+        self.tiny = mp.mpf(10) ** (10 - mp.dps) * (1 + abs(p0) + self.m0)
+
+    def exact(self, h: Any) -> tuple[Any, Any, Any]:
+        """g, g', g'' in full precision."""
+        g, dg, ddg = self.p0 + self.p1 * h, self.p1, mp.zero
+        for a, w, angle in self.waves:
+            cos, sin = mp.cos_sin(angle + w * h)
+            turn = (sin, cos, -sin, -cos)
+            g += a * turn[self.k % 4]
+            dg += a * w * turn[(self.k + 1) % 4]
+            ddg += a * w * w * turn[(self.k + 2) % 4]
+        return g, dg, ddg
+
+    def full(self, h: Any) -> Point:
+        """The same with its allowances; small windows gain nothing from the split into line and waves."""
+        h = mp.mpf(h)
+        g, dg, ddg = self.exact(h)
+        return Point(h, g, g, g, dg, ddg, self.tiny, self.tiny * self.omega, self.tiny * self.omega**2)
+
+    def double(self, h: float) -> Point:
+        """The same in double precision, with allowances that cover its rounding."""
+        line, slope = self.line[0] + self.line[1] * h, self.line[1]
+        g, dg, ddg, slow = line, slope, 0.0, line
+        pad, dpad, ddpad = abs(self.line[0]) + abs(slope) * h, abs(slope), 0.0
+        for i, (a, w, angle) in enumerate(self.doubles):
+            x = angle + w * h
+            sin, cos = math.sin(x), math.cos(x)
+            turn = (sin, cos, -sin, -cos)
+            g += a * turn[self.k % 4]
+            dg += a * w * turn[(self.k + 1) % 4]
+            ddg += a * w * w * turn[(self.k + 2) % 4]
+            size = abs(a) * (1.0 + abs(x))
+            pad, dpad, ddpad = pad + size, dpad + size * w, ddpad + size * w * w
+            if i == 0:
+                slow = g
+        return Point(h, line, slow, g, dg, ddg, pad * ROUNDING, dpad * ROUNDING, ddpad * ROUNDING)
+
+    def judge(self, a: Point, b: Point) -> str:
+        """Zeros of g in (a, b] where g(a) > 0: none `clear`, one `zero`, zero to two `minimum`, `unknown`."""
+        w8 = (b.h - a.h) ** 2 / 8
+        pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
+        if (
+            min(a.line, b.line) - self.m0 > pad
+            or min(a.slow, b.slow) - self.slow2 * w8 - self.fast > pad
+            or min(a.g, b.g) - self.m2 * w8 > pad
+            or min(a.dg, b.dg) - self.m3 * w8 > dpad
+        ):
+            return "clear"
+        falling = max(a.dg, b.dg) + self.m3 * w8 < -dpad
+        concave = max(a.ddg, b.ddg) + self.m4 * w8 < -ddpad
+        convex = min(a.ddg, b.ddg) - self.m4 * w8 > ddpad
+        if b.g < -pad and (falling or concave or convex):
+            return "zero"
+        if b.g > pad and (falling or concave):
+            return "clear"
+        if b.g > pad and convex and a.dg < -dpad and b.dg > dpad:
+            return "minimum"
+        return "unknown"
+
+    def beginning(self) -> float | None:
+        """A time before which g > 0 is proved, or None if g is below zero at once.
+
+        Where g begins at zero, with g' = d, g'' = e there and |g'''| <= m, it is positive as long as
+        d + e h/2 - m h²/6 is.
+        """
+        g, d, e = self.exact(mp.zero)
+        if abs(g) > self.tiny:
+            return 0.0 if g > 0 else None
+        if abs(d) <= self.tiny * self.omega:  # H = ±1 where STICK or REST ends: zero but for the last digits
+            d = mp.zero
+        if d < 0 or (d == 0 and e <= 0):
+            return None
+        if not self.m3:
+            return math.inf
+        m = mp.mpf(self.m3)
+        return float(3 / m * (e / 2 + mp.sqrt(e * e / 4 + 2 * d * m / 3))) * 0.999
+
+    def first_zero(self, horizon: Any, may_touch: bool) -> Any:
+        """The first h in [0, horizon] at which g falls to zero, or None.
+
+        A zero without change of sign counts, unless g `may_touch` zero: STICK and REST hold while |H| <= 1.
+        Raises ArithmeticError at a zero of order three or more.
+        """
+        begin = self.beginning()
+        if begin is None:
+            return mp.zero
+        if begin >= horizon:
+            return None
+        width = 0.5 / self.omega
+        small, evaluate = False, self.double
+        left = evaluate(begin)
+        while left.h < horizon:
+            if small != (width * self.omega < SMALL):
+                small = not small
+                evaluate = self.full if small else self.double
+                left = evaluate(left.h if small else math.nextafter(float(left.h), 0.0))  # leave no gap
+            right = evaluate(left.h + width)
+            verdict = self.judge(left, right)
+            if verdict == "unknown":
+                width = width / 2
+                if width < self.tiny:
+                    raise ArithmeticError(f"a triple zero {mp.nstr(left.h, 9)} after the last switch")
+                continue
+            if verdict == "zero":
+                return self.zero(left.h, right.h)
+            if verdict == "minimum":
+                bottom = self.bottom(left.h, right.h)
+                g = self.exact(bottom)[0]
+                if g < -self.tiny:
+                    return self.zero(left.h, bottom)
+                if g <= self.tiny and not may_touch:
+                    return bottom
+            left, width = right, width * 2
+        return None
+
+    def zero(self, low: Any, high: Any) -> Any:
+        """The only zero of g in (low, high), falling."""
+        return polish(lambda h: self.exact(h)[:2], lambda h: self.double(h).g, low, high)
+
+    def bottom(self, low: Any, high: Any) -> Any:
+        """The only minimum of g in (low, high)."""
+
+        def descent(h: Any) -> tuple[Any, Any]:
+            _, dg, ddg = self.exact(h)
+            return -dg, -ddg
+
+        return polish(descent, lambda h: -self.double(h).dg, low, high)
+
+
+class Slide:
+    """Sliding from (ξ, ξ') at τ_i, s = +1 (UP) or -1 (DOWN): the closed forms (4), (5) in h = τ - τ_i."""
+
+    def __init__(self, xi: Any, dxi: Any, s: int, B: Any, waves: list[tuple[Any, Any, Any]]) -> None:
+        self.xi, self.waves, self.pull = xi, waves, B + s
+        self.c = dxi + sum((a / w * mp.cos(angle) for a, w, angle in waves), mp.zero)
+        self.d = sum((a / w**2 * mp.sin(angle) for a, w, angle in waves), mp.zero)
+        self.speed = Switching(s * self.c, -s * self.pull, s, -1, waves)
+        self.doubles = [(float(a / w**2), float(w), float(angle)) for a, w, angle in waves]
+
+    def at(self, h: Any) -> tuple[Any, Any]:
+        """ξ and ξ'."""
+        xi, dxi = self.xi + self.d + (self.c - self.pull * h / 2) * h, self.c - self.pull * h
+        for a, w, angle in self.waves:
+            cos, sin = mp.cos_sin(angle + w * h)
+            xi -= a / w**2 * sin
+            dxi -= a / w * cos
+        return xi, dxi
+
+    def reversal(self, horizon: Any) -> Any:
+        """The first zero of ξ', or None if there is none up to `horizon`."""
+        return self.speed.first_zero(horizon, may_touch=False)
+
+    def impact(self, before: Any) -> Any:
+        """The zero of ξ, known to be strictly falling on (0, before)."""
+        if self.xi == 0:
+            return mp.zero
+        xi, c, pull = float(self.xi + self.d), float(self.c), float(self.pull)
+
+        def double(h: float) -> float:
+            waves = sum(a * math.sin(angle + w * h) for a, w, angle in self.doubles)
+            return xi + (c - pull * h / 2) * h - waves
+
+        return polish(self.at, double, 0, before)
+
+
+class Oscillator:
+    """The model's parameters, converted exactly from the doubles given, and what follows from τ alone."""
+
+    def __init__(self, A: float, B: float, eps: float, eta: float) -> None:
+        self.A, self.B, self.eps, self.eta = (mp.mpf(x) for x in (A, B, eps, eta))
+        terms = [(self.A, mp.one), (self.A * self.eps * self.eta**2, self.eta)]
+        self.terms = [(a, w) for a, w in terms if a]
+        self.highest = sum((a for a, _ in self.terms), mp.zero)
+        self.tiny = mp.mpf(10) ** (12 - mp.dps) * (1 + self.B + self.highest)
+
+    def waves(self, tau: Any) -> list[tuple[Any, Any, Any]]:
+        return [(a, w, mp.fmod(w * tau, 2 * mp.pi)) for a, w in self.terms]
+
+    def H(self, tau: Any) -> Any:
+        """Adhesive force (2)."""
+        return sum((a * mp.sin(angle) for a, w, angle in self.waves(tau)), -self.B)
+
+    def decide(self, xi: Any, tau: Any) -> tuple[int, Any]:
+        """The state that begins with ξ' = 0, and the margin of this decision."""
+        H = self.H(tau)
+        margin = abs(abs(H) - 1)
+        if margin < self.tiny:  # |H| = 1 still holds; the wait that begins here may end here
+            H, margin = mp.zero, mp.zero
+        if H > 1:
+            return UP, margin
+        if xi == 0:
+            return REST, margin
+        return (DOWN if H < -1 else STICK), margin
+
+    def release(self, state: int, tau: Any, horizon: Any) -> tuple[Any, int]:
+        """How long STICK or REST lasts (None: to `horizon` at least), and what follows."""
+        limits = [(UP, 1 + self.B, -1)]  # g = 1 - H
+        if state == STICK:
+            limits.append((DOWN, 1 - self.B, 1))  # g = 1 + H
+        waves = self.waves(tau)
+        best, after = None, state
+        for then, level, sign in limits:
+            if self.highest <= level:
+                continue
+            if len(waves) == 1:
+                h = self.arcsine(waves[0][2], level, sign)
+            else:
+                g = Switching(level, mp.zero, sign, 0, waves)
+                h = g.first_zero(horizon if best is None else best, may_touch=True)
+            if h is not None and (best is None or h < best):
+                best, after = h, then
+        return best, after
+
+    def arcsine(self, angle: Any, level: Any, sign: int) -> Any:
+        """Time from `angle` until level + sign A sin falls through zero."""
+        root = mp.asin(level / self.A)
+        target = root if sign < 0 else mp.pi + root
+        h = (target - angle) % (2 * mp.pi)
+        return mp.zero if 2 * mp.pi - h < self.tiny else h
+
+    def latest_reversal(self, slide: Slide, horizon: Any) -> Any:
+        """A time after which a slide down cannot be reversed (inf for B < 1, where it always is).
+
+        For B > 1 the mean of ξ'' is negative; without disturbance ξ' after a period is no larger than before.
+        With disturbance and B (nearly) 1 nobody can know, and the search is given up after a LONG time.
+        """
+        if self.B < 1:
+            return mp.inf
+        if len(slide.waves) < 2:
+            return 2 * mp.pi
+        highest = slide.c + sum(a / w for a, w, _ in slide.waves)
+        if highest < 0:
+            return mp.zero
+        latest = highest / (self.B - 1) if self.B > 1 else mp.inf
+        return min(latest, max(horizon, mp.mpf(LONG)))
+
+    def slide_down(self, slide: Slide, horizon: Any) -> tuple[Any, int, Any]:
+        """How long DOWN lasts (None: to `horizon` at least), what follows, the margin between S1 and S2."""
+        reversal = slide.reversal(self.latest_reversal(slide, horizon))
+        if reversal is None:
+            if slide.at(horizon)[0] > 0:
+                return None, DOWN, mp.inf
+            return slide.impact(horizon), IMPACT, mp.inf
+        lowest = slide.at(reversal)[0]
+        if lowest > 0:
+            return reversal, STICK, lowest
+        return slide.impact(reversal), IMPACT, -lowest
+
+
+def reference(
+    A: float,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    *,
+    periods: int,
+    section_phase: float = 0.0,
+    digits: int = 50,
+    max_switches: int | None = None,
+) -> Reference:
+    """Every switch in (τ0, τ0 + 2π periods], every section point there, and their margins.
+
+    Numbers are mpmath's, τ good to `digits` digits after the point. The margin is, at a reversal of a slide
+    down, ξ there; at an impact, |ξ| at the next reversal were the obstacle not there (inf if there is none);
+    at a decision by H, ||H| - 1|; the smaller one where two apply. Stops early after `max_switches`, with a
+    shorter section.
+
+    Where ξ' only touches zero the slide ends too; |H| = 1 there and it goes on at once, with margin 0.
+    """
+    span = 1 + abs(tau0) + 7 * periods
+    mp.dps = digits + 15 + math.ceil(math.log10(span * max(1.0, eta)))
+    model = Oscillator(A, B, eps, eta)
+    cycle = 2 * mp.pi
+    tau, xi, dxi = mp.mpf(tau0), mp.mpf(xi0), mp.mpf(dxi0)
+    end = tau + cycle * periods
+    next_k = int(mp.floor((tau - section_phase) / cycle)) + 1
+    switches: list[Switch] = []
+    section: list[tuple[Any, Any]] = []
+
+    def record(before: int, after: int, xi: Any, dxi: Any, margin: Any) -> None:
+        period = int(mp.floor(tau / cycle))
+        phase = tau - cycle * period
+        switches.append(Switch(tau, period, phase, before, after, xi, dxi, model.H(tau), margin))
+
+    margin = mp.inf
+    if dxi:
+        state = UP if dxi > 0 else DOWN
+    else:
+        state, margin = model.decide(xi, tau)
+    start_margin = margin
+
+    while max_switches is None or len(switches) < max_switches:
+        horizon = end - tau
+        slide = None
+        margin = mp.inf
+        if state in (STICK, REST):
+            h, after = model.release(state, tau, horizon)
+        else:
+            slide = Slide(xi, dxi, 1 if state == UP else -1, model.B, model.waves(tau))
+            if state == UP:
+                h, after = slide.reversal(mp.inf), STICK
+            else:
+                h, after, margin = model.slide_down(slide, horizon)
+        last = h is None or h > horizon
+        until = end if last else tau + h
+        while section_phase + cycle * next_k <= until:
+            section.append(slide.at(section_phase + cycle * next_k - tau) if slide else (xi, mp.zero))
+            next_k += 1
+        if last:
+            break
+
+        held = slide is None
+        tau = until
+        if slide:
+            xi, dxi = slide.at(h)
+        if after == IMPACT:
+            xi = mp.zero
+            record(state, IMPACT, xi, dxi, margin)
+            state = IMPACT
+        if not held:
+            after, margin_H = model.decide(xi, tau)
+            margin = margin_H if state == IMPACT else min(margin, margin_H)
+        record(state, after, xi, mp.zero, margin)
+        state, dxi = after, mp.zero
+    return Reference(switches, section, min([start_margin, *(s.margin for s in switches)]))
+
+
+SCENES: dict[str, dict[str, Any]] = {
+    # the paper's
+    "one-periodic": {"A": 1.5, "periods": 1000},
+    "two-periodic": {"A": 3.04, "periods": 1000},
+    "disturbed": {"A": 3.04, "eps": 2e-4, "periods": 100},
+    # beyond it
+    "level plane": {"A": 2.9, "B": 0.0, "xi0": 1.0, "periods": 60},
+    "steep": {"A": 3.3, "B": 0.5, "periods": 60},
+    "slides by itself": {"A": 3.0, "B": 1.3, "xi0": 4.0, "tau0": 1.0, "periods": 60},
+    "barely holds": {"A": 2.5, "B": 1.0, "xi0": 2.0, "dxi0": 0.5, "periods": 60},
+    "slow disturbance": {"A": 2.2, "eta": 0.37, "eps": 0.02, "periods": 40},
+    "moderate disturbance": {"A": 2.6, "eta": 7.3, "eps": 0.01, "periods": 40},
+    "fast disturbance": {"A": 1.9, "B": 0.2, "eta": 431.7, "eps": 2e-5, "periods": 10},
+    "disturbed slide": {"A": 3.1, "B": 1.2, "eps": 1e-4, "xi0": 3.0, "periods": 10},
+    "thrown": {"A": 2.7, "xi0": 3.0, "dxi0": -1.5, "tau0": 2.2, "periods": 60},
+    "late start": {"A": 3.15, "xi0": 0.5, "dxi0": 2.0, "tau0": -1e4, "periods": 60},
+}
+"""Arguments of `reference` worth comparing with, a second or less each."""
