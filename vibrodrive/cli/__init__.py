@@ -6,6 +6,7 @@ Exit codes: 0 done · 1 failed at work, or a file is not whole · 2 refused befo
 from __future__ import annotations
 
 import errno
+import io
 import os
 import signal
 import sys
@@ -25,6 +26,7 @@ from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot, trajectory
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.validate import validate
+from vibrodrive.jobs.signals import catch
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -43,9 +45,10 @@ def _on_signal(signum: int, frame: object) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if not (signum == signal.SIGHUP and signal.getsignal(signum) == signal.SIG_IGN):  # nohup
-            signal.signal(signum, _on_signal)
+    catch(_on_signal)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # an encoding without ξ, as pipes have on Windows, ends nothing
+            stream.reconfigure(errors="replace")
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
         print(f"vibrodrive: {message}", file=sys.stderr)

@@ -30,7 +30,7 @@ def init(name: str | None, output: Path | None) -> None:
     if name not in known:
         raise click.ClickException(bad("name", name, "one of " + ", ".join(known)))
     target = output or Path(f"{name}.toml")
-    text = (configurations() / f"{name}.toml").read_text()
+    text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
     # comments name this and other configurations as they lie in a checkout
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")
     with open(target, "x") as file:

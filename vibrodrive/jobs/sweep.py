@@ -24,6 +24,7 @@ import numpy as np
 
 from vibrodrive.jobs.output import Refused
 from vibrodrive.jobs.progress import SHOWN_AFTER, Show, Tally, duration, show_sweep, watching
+from vibrodrive.jobs.signals import catch
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import file_bytes, human
@@ -32,8 +33,6 @@ from vibrodrive.store.writer import NoResult, Unwritable, Writer, open_writer
 
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
-
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 PATIENCE = 0.7
 """Seconds a write may take to end after a signal; what it has not committed by then is computed again."""
@@ -74,7 +73,7 @@ def run(job: Job, show: Show) -> str:
     Failed
         if the file could not be written or the computation broke off.
     Stopped
-        after SIGINT, SIGTERM or SIGHUP. The caller should end the process at once.
+        after one of SIGNALS (signals.py). The caller should end the process at once.
     """
     work = _Work(job)
     thread = threading.Thread(target=work.run, name="sweep", daemon=True)
@@ -327,16 +326,13 @@ async def _reach(address: str) -> None:
 
 @contextlib.contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Collect signals instead of being ended by them; a SIGHUP that nohup has switched off stays off."""
+    """Collect signals instead of being ended by them."""
     caught: list[int] = []
 
     def note(signum: int, frame: object) -> None:
         caught.append(signum)  # one is enough: further signals change nothing
 
-    before = {s: signal.getsignal(s) for s in SIGNALS}
-    for s, handler in before.items():
-        if not (s == signal.SIGHUP and handler == signal.SIG_IGN):
-            signal.signal(s, note)
+    before = catch(note)
     try:
         yield caught
     finally:

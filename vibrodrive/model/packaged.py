@@ -17,4 +17,6 @@ def configurations() -> Path:
 
 def titles() -> dict[str, str]:
     """Name and title of each of them, in the order of the alphabet."""
-    return {p.stem: tomllib.loads(p.read_text())["title"] for p in sorted(configurations().glob("*.toml"))}
+    return {
+        p.stem: tomllib.loads(p.read_text(encoding="utf-8"))["title"] for p in sorted(configurations().glob("*.toml"))
+    }

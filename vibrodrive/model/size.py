@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from pathlib import Path
 
 from vibrodrive.model.plan import IN_FLIGHT, Plan
@@ -30,7 +31,8 @@ def human(n_bytes: float) -> str:
 
 
 def available_memory() -> int:
-    """Bytes that can be allocated now without swapping (Linux; elsewhere all of the memory)."""
+    """Bytes that can be allocated now without swapping (Linux; elsewhere all of the memory; on Windows, where Python
+    cannot tell, more than there is: nothing is refused there for want of memory)."""
     try:
         with open("/proc/meminfo") as lines:
             for line in lines:
@@ -38,6 +40,8 @@ def available_memory() -> int:
                     return int(line.split()[1]) * 1024
     except OSError:
         pass
+    if not hasattr(os, "sysconf"):
+        return sys.maxsize
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
@@ -159,17 +163,25 @@ def refuse_large_sample(per_period: int, instants: int) -> None:
 
 def refuse_large_file(plan: Plan, path: Path) -> None:
     """Raise TooLarge if the result file does not fit the free disk (or the shell's file size limit)."""
-    import resource
-
     need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
-    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limit = _file_size_limit()
     sweep = f"{plan.n_points} points x {plan.settings.periods} periods"
     if need > have:
         raise TooLarge(
             f"{sweep}: must be small enough for the disk: the file takes {human(need)}, {human(have)} are free"
         )
-    if limit != resource.RLIM_INFINITY and need > limit:
+    if limit is not None and need > limit:
         raise TooLarge(
             f"{sweep}: must be small enough for the file size limit: "
             f"the file takes {human(need)}, {human(limit)} are allowed (ulimit -f)"
         )
+
+
+def _file_size_limit() -> int | None:
+    """Bytes that a file of this process may have; None if there is no limit, as on Windows."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    return None if limit == resource.RLIM_INFINITY else limit

@@ -114,6 +114,6 @@ def run_paper(
     listed = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
     for name, text in {"claims.json": listed, "claims.md": claims_table(judged)}.items():
         with drafted(folder / name) as draft:
-            draft.write_text(text)
+            draft.write_text(text, encoding="utf-8")
         session.files.append(folder / name)
     return Paper(session.files, judged)

@@ -84,10 +84,13 @@ def _replace(path: Path, content: bytes) -> None:
     refuse_foreign(path)  # it may have appeared in the meantime
     old = Lock(target_of(path), name=path) if path.exists() else None
     try:
-        with drafted(path) as draft, open(draft, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        with drafted(path) as draft:
+            with open(draft, "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            if old is not None:
+                old.yield_to_renaming()
     finally:
         if old is not None:
             old.release()

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import os
-import struct
-import sys
 from pathlib import Path
 
-_UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-"""File systems without locks (some network mounts): there the user has to keep writers apart."""
+from vibrodrive.store import system
 
 
 class Busy(RuntimeError):
@@ -32,9 +27,9 @@ class Lock:
             except OSError as error:
                 raise OSError(error.errno, error.strerror, str(name or path)) from None
             try:
-                _lock(self._fd)
+                system.lock(self._fd)
             except OSError as error:
-                if error.errno not in _UNSUPPORTED:
+                if error.errno not in system.UNSUPPORTED:
                     os.close(self._fd)
                     raise Busy(f"{name or path}: another process is writing it") from None
             if self._is(path):
@@ -51,37 +46,25 @@ class Lock:
         """Have the system put the file on the disk."""
         os.fsync(self._fd)
 
+    def yield_to_renaming(self) -> None:
+        """Let go where the system renames and replaces no open file: just before that is done."""
+        if not system.RENAMES_OPEN_FILES:
+            self.release()
+
     def release(self) -> None:
-        os.close(self._fd)
-
-
-def _lock(fd: int) -> None:
-    """Take the lock or raise OSError.
-
-    An open-file-description lock: a plain record lock would be dropped as soon as this process closes
-    any other handle on the file, and HDF5's readers try a flock, which a flock of ours would refuse them.
-    """
-    if sys.platform != "linux":
-        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return
-    whole_file = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
-    fcntl.fcntl(fd, fcntl.F_OFD_SETLK, whole_file)
+        """Give the right back; twice does no harm."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
 
 
 def is_being_written(path: Path) -> bool | None:
     """Whether some process holds the lock on a file; None where the system does not report it."""
     try:
-        fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        fd = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except OSError:
         return None
     try:
-        if sys.platform == "linux":
-            wanted = struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
-            found = fcntl.fcntl(fd, fcntl.F_OFD_GETLK, wanted)
-            return struct.unpack("hhqqi4x", found)[0] != fcntl.F_UNLCK
-        fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        return False
-    except OSError as error:
-        return None if error.errno in _UNSUPPORTED or sys.platform == "linux" else True
+        return system.is_locked(fd)
     finally:
         os.close(fd)

@@ -21,6 +21,7 @@ import numpy as np
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
+from vibrodrive.store import system
 from vibrodrive.store.checksums import check_block, point_sums, read_marks, record_sums, section_sums
 from vibrodrive.store.compare import Different, compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
@@ -299,6 +300,14 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
             lay_out(file, plan, origin, progress)
             file.flush()
+            if not system.RENAMES_OPEN_FILES:
+                file.close()
+                lock.release()
+                if old is not None:
+                    old.release()
+        if not system.RENAMES_OPEN_FILES:
+            lock = Lock(path)
+            file = open_result(path, "r+")
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:

@@ -83,8 +83,9 @@ def judge(check: Check, seed: int) -> Judged:
     except NotDone as why:
         return Judged(check, (), Verdict.NOT_DONE, str(why))
     except ModuleNotFoundError as error:
-        if error.name in check.needs:
-            return Judged(check, (), Verdict.NOT_DONE, f"needs {error.name}")
+        package = (error.name or "").partition(".")[0]
+        if package in check.needs:
+            return Judged(check, (), Verdict.NOT_DONE, f"needs {package}")
         return _broken(check, error)
     except Exception as error:
         return _broken(check, error)

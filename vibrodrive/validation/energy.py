@@ -8,7 +8,7 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.model.plan import make_plan
 from vibrodrive.validation.check import Finding
 
-PERIODS = 2000
+PERIODS = 300
 
 WITHIN = 1e-12
 """Of the work of the excitation, for a periodic motion: rounding of the terms of a period."""
