@@ -43,7 +43,7 @@ def test_the_commands_compute_describe_draw_or_refuse(tmp_path, monkeypatch, cap
     assert run("sweep", "p.toml", "--dry-run")[0] == 0
     assert load("p.h5").carry == "up"
     code, out, err = run("sweep", "p.toml", "--set", "carry=down")
-    assert (code, out) == (1, "")
+    assert (code, out) == (2, "")
     assert "carry is up there and down here" in err
     code, _, err = run("trajectory", "p.toml")
     assert code == 2
