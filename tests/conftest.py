@@ -6,6 +6,7 @@ The tests are a package, so `from tests.support.reference import reference` work
 from __future__ import annotations
 
 import os
+import signal
 from time import monotonic
 
 import pytest
@@ -47,3 +48,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if "jit" in item.keywords:
             item.add_marker(skip)
+
+
+@pytest.fixture(autouse=True)
+def _signal_handlers():
+    """Each test leaves the handlers of signals as it found them: the command line sets its own."""
+    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for s, handler in before.items():
+        signal.signal(s, handler)
