@@ -50,10 +50,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(skip)
 
 
+HANDLERS = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+
+
 @pytest.fixture(autouse=True)
 def _signal_handlers():
-    """Each test leaves the handlers of signals as it found them: the command line sets its own."""
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)}
+    """Each test leaves the handlers of signals as they were at the beginning: the command line sets its own."""
     yield
-    for s, handler in before.items():
+    for s, handler in HANDLERS.items():
         signal.signal(s, handler)
