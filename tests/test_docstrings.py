@@ -16,7 +16,7 @@ CONSTANTS = {"ETA"}
 
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {"limits": limits}
 
-LONG = {"bifurcations", "curves", "limit", "limits", "plot", "Results", "sweep", "simulate"}
+LONG = {"bifurcations", "curves", "explore", "limit", "limits", "plot", "Results", "sweep", "simulate"}
 """Those whose examples would take minutes without compiled kernels."""
 
 

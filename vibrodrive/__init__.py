@@ -21,6 +21,7 @@ __all__ = [
     "Trajectory",
     "bifurcations",
     "curves",
+    "explore",
     "impact_map",
     "limit",
     "load",
@@ -38,6 +39,7 @@ _HOMES = {
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
     "curves": "periodic.curves",
+    "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
     "limit": "stability.limit",
     "load": "store.every_kind",
@@ -49,6 +51,7 @@ _HOMES = {
 if TYPE_CHECKING:
     from vibrodrive import plot
     from vibrodrive.batch.trajectory import Trajectory, simulate
+    from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
     from vibrodrive.model.parameters import ETA, Method, Scan, Status
     from vibrodrive.model.physical import Physical

@@ -113,7 +113,7 @@ def map_figure(
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
-    values = _kept(results, undisturbed) if quantity == KEPT else _values(results, quantity)
+    values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
     fig, ax = _draw(results.axes, x, y, painted, values[index], quantity, TALLER if curves else 0.0)
     _say(ax, results, (x, y), quantity, status, numbered=bool(curves))
@@ -195,7 +195,7 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
     return x, None if x == y else y
 
 
-def _values(results: Any, quantity: str) -> np.ndarray:
+def recorded(results: Any, quantity: str) -> np.ndarray:
     """The quantity over all axes: float64, NaN where there is none; int64 of gaps and sequences, -1 there."""
     if quantity == IMPACT_POWER:
         names = list(results.axes)

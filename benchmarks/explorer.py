@@ -1,0 +1,143 @@
+"""The explorer under the mouse: frames a second while dragging, and the time from an event to its painted picture.
+
+A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. Latencies are
+those of the page itself: from the change of the window to behind the animation frame that shows it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import arguments, figure, look, say, write
+from tests.support.chromium import Tab, browser, lacking
+
+SCENES = {
+    "ε = 0, 1000 × (500 + 200)": "",
+    "ε = 2e-4, 1000 × (500 + 200)": "&eps=0.0002",
+    "ε = 2e-4, 1000 × (500 + 500)": "&eps=0.0002&periods=500",
+    "fixed, Δτ = 0.1, 1000 × (500 + 200)": "&method=fixed",
+}
+
+WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
+
+CLICKS = 10
+
+
+def quantiles(values: list[float]) -> dict[str, float]:
+    """Median and 95th percentile, rounded to a tenth."""
+    return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
+
+
+def drag(tab: Tab, seconds: float) -> dict[str, Any]:
+    """Move a diagram to and fro."""
+    tab.ask("(page.frames.length = page.latencies.length = 0)")
+    tab.mouse("Pressed", 500, 300)
+    began, k = time.perf_counter(), 0
+    while time.perf_counter() - began < seconds:
+        k += 1
+        tab.mouse("Moved", 500 + round(150 * math.sin(k / 40)), 300)
+    took = time.perf_counter() - began
+    frames, latencies = tab.ask("[page.frames.length, page.latencies]")
+    tab.mouse("Released", 500, 300)
+    released = time.perf_counter()
+    tab.until("page.settled", "the whole picture")
+    settled = time.perf_counter() - released
+    return {
+        "frames": frames,
+        "frames_per_second": round(frames / took, 1),
+        "milliseconds": quantiles(latencies),
+        "latencies": latencies,
+        "settled_seconds": round(settled, 2),
+    }
+
+
+def click(tab: Tab) -> dict[str, float]:
+    """Milliseconds from a click to the curves in the page."""
+    count = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.drive); return String(s.data.xi_UP)"
+    times = []
+    for k in range(CLICKS):
+        before = tab.model(count)
+        began = time.perf_counter()
+        tab.click(200 + 50 * k, 300)
+        while tab.model(count) == before:
+            pass
+        times.append(1e3 * (time.perf_counter() - began))
+    return quantiles(times)
+
+
+def resident(pid: int) -> float:
+    """Memory of a process in MiB (Linux)."""
+    with open(f"/proc/{pid}/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def main() -> None:
+    options = arguments(__doc__ or "")
+    if lacking():
+        sys.exit(f"explorer: {lacking()}")
+    seconds, frames = (2.0, 100) if options.quick else (6.0, 10_000)
+    began = time.perf_counter()
+    command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert server.stdout is not None
+    found: dict[str, Any] = {"scenes": {}}
+    try:
+        with browser() as tab:
+            address = server.stdout.readline().strip()
+            found["serving_seconds"] = round(time.perf_counter() - began, 2)
+            tab.driver.get(address)
+            tab.until("!!page && page.frames.length > 0", "a picture")
+            found["first_picture_seconds"] = round(time.perf_counter() - began, 2)
+            for name, query in SCENES.items():
+                tab.open(address + WINDOW + query)
+                drag(tab, 1.0)  # the pace is known, and the browser has compiled
+                found["scenes"][name] = drag(tab, seconds)
+                row = found["scenes"][name]
+                say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms")
+            tab.open(address + WINDOW)
+            found["click_milliseconds"] = click(tab)
+            say(f"click to curves: {found['click_milliseconds']} ms")
+            found["memory"] = memory(tab, server.pid, frames)
+            say(f"memory: {found['memory']}")
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait()
+    draw(found, options.output)
+
+
+def memory(tab: Tab, pid: int, frames: int) -> dict[str, float]:
+    """Growth of the server over so many frames, after as many as fill its caches."""
+    grown = 0.0
+    for count in (max(50, frames // 20), frames):
+        before, seen = resident(pid), 0
+        while seen < count:
+            seen += drag(tab, 1.0 if frames < 1000 else 10.0)["frames"]
+        grown = resident(pid) - before
+    return {"frames": frames, "grown_MiB": round(grown, 1)}
+
+
+def draw(found: dict[str, Any], directory: Path) -> None:
+    fig, axes = figure()
+    ax = axes[0, 0]
+    for k, (name, row) in enumerate(found["scenes"].items()):
+        latencies = np.sort(row.pop("latencies"))
+        style = look(k, of_ours=True) | {"marker": ""}
+        ax.plot(latencies, np.arange(1, len(latencies) + 1) / len(latencies), label=name, **style)
+    ax.set(xlabel="ms from event to painted picture", ylabel="share of frames", ylim=(0, 1))
+    ax.set_xlim(left=0)
+    ax.legend()
+    write("explorer", json.loads(json.dumps(found)), fig, directory)
+
+
+if __name__ == "__main__":
+    main()

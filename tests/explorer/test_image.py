@@ -1,0 +1,78 @@
+"""Images against counts by NumPy, column by column."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bokeh")
+
+from vibrodrive.explorer.image import (
+    ONLY_CERTIFIED,
+    ONLY_CHOSEN,
+    ROWS,
+    SHADES,
+    difference,
+    fitting_range,
+    pictures,
+    shades_of,
+)
+from vibrodrive.explorer.plane import _nearest
+from vibrodrive.explorer.view import View
+from vibrodrive.explorer.work import Level, Pace, Part, Work
+from vibrodrive.jit.slices import Halt
+
+
+def test_every_value_has_its_spot_and_the_one_above():
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=(30, 50))
+    values[3, :20] = np.nan
+    values[4] = 0.25
+    image = np.zeros((ROWS, 40), np.uint8)
+    columns = rng.permutation(40)[:30]
+    shades_of(values, columns, -1.0, 1.5, image)
+    for i, column in enumerate(columns):
+        counts, _ = np.histogram(values[i][values[i] < 1.5], ROWS, (-1.0, 1.5))
+        there = counts > 0
+        there[1:] |= counts[:-1] > 0
+        assert ((image[:, column] > 0) == there).all()
+    assert image[:, columns[4]].max() == SHADES - 1  # all values on one spot: full ink
+    assert not image[:, np.setdiff1d(np.arange(40), columns)].any()
+
+
+def test_a_difference_says_whose_each_spot_is():
+    chosen, certified = np.zeros((2, ROWS, 3), np.uint8)
+    chosen[10, 0] = certified[11, 0] = 5  # half a pixel apart: the same
+    chosen[100, 1] = 7
+    certified[200, 2] = 9
+    found = difference(chosen, certified)
+    assert (found[10, 0], found[11, 0]) == (5, 5)
+    assert found[100, 1] == ONLY_CHOSEN + 7
+    assert found[200, 2] == ONLY_CERTIFIED + 9
+    assert (found > 0).sum() == 4
+
+
+@pytest.mark.jit
+def test_what_is_not_there_yet_repeats_what_is_left_of_it():
+    view = View.read({"columns": 9, "transient": 20, "periods": 20})
+    work = Work([view.plan()], 1)
+    list(work.levels(Pace(), Halt()))
+    whole = Level(work.part, None)
+    low, high = fitting_range(whole, "dxi")
+    full = pictures(whole, "dxi", low, high)[0]
+    done = np.arange(9) % 4 == 0
+    (coarse,) = pictures(Level(Part(work.part.results, done), None), "dxi", low, high)
+    assert np.array_equal(coarse, full[:, [0, 0, 0, 0, 4, 4, 4, 4, 8]])
+    sketched = pictures(Level(Part(work.part.results, done), Part(work.part.results, ~done)), "dxi", low, high)[0]
+    assert np.array_equal(sketched, full)
+
+
+def test_coarse_cells_of_a_map():
+    done = np.zeros((40, 35), bool)
+    done[::16, ::16] = True
+    assert _nearest(done).reshape(40, 35)[39, 34] == 32 * 35 + 32
+    done[::2, ::2] = True
+    found = _nearest(done).reshape(40, 35)
+    assert found[39, 34] == 38 * 35 + 34
+    assert found[0, 1] == 0
+    assert done.reshape(-1)[found].all()

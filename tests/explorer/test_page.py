@@ -1,0 +1,260 @@
+"""The page in a real browser: what it shows is what is computed, whatever the mouse does."""
+
+from __future__ import annotations
+
+import base64
+import math
+import random
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bokeh")
+
+import vibrodrive as vd
+from tests.support.chromium import browser, lacking
+from vibrodrive.explorer.image import ROWS, values_of
+from vibrodrive.explorer.session import read_address
+from vibrodrive.model import config
+
+pytestmark = [
+    pytest.mark.jit,
+    pytest.mark.slow,
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(lacking()), reason=lacking() or "a browser is there"),
+]
+
+SMALL = "&columns=200&transient=100&periods=40"
+
+LEFT, RIGHT, TOP, BOTTOM = 100, 870, 90, 445
+"""Pixels of the frame of the diagram, a few to be on the safe side."""
+
+
+@pytest.fixture(scope="module")
+def explorer():
+    found = vd.explore(threads=2)
+    yield found
+    found.close()
+
+
+@pytest.fixture(scope="module")
+def opened():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture
+def tab(opened):
+    """A browser whose console must hold nothing in the end."""
+    opened.complaints()
+    yield opened
+    assert opened.complaints() == []
+
+
+def image(tab, name="frame"):
+    """What is painted: (rows, columns) of shades, and where (x, y, dw, dh)."""
+    found = tab.model(
+        "const s = all.filter((m) => m.type === 'ColumnDataSource' && m.data.image && m.data.image[0].shape[0] > 2);"
+        "const d = s[0].data, i = d.image[0];"
+        "return [Array.from(i.data ?? i), i.shape, d.x[0], d.y[0], d.dw[0], d.dh[0]]"
+    )
+    return np.array(found[0], np.uint8).reshape(found[1]), found[2:]
+
+
+def shown(tab):
+    """The view that the address holds."""
+    return read_address(tab.driver.current_url.split("?", 1)[1])
+
+
+def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
+    tab.open(explorer.address + SMALL + "&low=3.0")
+    tab.ask("page.command({file: 'toml'})")
+    tab.until("page.file !== null", "the exported file")
+    text = base64.b64decode(tab.ask("page.file.base64")).decode()
+    results = vd.sweep(**config.parse(text).arguments)
+    painted, (x, y, dw, dh) = image(tab)
+    columns = results.axes["A"]
+    assert (len(columns), painted.shape) == (200, (ROWS, 200))
+    assert x + dw * (np.arange(200) + 0.5) / 200 == pytest.approx(columns, abs=1e-12)
+    state = tab.state()
+    assert (state["bottom"], state["top"]) == (y, pytest.approx(y + dh))
+    spots = np.zeros(painted.shape, bool)
+    values = values_of(results, "dxi")
+    rows = np.floor((values - y) / (state["top"] - y) * ROWS).astype(int)
+    spots[rows, np.arange(200)[:, None]] = True
+    spots[1:] |= spots[:-1].copy()
+    assert np.array_equal(painted > 0, spots)
+
+
+def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explorer):
+    worker = explorer._explorer.engine.worker
+    tab.open(explorer.address + SMALL + "&eps=2e-4")
+    before, frames = worker.computations, tab.ask("page.frames.length")
+    places = [(500 + round(150 * math.sin(k / 9)), 300 + k % 7) for k in range(90)]
+    tab.drag((500, 300), places)
+    tab.settle()
+    assert worker.most_at_once == 1
+    assert worker.computations > before
+    assert tab.ask("page.frames.length") > frames + 3
+    state, view = tab.state(), shown(tab)
+    assert (view.low, view.high, view.bottom) == (state["low"], state["high"], state["bottom"])
+    moved = (places[-1][0] - 500) / 770 * (3.25 - 2.4)
+    assert state["low"] == pytest.approx(2.4 - moved, abs=5e-3)
+    _, (x, _, dw, _) = image(tab)
+    assert (x, x + dw) == pytest.approx((state["low"], state["high"]), abs=0.01)
+
+
+def test_twenty_box_zooms_and_back(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    addresses = []
+    tab.model("const f = all.find((m) => m.type === 'BoxZoomTool'); f.active = true; return 1")
+    for _ in range(20):
+        addresses.append(shown(tab))
+        # a third of the width each time: 3**20 = 3.5e9
+        tab.drag((357, 150), [(450, 250), (614, 380)])
+        tab.settle()
+    deep = shown(tab)
+    assert deep.high - deep.low < 1e-9
+    labels = tab.model(
+        "const a = all.find((m) => m.type === 'LinearAxis' && m.axis_label === 'A');"
+        "const t = Bokeh.index.find_one_by_id(a.id).tick_coords.major[0];"
+        "return [a.formatter.doFormat(t, {loc: 0}), t]"
+    )
+    first, *rest = labels[0]
+    assert float(first) == pytest.approx(labels[1][0], abs=(deep.high - deep.low) / 100)
+    for text, tick in zip(rest, labels[1][1:], strict=True):
+        assert text.startswith("+")
+        assert float(text) == pytest.approx(tick - labels[1][0], rel=0.01)
+    tab.driver.back()
+    tab.until(lambda: shown(tab) == addresses[-1], "the view before")
+    tab.settle()
+    state = tab.state()
+    assert (state["low"], state["high"]) == (addresses[-1].low, addresses[-1].high)
+
+
+def test_a_link_restores_the_view(tab, explorer):
+    query = "&x=eps&low=1e-06&high=0.001&scale=log&columns=100&quantity=impact_speed&transient=50&periods=20&B=0.2"
+    tab.open(explorer.address + query)
+    view = shown(tab)
+    assert (view.x, view.low, view.high, view.scale, view.B) == ("eps", 1e-6, 1e-3, "log", 0.2)
+    assert view.quantity == tab.ask("page.fields.quantity.value") == "impact_speed"
+
+
+def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
+    tab.open(explorer.address + SMALL + "&low=3.0")
+    tab.click(400, 300)
+    source = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.drive);"
+    tab.until(lambda: tab.model(source + "return s.data.time.length") > 0, "curves")
+    curves = tab.model(source + "return Object.fromEntries(Object.entries(s.data).map(([k, v]) => [k, Array.from(v)]))")
+    columns = np.linspace(3.0, 3.25, 200)
+    at = tab.state()["at"]
+    A = columns[np.argmin(abs(columns - at))]
+    assert at == pytest.approx(3.0 + 0.25 * 300 / 770, abs=2e-3)
+    motion = vd.simulate(A, section_phase=math.pi / 2, transient=100, periods=12)
+    sample = motion.sample(200)
+    time = (sample.tau - sample.tau[0]) / (2 * math.pi)
+    xi = np.full(len(curves["time"]), np.nan)
+    for state in ("UP", "DOWN", "STICK", "REST"):
+        own = np.array(curves[f"xi_{state}"], float)  # null where it is another state
+        xi = np.where(np.isnan(own), xi, own)
+    there = ~np.isnan(xi)
+    assert np.interp(time, np.array(curves["time"])[there], xi[there]) == pytest.approx(sample.xi, abs=1e-9)
+    words = tab.model("return all.filter((m) => m.type === 'Div').map((m) => m.text).join(' ')")
+    assert repr(float(A)) in words
+    assert "OK" in words
+
+
+def test_methods_side_by_side_and_their_difference(tab, explorer):
+    tab.open(explorer.address + SMALL + "&low=3.0&dtau=0.1")
+    visible = "return all.filter((m) => m.type === 'Figure').filter((m) => m.visible).length"
+    assert tab.model(visible) == 3
+    tab.choose("method", "fixed")
+    tab.settle()
+    assert shown(tab).method == "fixed"
+    alone, _ = image(tab)
+    tab.choose("compare", "beside")
+    tab.settle()
+    assert tab.model(visible) == 4
+    assert np.array_equal(image(tab)[0], alone)
+    tab.choose("compare", "difference")
+    tab.settle()
+    assert tab.model(visible) == 3
+    found, _ = image(tab)
+    assert {k for k in range(3) if ((found // 64 == k) & (found > 0)).any()} == {0, 1, 2}
+
+
+def test_a_map_and_the_diagram_under_a_click(tab, explorer):
+    tab.open(explorer.address + "&mode=map&columns=60&rows=40&transient=100&periods=64")
+    tab.click(485, 270)
+    tab.until("page.fields.mode.value === 'diagram'", "the diagram")
+    tab.settle()
+    view = shown(tab)
+    assert view.mode == "diagram"
+    assert pytest.approx(0.18, abs=0.01) == view.B
+    assert view.at == pytest.approx(2.825, abs=0.01)
+    tab.driver.back()
+    tab.until("page.fields.mode.value === 'map'", "the map again")
+    tab.settle()
+
+
+def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explorer):
+    tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&quantity=impact_speed&orbits=2")
+    marks = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.A);"
+    tab.until(lambda: tab.model(marks + "return s.data.A.length") > 0, "bifurcations")
+    found = tab.model(marks + "return [Array.from(s.data.A), Array.from(s.data.kind)]")
+    (doubling,) = vd.bifurcations((2.55, 2.65), max_period=1)
+    assert (repr(doubling.A), "period doubling") in list(zip(*found, strict=True))
+
+
+@pytest.mark.parametrize("kind", ["png", "pdf"])
+def test_figures_come_from_the_package(tab, explorer, kind):
+    tab.open(explorer.address + SMALL)
+    tab.ask(f"(page.file = null, page.command({{file: '{kind}'}}))")
+    tab.until("page.file !== null", "the figure")
+    content = base64.b64decode(tab.ask("page.file.base64"))
+    assert content.startswith({"png": b"\x89PNG", "pdf": b"%PDF"}[kind])
+
+
+def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    rng = random.Random(5)
+    nonsense = ["", "x", "-1", "1e999", "nan", "<script>alert(1)</script>", "'\"", "0x10", "9" * 400]
+    for name in rng.sample(["B", "eps", "eta", "tol", "xi0", "tau0", "transient", "periods", "columns", "orbits"], 6):
+        good = tab.ask("page.fields[arguments[0]].value", name)
+        tab.choose(name, rng.choice(nonsense[2:]) if name != "tau0" else "nan")
+        tab.until("page.refused !== ''", f"a refusal of {name}")
+        notice = tab.notice()
+        assert notice.startswith(f"{name} = ")
+        assert "must be" in notice
+        assert "<" not in notice
+        assert "\n" not in notice
+        tab.choose(name, good)
+        tab.until("page.refused === ''", "no complaint any more")
+    tab.settle()
+
+
+def test_a_bad_address_is_refused_in_one_line_and_the_page_works(tab, explorer):
+    tab.open(explorer.address + SMALL + "&eps=-3&novelty=1")
+    assert tab.notice().startswith("eps = ") or tab.notice().startswith("key = ")
+
+
+def test_a_server_that_ends_is_missed_and_its_successor_works(opened):
+    first = vd.explore(threads=1)
+    opened.open(first.address + SMALL)
+    first.close()
+    opened.until(lambda: "no longer answers" in page_text(opened), "a notice")
+    second = vd.explore(threads=1)
+    try:
+        opened.open(second.address + SMALL)
+        assert opened.ask("page.settled")
+    finally:
+        second.close()
+    opened.complaints()  # of the connection that was lost
+
+
+def page_text(tab):
+    """All text of the page, through the shadow roots of its widgets."""
+    return tab.driver.execute_script(
+        "const text = (n) => [...n.childNodes].map((c) => (c.nodeType === 3 ? c.data : '') + text(c)"
+        " + (c.shadowRoot ? text(c.shadowRoot) : '')).join(' '); return text(document.body)"
+    )

@@ -1,0 +1,133 @@
+"""Who is answered: this machine, with the token, and pages of this server. No browser is needed here."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from time import monotonic, sleep
+
+import pytest
+
+pytest.importorskip("bokeh")
+
+import vibrodrive as vd
+
+pytestmark = pytest.mark.jit
+
+
+@pytest.fixture(scope="module")
+def explorer():
+    found = vd.explore(threads=1)
+    yield found
+    found.close()
+
+
+def answer(address, **headers):
+    """Status and text of a GET."""
+    request = urllib.request.Request(address, headers={k.replace("_", "-"): v for k, v in headers.items()})
+    try:
+        with urllib.request.urlopen(request, timeout=60) as response:
+            return response.status, response.read().decode()
+    except urllib.error.HTTPError as error:
+        with error:
+            return error.code, error.read().decode()
+
+
+def test_the_page_is_given_to_whoever_has_the_token(explorer):
+    status, text = answer(explorer.address)
+    assert status == 200
+    assert "<title>vibrodrive explore</title>" in text
+    assert "cdn.bokeh.org" not in text  # nothing comes from elsewhere
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/?token=", "/?token=x&token={token}", "/autoload.js", "/metadata", "/?low=3", "/nowhere"]
+)
+def test_without_the_token_there_is_nothing(explorer, path):
+    base, _, token = explorer.address.partition("/?token=")
+    status, text = answer(base + path.format(token=token))
+    assert (status, text.count("\n")) == (403, 1)
+    assert "token" in text
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Host": "evil.example:80"},
+        {"Host": "127.0.0.1"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "https://127.0.0.1:{port}"},
+    ],
+)
+def test_foreign_hosts_and_origins_are_refused_token_or_not(explorer, headers):
+    port = explorer.address.split(":")[2].split("/")[0]
+    sent = {k: v.format(port=port) for k, v in headers.items()}
+    assert answer(explorer.address, **sent)[0] == 403
+    assert answer(explorer.address.split("?")[0] + "static/js/bokeh.min.js", **sent)[0] == 403
+
+
+def test_localhost_is_this_machine(explorer):
+    assert answer(explorer.address.replace("127.0.0.1", "localhost"))[0] == 200
+
+
+@pytest.mark.parametrize(("origin", "token"), [("http://evil.example", ""), (None, ""), ("own", "e30.forged")])
+def test_a_websocket_needs_the_session_of_a_page(explorer, origin, token):
+    base = explorer.address.split("/?")[0]
+    headers = {
+        "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+        "Sec-WebSocket-Version": "13", "Sec-WebSocket-Protocol": f"bokeh, {token}",
+    }  # fmt: skip
+    if origin:
+        headers["Origin"] = base if origin == "own" else origin
+    assert answer(base + "/ws", **headers)[0] in (400, 401, 403)
+
+
+def test_only_this_machine_is_listened_to(explorer):
+    port = int(explorer.address.split(":")[2].split("/")[0])
+    with socket.socket() as other:
+        other.settimeout(5)
+        assert other.connect_ex(("127.0.0.2", port)) != 0
+
+
+def started(*arguments):
+    """The command, and the address that it prints."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    return process, process.stdout.readline().strip()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_command_within_a_second(signum):
+    process, address = started()
+    try:
+        assert answer(address)[0] == 200
+        sleep(0.3)
+        began = monotonic()
+        process.send_signal(signum)
+        _, complaint = process.communicate(timeout=20)
+        assert monotonic() - began < 1.0
+        assert process.returncode == 130
+        assert complaint.count("\n") == 1
+        assert "Traceback" not in complaint
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_port_that_is_taken_is_refused_in_a_line(explorer):
+    port = explorer.address.split(":")[2].split("/")[0]
+    process, address = started("--port", port)
+    _, complaint = process.communicate(timeout=60)
+    assert (process.returncode, address) == (2, "")
+    assert complaint.startswith(f"vibrodrive: --port {port}: ")
+    assert complaint.count("\n") == 1

@@ -1,0 +1,118 @@
+"""Views: address, configuration and state are one and the same, and what is wrong is refused in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+pytest.importorskip("bokeh")
+
+from vibrodrive.explorer.session import adapted, read_address
+from vibrodrive.explorer.view import RANGES, View, view_of
+from vibrodrive.model import config
+from vibrodrive.model.parameters import PARAMETERS
+
+ROOT = Path(__file__).parents[2]
+
+NUMBERS = st.floats(0.001, 1e3)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    x=st.sampled_from(sorted(set(PARAMETERS) - {"tol"})),
+    low=NUMBERS,
+    width=st.floats(1e-10, 10.0),
+    B=st.floats(0.0, 10.0),
+    eps=NUMBERS,
+    method=st.sampled_from(["certified", "muller", "fixed"]),
+    quantity=st.sampled_from(["dxi", "xi", "impact_speed", "impact_phase"]),
+    periods=st.integers(1, 10**6),
+    scale=st.sampled_from(["linear", "log"]),
+)
+def test_address_and_configuration_keep_every_bit(**chosen):
+    low, width = chosen.pop("low"), chosen.pop("width")
+    if not low < low + width <= PARAMETERS[chosen["x"]].high:
+        return
+    view = View.read(chosen | {"low": low, "high": low + width, "columns": 3})
+    assert read_address("?token=abc&" + view.address()).state() == view.state()
+    plan = config.parse(view.toml()).plan()
+    assert plan.axes[view.x][[0, -1]].tolist() == [low, low + width]
+    assert all(plan.scalars[n] == getattr(view, n) for n in ("B", "eps", "eta", "xi0") if n != view.x)
+    assert plan.settings.periods == view.periods
+
+
+@pytest.mark.parametrize("name", ["fig07", "fig10", "map_AB", "orbits", "limits_eta"])
+def test_a_configuration_is_shown_as_it_is(name):
+    wanted = config.read(ROOT / "configs" / f"{name}.toml")
+    plan, shown = wanted.plan(), view_of(wanted).plan()
+    x = next(iter(shown.axes))
+    assert np.allclose(shown.axes[x], plan.axes[x], rtol=1e-15)
+    assert shown.settings == plan.settings
+    assert all(
+        shown.scalars[n] == plan.scalars[n] for n in shown.scalars if n in plan.scalars and n not in ("dtau", "tol")
+    )
+
+
+def test_an_axis_in_SI_units_is_refused():
+    with pytest.raises(ValueError, match="sweep = 'omega0': must be one of A, B, eps"):
+        view_of(config.read(ROOT / "configs/map_driver.toml"))
+
+
+FUZZ = [
+    "",
+    "nan",
+    "inf",
+    "-1",
+    "1e999",
+    "0x1",
+    "９",
+    "1_0",
+    "<b>",
+    "'\"\n",
+    "9" * 400,
+    "None",
+    [],
+    {},
+    None,
+    True,
+    1e308,
+    -0.0,
+]
+
+
+@pytest.mark.parametrize("key", [*View().state(), "novelty"])
+def test_whatever_is_written_is_taken_or_refused_in_one_line(key):
+    for value in FUZZ:
+        try:
+            view = View.read({key: value})
+        except ValueError as error:
+            text = str(error)
+            assert "\n" not in text
+            assert len(text) < 600
+            assert key in text or key in ("low", "high", "y_low", "y_high", "bottom", "top")
+        else:
+            assert read_address(view.address()).state() == view.state()
+
+
+def test_ranges_of_every_parameter_are_views():
+    for name, (low, high, _) in RANGES.items():
+        view = View.read({"x": name, "y": "A" if name == "B" else "B", "mode": "map", "columns": 2, "rows": 2})
+        assert (view.low, view.high) == (low, high)
+        assert [*view.plan().axes] == [name, view.y]
+
+
+def test_another_abscissa_brings_its_own_range():
+    state = View.read({"low": 3.0, "high": 3.1, "at": 3.05}).state()
+    found = adapted(state | {"x": "dtau"}, "x").state()
+    assert (found["low"], found["high"], found["scale"], found["at"]) == (*RANGES["dtau"], None)
+
+
+def test_a_logarithmic_axis_begins_above_zero():
+    found = adapted(
+        View.read({"x": "eps", "low": 0.0, "high": 1e-3, "scale": "linear"}).state() | {"scale": "log"}, "scale"
+    )
+    assert 0.0 < found.low < found.high

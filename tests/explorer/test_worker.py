@@ -1,0 +1,191 @@
+"""The worker: one computation at a time, the newest request wins; and the process beside it."""
+
+from __future__ import annotations
+
+import threading
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bokeh")
+
+import vibrodrive as vd
+from vibrodrive.explorer import exact
+from vibrodrive.explorer.aside import Aside
+from vibrodrive.explorer.worker import Rank, Slot, Worker
+from vibrodrive.jit.slices import Halt, Halted
+
+
+@pytest.fixture
+def failures():
+    return []
+
+
+@pytest.fixture
+def worker(failures):
+    found = Worker(lambda slot, error: failures.append((slot, error)))
+    yield found
+    found.close()
+
+
+def finished(worker, seconds=10.0):
+    end = monotonic() + seconds
+    while not worker.idle():
+        assert monotonic() < end
+        sleep(0.002)
+
+
+def until_halted(halt):
+    while not halt.called:
+        sleep(0.001)
+    raise Halted
+
+
+def test_of_many_requests_the_last_is_answered_and_never_two_at_once(worker):
+    answered = []
+
+    def task(k):
+        def work(halt):
+            for _ in range(20):
+                sleep(0.001)
+                if halt.called:
+                    raise Halted
+            answered.append(k)
+
+        return work
+
+    for k in range(200):
+        worker.request(Slot(0, Rank.PICTURE), task(k))
+        sleep(0.0005)
+    finished(worker)
+    assert answered[-1] == 199
+    assert len(answered) < 100
+    assert worker.most_at_once == 1
+
+
+def test_urgent_work_comes_first_and_what_it_has_halted_comes_again(worker):
+    told, begun = [], threading.Event()
+
+    def long(halt):
+        told.append("long")
+        begun.set()
+        if told.count("long") == 1:
+            until_halted(halt)
+
+    worker.request(Slot(0, Rank.EXACT), long)
+    assert begun.wait(5)
+    worker.request(Slot(1, Rank.MOTION), lambda halt: told.append("motion"))
+    finished(worker)
+    assert told == ["long", "motion", "long"]
+
+
+def test_less_urgent_work_waits(worker):
+    told, begun, go_on = [], threading.Event(), threading.Event()
+
+    def picture(halt):
+        begun.set()
+        go_on.wait(5)
+        told.append(("picture", halt.called))
+
+    worker.request(Slot(0, Rank.PICTURE), picture)
+    assert begun.wait(5)
+    worker.request(Slot(0, Rank.EXACT), lambda halt: told.append("exact"))
+    go_on.set()
+    finished(worker)
+    assert told == [("picture", False), "exact"]
+
+
+def test_a_page_that_is_closed_has_no_work(worker):
+    begun = threading.Event()
+    told = []
+
+    def long(halt):
+        begun.set()
+        until_halted(halt)
+
+    worker.request(Slot(7, Rank.PICTURE), long)
+    worker.request(Slot(8, Rank.EXACT), lambda halt: told.append("other"))
+    assert begun.wait(5)
+    worker.request(Slot(7, Rank.EXACT), lambda halt: told.append("gone"))
+    worker.cancel(7)
+    finished(worker)
+    assert told == ["other"]
+
+
+def test_what_fails_is_reported_and_the_worker_goes_on(worker, failures):
+    told = []
+    worker.request(Slot(0, Rank.PICTURE), lambda halt: 1 / 0)
+    finished(worker)
+    worker.request(Slot(0, Rank.PICTURE), lambda halt: told.append("next"))
+    finished(worker)
+    assert [type(error) for _, error in failures] == [ZeroDivisionError]
+    assert told == ["next"]
+
+
+def test_a_pause_ends_with_the_next_request(worker):
+    begun, told = threading.Event(), []
+
+    def resting(halt):
+        begun.set()
+        worker.pause(halt, 60.0)
+        told.append("rested")
+
+    worker.request(Slot(0, Rank.PICTURE), resting)
+    assert begun.wait(5)
+    began = monotonic()
+    worker.request(Slot(0, Rank.PICTURE), lambda halt: told.append("next"))
+    finished(worker)
+    assert told == ["next"]
+    assert monotonic() - began < 5
+
+
+@pytest.fixture(scope="module")
+def aside():
+    found = Aside()
+    yield found
+    found.close()
+
+
+def test_the_other_process_answers_and_passes_errors_on(aside):
+    assert aside.call(Halt(), divmod, 7, 2) == (3, 1)
+    with pytest.raises(ValueError, match="B = -1"):
+        aside.call(Halt(), exact.multiplier_at, 3.04, -1, 2, np.zeros(1))
+    assert aside.call(Halt(), abs, -5) == 5
+
+
+def test_a_search_that_nobody_waits_for_ends_and_the_process_stays(aside):
+    assert aside.call(Halt(), abs, -1) == 1
+    process, halt = aside._process, Halt()
+    threading.Timer(0.3, halt.call).start()
+    began = monotonic()
+    with pytest.raises(Halted):
+        aside.call(halt, sleep, 60)
+    assert monotonic() - began < 5
+    assert aside.call(Halt(), abs, -2) == 2
+    assert aside._process is process
+
+
+def test_a_process_that_was_killed_is_started_again(aside):
+    aside.call(Halt(), abs, -1)
+    aside._process.kill()
+    aside._process.wait()
+    assert aside.call(Halt(), abs, -3) == 3
+
+
+@pytest.mark.jit
+def test_the_multiplier_is_that_of_the_orbit(aside):
+    motion = vd.simulate(3.04, transient=500, periods=4)
+    (stable,) = (o for o in vd.orbits(3.04, max_period=2) if o.kind == "stable")
+    assert exact.multiplier_at(3.04, 0.1, 2, motion.impacts["phase"]) == stable.multiplier
+    assert np.isnan(exact.multiplier_at(3.04, 0.1, 2, motion.impacts["phase"] + 0.1))
+
+
+@pytest.mark.jit
+def test_orbits_and_bifurcations_of_a_window():
+    lines, marks = exact.orbit_lines(2.55, 2.65, 0.1, 2, "impact_speed", 0.0)
+    (doubling,) = (m for m in marks if m.kind == "period doubling")
+    assert doubling.A == vd.bifurcations((2.55, 2.65), max_period=2)[0].A
+    assert {(line.stable, line.period) for line in lines} == {(True, 1), (False, 1), (True, 2)}
+    for line in lines:
+        assert len(line.A) == len(line.values)

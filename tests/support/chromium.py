@@ -1,0 +1,116 @@
+"""A headless Chromium, driven as a person would: mouse, keys, and what the page tells about itself."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import contextmanager
+from time import monotonic, sleep
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+ARGUMENTS = (
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run",
+    "--disable-dev-shm-usage",
+)  # fmt: skip
+
+
+def lacking():
+    """What is missing for a browser, "" if nothing is."""
+    try:
+        import selenium  # noqa: F401
+    except ImportError:
+        return "selenium is not installed"
+    if not any(map(shutil.which, BROWSERS)):
+        return "there is no Chromium on PATH (Debian: chromium)"
+    return "" if shutil.which("chromedriver") else "there is no chromedriver on PATH (Debian: chromium-driver)"
+
+
+@contextmanager
+def browser(width=1250, height=950):
+    """A browser with nothing open yet."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = next(filter(None, map(shutil.which, BROWSERS)))
+    for argument in (*ARGUMENTS, f"--window-size={width},{height}"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    service = webdriver.ChromeService(executable_path=shutil.which("chromedriver"))
+    driver = webdriver.Chrome(options=options, service=service)
+    try:
+        yield Tab(driver)
+    finally:
+        driver.quit()
+
+
+class Tab:
+    """The page of an explorer in a browser."""
+
+    PATIENCE = 60.0
+    """Seconds that a machine which others use may take for what should be a moment."""
+
+    def __init__(self, driver):
+        self.driver = driver
+
+    def open(self, address):
+        self.driver.get(address)
+        self.settle()
+
+    def ask(self, script, *arguments):
+        return self.driver.execute_script(f"const page = window.explorer; return {script}", *arguments)
+
+    def until(self, condition, what):
+        """Wait for a condition, JavaScript or a function."""
+        end = monotonic() + self.PATIENCE
+        while not (condition() if callable(condition) else self.ask(condition)):
+            assert monotonic() < end, f"not within {self.PATIENCE} s: {what}; the page says {self.notice()!r}"
+            sleep(0.02)
+
+    def settle(self):
+        """Wait until what was asked for last is painted completely, and stands in the address."""
+        self.until("!!page && page.settled && page.begun", "a settled picture")
+        sleep(0.4)  # the address follows when the mouse has rested
+        self.until("page.settled", "a settled picture")
+
+    def state(self):
+        return self.ask("page.state()")
+
+    def mouse(self, kind, x, y):
+        self.driver.execute_cdp_cmd(
+            "Input.dispatchMouseEvent",
+            {"type": f"mouse{kind}", "x": x, "y": y, "button": "left", "clickCount": 1,
+             "buttons": 0 if kind == "Released" else 1},
+        )  # fmt: skip
+
+    def click(self, x, y):
+        self.mouse("Pressed", x, y)
+        self.mouse("Released", x, y)
+
+    def drag(self, start, places):
+        """Press at a place, move over others, release at the last."""
+        self.mouse("Pressed", *start)
+        for place in places:
+            self.mouse("Moved", *place)
+        self.mouse("Released", *place)
+
+    def wheel(self, x, y, by):
+        self.driver.execute_cdp_cmd(
+            "Input.dispatchMouseEvent", {"type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": by}
+        )
+
+    def model(self, script):
+        """Something of Bokeh's models: `all` is a list of them."""
+        return self.driver.execute_script(f"const all = [...Bokeh.documents[0]._all_models.values()]; {script}")
+
+    def choose(self, name, value):
+        """Set a widget as its user would."""
+        self.driver.execute_script("window.explorer.fields[arguments[0]].value = arguments[1]", name, value)
+
+    def notice(self):
+        return self.ask("page.refused")
+
+    def complaints(self):
+        """What the console holds beside notes."""
+        known = ("could not set initial ranges",)  # Bokeh's, of figures without data
+        entries = [e for e in self.driver.get_log("browser") if e["level"] != "INFO"]
+        return [e["message"] for e in entries if not any(k in e["message"] for k in known)]

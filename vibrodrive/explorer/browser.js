@@ -1,0 +1,242 @@
+// What the page does in the browser: it asks for the next view when the last one is painted, keeps the address in step
+// with what is shown, and formats the numbers of the axes. Everything else is the server's.
+const page = {
+  busy: false, // a view has been asked for, and nothing of it painted yet
+  pending: false, // the view has changed since
+  known: {}, // values of widgets and ranges that have been dealt with: scripts hear of a change later than it is made
+  motion: false, // the next request is for the curves of a motion alone
+  settled: false, // what is painted is complete, and what was asked for last
+  begun: false, // the address is in step: from now on each change of it is a step of "back"
+  seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
+  scales: {}, // of both axes, as they are drawn
+  kept: {}, // ends of ranges as they were given
+  last: "", // the view asked for last
+  extra: {}, // fields of a view without a widget: at, bottom and top where they are to be fitted
+  frames: [], latencies: [], // when pictures were painted, and how long after the event that asked for them (ms)
+  heard: 0, // number of the news heard last
+  file: null, // what was downloaded last
+  refused: "", // why the view asked for last is not shown
+};
+window.explorer = page;
+const PATIENCE = 250; // ms that a newer view waits for an older one at most
+
+const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
+fields = plain(fields);
+sliders = plain(sliders);
+only = plain(only);
+axes = plain(axes);
+page.fields = fields;
+const log = (name) => page.scales[name] === "log";
+const shown = (u, name) => (log(name) ? Math.pow(10, u) : u);
+const drawn = (v, name) => (log(name) ? Math.log10(v) : v);
+const span = (range, name, low, high) => {
+  // ends that nobody has moved are those that were given: the logarithm of a power has other last bits
+  const kept = page.kept[range.id];
+  if (kept && kept[0] === range.start && kept[1] === range.end) return {[low]: kept[2], [high]: kept[3]};
+  return {[low]: shown(range.start, name), [high]: shown(range.end, name)};
+};
+const put_span = (range, name, low, high) => {
+  const [start, end] = [drawn(low, name), drawn(high, name)];
+  page.known[range.id] = start + " " + end;
+  range.setv({start, end});
+  page.kept[range.id] = [start, end, low, high];
+};
+
+page.state = () => {
+  const view = {...page.extra};
+  for (const [name, field] of Object.entries(fields)) view[name] = field.value;
+  Object.assign(view, span(x_range, "scale", "low", "high"));
+  if (fields.mode.value === "map") Object.assign(view, span(y_range, "y_scale", "y_low", "y_high"));
+  else if (!page.fit) Object.assign(view, {bottom: y_range.start, top: y_range.end});
+  return view;
+};
+
+page.send = () => {
+  page.began = page.pending ? page.changed : performance.now();
+  Object.assign(page, {busy: true, pending: false, settled: page.settled && page.motion, sent: performance.now()});
+  page.seq += 1;
+  if (page.refused) say(page.refused = "", notice);
+  const view = page.state();
+  page.last = JSON.stringify(view);
+  request.data = {message: [JSON.stringify({seq: page.seq, view, only_motion: page.motion})]};
+  page.motion = false;
+};
+
+page.ask = (again) => {
+  if (!again && page.last === JSON.stringify(page.state())) return;
+  if (!page.busy) return page.send();
+  if (!page.pending) page.changed = performance.now();
+  page.pending = true;
+  page.settled = false;
+  clearTimeout(page.timer);
+  page.timer = setTimeout(() => page.pending && page.send(), Math.max(0, PATIENCE - (performance.now() - page.sent)));
+};
+
+const free = () => {
+  page.busy = false;
+  if (page.pending) page.send();
+};
+
+page.command = (message) => {
+  page.settled = page.settled && "file" in message;
+  page.seq += 1;
+  request.data = {message: [JSON.stringify({seq: page.seq, view: page.state(), ...message})]};
+};
+
+// Whether a value is another one than that dealt with last; then it is now.
+const is_new = (name, value) => {
+  const old = page.known[name];
+  page.known[name] = value;
+  return old !== value;
+};
+
+const set_field = (name, value) => {
+  page.known[name] = value;
+  fields[name].value = value;
+};
+
+// Slider and field of one number hold the same value; a slider of orders of magnitude holds its logarithm.
+page.slide = (name) => {
+  if (!is_new("slider " + name, sliders[name].value)) return;
+  const value = exponents.includes(name) ? Math.pow(10, sliders[name].value) : sliders[name].value;
+  set_field(name, String(Number(value.toPrecision(10))));
+  page.ask();
+};
+
+const follow = (name) => {
+  const slider = sliders[name], value = Number(fields[name].value);
+  if (!slider || !Number.isFinite(value)) return;
+  const place = exponents.includes(name) ? Math.log10(value) : value;
+  page.known["slider " + name] = Math.min(slider.end, Math.max(slider.start, place));
+  slider.value = page.known["slider " + name];
+};
+
+const REARRANGE = ["x", "y", "mode", "quantity", "scale", "y_scale"];
+page.enter = (name) => {
+  if (!is_new(name, fields[name].value)) return;
+  if (REARRANGE.includes(name)) return page.command({changed: name});
+  follow(name);
+  arrange();
+  page.ask();
+};
+
+page.fit_now = () => { page.fit = true; page.ask(true); };
+
+// A whole view, from the server: into every widget and range, without a question for each.
+page.apply = (view) => {
+  for (const [name, field] of Object.entries(fields)) {
+    set_field(name, typeof field.value === "string" ? String(view[name]) : view[name]);
+    follow(name);
+  }
+  const over_plane = view.mode === "map";
+  page.scales = {scale: view.scale, y_scale: view.y_scale};
+  page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
+  page.extra.at = view.at;
+  cursor.location = view.at === null ? NaN : drawn(view.at, "scale");
+  page.fit = !over_plane && view.bottom === null;
+  put_span(x_range, "scale", view.low, view.high);
+  if (over_plane) put_span(y_range, "y_scale", view.y_low, view.y_high);
+  else if (!page.fit) put_span(y_range, "", view.bottom, view.top);
+  arrange();
+  page.ask(true);
+};
+
+const label = (name) => {
+  const field = fields[name], found = field.options.find((option) => option[0] === field.value);
+  return found ? found[1] : field.value;
+};
+
+const arrange = () => {
+  const over_plane = fields.mode.value === "map";
+  for (const axis of axes.x) axis.axis_label = label("x");
+  for (const axis of axes.y) axis.axis_label = label(over_plane ? "y" : "quantity");
+  const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
+  second.visible = two;
+  for (const [name, items] of Object.entries(only)) {
+    for (const item of items) item.visible = over_plane === (name === "map");
+  }
+};
+
+// A frame has arrived: the next one is asked for at once, and computed while this one is painted. It can't overtake:
+// the browser takes its frames one after the other.
+page.painted = (frame) => {
+  const head = JSON.parse(frame.data.head[0]), began = page.began, first = page.busy;
+  if (head.fit && page.fit && head.seq === page.seq) {
+    put_span(y_range, "", ...head.fit);
+    page.fit = false;
+  }
+  say(head.status);
+  if (head.seq === page.seq) remember(head.address);
+  free();
+  requestAnimationFrame(() => setTimeout(() => {
+    const now = performance.now();
+    if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
+    page.frames.push(now);
+    if (first) page.latencies.push(now - began);
+    page.settled = head.complete && head.seq === page.seq && !page.pending;
+  }, 0));
+};
+
+// Past Bokeh's models: a change of theirs lays the whole page out anew.
+const say = (text, where = status) => {
+  const place = Bokeh.index.find_one_by_id(where.id)?.shadow_el.querySelector(".bk-clearfix");
+  if (place) place.innerHTML = text;
+};
+
+// The address holds the view, a step of "back" for every one at which the mouse has rested.
+let waiting = 0;
+const remember = (address) => {
+  clearTimeout(waiting);
+  waiting = setTimeout(() => {
+    const url = "?token=" + token + (address ? "&" + address : "");
+    if (url !== location.search) history[page.begun ? "pushState" : "replaceState"](null, "", url);
+    page.begun = true;
+  }, 300);
+};
+window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
+
+const download = ({name, base64}) => {
+  page.file = {name, base64};
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([bytes]));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+};
+
+page.hear = () => {
+  for (const item of JSON.parse(news.data.items[0])) {
+    if (item.number <= page.heard) continue;
+    page.heard = item.number;
+    if (item.apply) page.apply(item.apply);
+    if (item.file) download(item.file);
+    if (item.refused !== undefined) say(page.refused = item.refused, notice);
+    if (item.words !== undefined) words.text = item.words;
+    if (item.done === page.seq) { page.settled = page.settled || !!item.settled; free(); }
+  }
+};
+
+page.tap = (event) => {
+  if (fields.mode.value === "map") {
+    page.extra.at = shown(event.x, "scale");
+    return page.command({dive: shown(event.y, "y_scale")});
+  }
+  page.extra.at = shown(event.x, "scale");
+  cursor.location = event.x;
+  page.motion = true;
+  page.ask(true);
+};
+
+page.lost = (gone) => {
+  say(gone ? "The explorer no longer answers. Start it again, and open the address that it prints." : "", notice);
+  if (!gone) { page.busy = false; page.ask(true); }
+};
+
+page.moved = (range) => {
+  if (!is_new(range.id, range.start + " " + range.end)) return;
+  if (range === y_range) page.fit = false;
+  page.ask();
+};
+
+request.data = {message: [JSON.stringify({seq: 0, hello: true})]};

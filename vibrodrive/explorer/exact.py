@@ -1,0 +1,84 @@
+"""What is exact in a view, as plain data: periodic orbits and bifurcations, curves over the plane, limits.
+
+All of it is of the undisturbed motion, and is run by `Aside`, in the other process.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.periodic.curves import curves
+from vibrodrive.periodic.family import family, section, traces
+from vibrodrive.periodic.search import Orbit, orbits
+from vibrodrive.stability.limit import limit
+
+VALUES = 60
+"""Values of A at which orbits are sought in a window, beside those around its bifurcations."""
+
+SAME = 1e-6
+"""How far, in phase, an impact of a motion may be from that of an orbit for the motion to be on it."""
+
+
+class Line(NamedTuple):
+    """An orbit over A: values (n, several), a curve each."""
+
+    A: np.ndarray
+    values: np.ndarray
+    stable: bool
+    period: int
+
+
+class Mark(NamedTuple):
+    """A bifurcation, and the values of its orbit there."""
+
+    A: float
+    values: np.ndarray
+    kind: str
+    period: int
+
+
+def orbit_lines(
+    low: float, high: float, B: float, max_period: int, quantity: str, phase: float
+) -> tuple[list[Line], list[Mark]]:
+    """All orbits and bifurcations between two values of A, as values of a quantity of diagrams."""
+    found = family(np.linspace(low, high, VALUES), B, max_period)
+
+    def values(orbit: Orbit) -> np.ndarray:
+        if quantity == "impact_phase":
+            return orbit.phases
+        if quantity == "impact_speed":
+            return orbit.speeds
+        return section(orbit, phase)[:, ("xi", "dxi").index(quantity)]
+
+    lines = [Line(b.A, traces(b, values), not b.unstable, b.orbits[0].period) for b in found.branches()]
+    marks = [
+        Mark(b.A, values(b.orbit) if len(b.orbit.phases) else np.empty(0), b.kind, b.orbit.period)
+        for b in found.bifurcations
+    ]
+    return lines, marks
+
+
+def plane_curves(
+    A: tuple[float, float], B: tuple[float, float], max_period: int
+) -> list[tuple[str, int, np.ndarray, np.ndarray]]:
+    """The bifurcations of these orbits over a plane: kind, period, A and B along each."""
+    return [(c.kind, c.period, c.A, c.B) for c in curves(A=A, B=B, max_period=max_period)]
+
+
+def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
+    """The multiplier of the orbit of this period with impacts at these phases; NaN where there is none."""
+    for orbit in orbits(A, B, period):
+        if orbit.period == period and len(phases):
+            apart = np.abs(orbit.phases[:, None] - phases[None, :])
+            if np.minimum(apart, 2.0 * math.pi - apart).min(axis=0).max() < SAME:
+                return orbit.multiplier
+    return math.nan
+
+
+def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
+    """k₂ in ε of the motion with these arguments, the defaults of `limit` for what they leave out."""
+    k = limit(**arguments, disturbance="eps", threads=1)
+    return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n}

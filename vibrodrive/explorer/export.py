@@ -1,0 +1,25 @@
+"""A view as a figure of the package."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from vibrodrive.explorer.view import View
+from vibrodrive.model.drawing import MAP
+from vibrodrive.model.results import Results
+
+
+def drawn(view: View, results: Results, kind: str) -> bytes:
+    """The figure that `vibrodrive sweep --plot` makes of the exported configuration: "png" or "pdf", as bytes."""
+    from vibrodrive.figures.bifurcation import bifurcation  # brings Matplotlib, for which the page does not wait
+    from vibrodrive.figures.map import map_figure
+    from vibrodrive.figures.style import save
+
+    if view.mode == MAP:
+        figure = map_figure(results, view.shade, view.x, view.y)
+    else:
+        limits = None if view.top != view.top else (view.bottom, view.top)
+        figure = bifurcation(results, view.quantity, view.x, limits)
+    with tempfile.TemporaryDirectory() as folder:
+        return save(figure, Path(folder) / f"view.{kind}").read_bytes()

@@ -1,0 +1,106 @@
+"""Diagrams as images: a byte for each spot, which the page colours by a palette.
+
+The columns are those of the sweep and the rows lie between the ends of the ordinate. A column whose motion is still to
+be computed repeats the one before it, as wide as the grid is coarse.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrodrive.explorer.density import paint
+from vibrodrive.explorer.work import Level
+from vibrodrive.figures.ink import ink_of
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.results import Results
+
+ROWS = 360
+"""Rows of an image: about a pixel each."""
+
+SHADES = 64
+"""Shades of ink, the first of them blank. In a difference three such scales follow one another: what both ways to
+find switches show, what only the chosen one does, and what only the certified one does."""
+
+BOTH, ONLY_CHOSEN, ONLY_CERTIFIED = (SHADES * k for k in range(3))
+
+SLACK = 1
+"""Rows by which two spots may be apart and still be the same one: half a pixel decides on which of two rows it lies."""
+
+MARGIN = 0.04
+"""Part of the range of all values that is left free above and below them."""
+
+
+def values_of(results: Results, quantity: str) -> np.ndarray:
+    """The recorded values of a quantity: float64 (columns, values), NaN where there is none."""
+    if quantity in ("xi", "dxi"):
+        found = results.section[..., ("xi", "dxi").index(quantity)]
+    else:
+        found = getattr(results, quantity)
+    lacking = np.isin(results.status, (Status.NOT_COMPUTED, Status.BUDGET))
+    return np.where(lacking[:, None], np.nan, found) if lacking.any() else found
+
+
+def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
+    """From the least to the largest value there is, and a little more."""
+    part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
+    ends = []
+    for results in part.results:
+        values = values_of(results, quantity)[part.done]
+        values = values[np.isfinite(values)]
+        if values.size:
+            ends += [float(values.min()), float(values.max())]
+    if not ends:
+        return -1.0, 1.0
+    low, high = min(ends), max(ends)
+    margin = MARGIN * (high - low) or 0.5
+    return low - margin, high + margin
+
+
+def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
+    """Put the ink of values (n, k), 0 to SHADES - 1 a spot, into these columns of an image: uint8 (ROWS, columns)."""
+    k = values.shape[1]
+    table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
+    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(ROWS, np.int64), image)
+
+
+def _near(there: np.ndarray) -> np.ndarray:
+    """Spots with one of `there` (bool, rows by columns) within SLACK rows."""
+    out = there.copy()
+    for k in range(1, SLACK + 1):
+        out[k:] |= there[:-k]
+        out[:-k] |= there[k:]
+    return out
+
+
+def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
+    """Both images of shades in one, each spot on the scale of who has it."""
+    alone = (chosen > 0) & ~_near(certified > 0)
+    missing = (certified > 0) & ~_near(chosen > 0)
+    out = np.maximum(chosen, certified)
+    out[alone] = chosen[alone] + ONLY_CHOSEN
+    out[missing] = certified[missing] + ONLY_CERTIFIED
+    return out
+
+
+def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.ndarray]:
+    """An image uint8 (ROWS, columns) for each way to find switches that the level has."""
+    done, rest = level.sweep.done, None
+    there = done
+    if level.sketch is not None:
+        rest = np.flatnonzero(level.sketch.done & ~done)
+        there = done | level.sketch.done
+    out = []
+    for k, results in enumerate(level.sweep.results):
+        image = np.empty((ROWS, len(done)), np.uint8)
+        if level.sketch is not None and rest is not None:
+            shades_of(values_of(level.sketch.results[k], quantity)[rest], rest, low, high, image)
+        now = np.flatnonzero(done)
+        shades_of(values_of(results, quantity)[now], now, low, high, image)
+        out.append(image if there.all() else image[:, _repeated(there)])
+    return out
+
+
+def _repeated(there: np.ndarray) -> np.ndarray:
+    """For each column the last one up to it that is there, for those before the first the first."""
+    at = np.maximum.accumulate(np.where(there, np.arange(len(there)), -1))
+    return np.where(at < 0, np.argmax(there), at)

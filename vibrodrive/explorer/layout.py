@@ -1,0 +1,307 @@
+"""The models of the page: figures, widgets, and the few sources through which it and the server speak."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.events import Tap
+from bokeh.layouts import column, row
+from bokeh.models import (
+    Button,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    Div,
+    HoverTool,
+    LinearAxis,
+    LinearColorMapper,
+    Range1d,
+    Select,
+    Slider,
+    Span,
+    TextInput,
+)
+from bokeh.plotting import figure
+
+from vibrodrive.explorer.image import SHADES
+from vibrodrive.explorer.motion import DRAWN
+from vibrodrive.explorer.view import (
+    ALONE,
+    BESIDE,
+    DIAGRAM,
+    DIFFERENCE,
+    LINEAR,
+    LOG,
+    METHODS,
+    OF_MAPS,
+    QUANTITIES,
+    View,
+)  # fmt: skip
+from vibrodrive.model.drawing import MAP
+from vibrodrive.model.parameters import PARAMETERS
+
+HERE = Path(__file__).parent
+
+SYMBOLS = {
+    "A": "A", "B": "B", "eps": "ε", "eta": "η", "dtau": "Δτ", "tol": "tol", "xi0": "ξ₀", "dxi0": "ξ′₀", "tau0": "τ₀",
+    "section_phase": "φ_s", "xi": "ξ", "dxi": "ξ′", "impact_speed": "impact speed", "impact_phase": "impact phase",
+}  # fmt: skip
+"""The paper's symbol for every parameter and ordinate, in letters that a page has."""
+
+INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
+"""Full ink of what both ways to find switches show, of what only the chosen one does, of what only the certified one
+does: black, vermilion, blue."""
+
+STATE_COLOURS = dict(zip(DRAWN, ("#0072B2", "#D55E00", "#009E73", "#666666"), strict=True))
+
+KIND_COLOURS = {
+    "onset": "#737373", "period doubling": "#0072B2", "fold": "#D55E00", "border": "#000000", "grazing": "#009E73",
+    "stick": "#AA3377",
+}  # fmt: skip
+"""Of bifurcations: those of figures/plane.py."""
+
+SLIDERS: dict[str, tuple[float, float, float]] = {
+    "B": (0.0, 0.6, 0.001),
+    "eps": (0.0, 1e-3, 1e-6),
+    "eta": (1.0, 200.0, 0.1),
+    "section_phase": (0.0, 6.28, 0.01),
+    "dtau": (-5.0, 0.0, 0.01),
+    "A": (1.0, 4.0, 0.001),
+    "transient": (0, 2000, 10),
+    "periods": (10, 1000, 10),
+}
+"""Ends and step of what has a slider; of Δτ those of its decimal logarithm. The field beside it takes any value."""
+
+EXPONENTS = ("dtau",)
+
+PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
+
+WIDE, TALL = 900, 440
+"""Pixels of the diagram."""
+
+
+def palette() -> list[str]:
+    """A scale from white to each of INKS, one after the other."""
+    share = np.arange(SHADES)[:, None] / (SHADES - 1)
+    rows = np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS])
+    return ["#{:02x}{:02x}{:02x}".format(*map(round, rgb)) for rgb in rows.tolist()]
+
+
+@dataclass
+class Page:
+    """What the server changes, and what it listens to. `frame`, `other` (of the second diagram) and `plane` (the map)
+    have one image each; the news of a picture comes with the first or the last of them."""
+
+    root: Any
+    request: ColumnDataSource
+    news: ColumnDataSource
+    frame: ColumnDataSource
+    other: ColumnDataSource
+    plane: ColumnDataSource
+    colours: LinearColorMapper
+    motion: ColumnDataSource
+    stable: ColumnDataSource
+    unstable: ColumnDataSource
+    marks: ColumnDataSource
+    curves: ColumnDataSource
+    figures: list[Any]
+
+
+BLANK: dict[str, Any] = {
+    "image": [np.zeros((2, 2), np.uint8)],
+    "x": [0],
+    "y": [0],
+    "dw": [1],
+    "dh": [1],
+    "head": ["{}"],
+}
+LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
+HINT = "A click on the diagram shows the motion there."
+NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
+NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
+NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}
+NO_MOTION: dict[str, Any] = {
+    name: [] for name in ("time", "drive", *(f"{q}_{s.name}" for q in ("xi", "dxi") for s in DRAWN))
+}
+
+
+def build(document: Document, view: View, token: str) -> Page:
+    """All models for a view, and the scripts that join them in the browser."""
+    frame, other, plane = (ColumnDataSource(BLANK) for _ in range(3))
+    request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
+    x_range, y_range = Range1d(view.low, view.high), Range1d(-1.0, 1.0)
+    inputs = _inputs(view)
+    sliders = {name: _slider(name, view) for name in SLIDERS}
+    format_x = _ticks(inputs["scale"], None)
+    format_y = _ticks(inputs["y_scale"], inputs["mode"])
+    one, two = (_diagram(x_range, y_range, format_x, format_y) for _ in range(2))
+    ink = LinearColorMapper(palette=palette(), low=0, high=3 * SHADES - 1)
+    colours = LinearColorMapper(palette=["#ffffff", "#000000"], low=0, high=1)
+    place = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh", "level": "image"}
+    image = one.image(source=frame, color_mapper=ink, **place)
+    cells = one.image(source=plane, color_mapper=colours, visible=False, **place)
+    two.image(source=other, color_mapper=ink, **place)
+    two.visible = False
+    stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
+    lines = [
+        one.multi_line("x", "y", source=stable, color="#0072B2", width=1.5),
+        one.multi_line("x", "y", source=unstable, color="#D55E00", width=1.2, dash=[6, 3]),
+        one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5),
+    ]
+    named = one.multi_line("x", "y", source=curves, color="colour", width=2, visible=False)
+    tips = [("", "@kind, period @period"), ("A", "@A")]
+    one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
+    cursor = Span(dimension="height", location=math.nan, line_color="#888888", line_dash="dotted")
+    for diagram in (one, two):
+        diagram.add_layout(cursor)
+    motion = ColumnDataSource(NO_MOTION)
+    phase, time = _phase_curve(motion), _time_curve(motion)
+    notice = Div(text="", width=WIDE, height=18, styles={"color": "#b00020"})
+    status, words = Div(text=LOADING, width=WIDE, height=36), Div(text=HINT, width=270)
+    buttons = {
+        label: Button(label=label, width=70, height=30) for label in ("Back", "Reset", "Fit", "TOML", "PNG", "PDF")
+    }
+    top = [
+        inputs[n] for n in ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
+    ]
+    side = [row(sliders[n], inputs[n]) for n in SLIDERS]
+    only = {
+        "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], cells, named],
+        "diagram": [inputs["quantity"], inputs["compare"], image, *lines, cursor],
+    }
+    root = column(
+        row(*top),
+        row(
+            column(notice, row(one, two), status, row(phase, time)),
+            column(
+                row(*list(buttons.values())[:3]),
+                row(*list(buttons.values())[3:]),
+                *side,
+                row(*(inputs[n] for n in PLAIN_FIELDS[:3])),
+                row(*(inputs[n] for n in PLAIN_FIELDS[3:])),
+                words,
+            ),
+        ),
+    )
+    axes = {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]}
+    args = {
+        "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
+        "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
+        "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor,
+    }  # fmt: skip
+    document.js_on_event("document_ready", CustomJS(args=args, code=(HERE / "browser.js").read_text()))
+    document.js_on_event("connection_lost", _call("lost(true)"))
+    document.js_on_event("client_reconnected", _call("lost(false)"))
+    for axis in (x_range, y_range):
+        for end in ("start", "end"):
+            axis.js_on_change(end, _call("moved(cb_obj)"))
+    for name, field in inputs.items():
+        field.js_on_change("value", _call(f"enter('{name}')"))
+    for name, slider in sliders.items():
+        slider.js_on_change("value", _call(f"slide('{name}')"))
+    frame.js_on_change("data", _call("painted(frame)", frame=frame))
+    plane.js_on_change("data", _call("painted(frame)", frame=plane))
+    news.js_on_change("data", _call("hear()"))
+    for shown in (one, two):
+        shown.js_on_event(Tap, _call("tap(cb_obj)"))
+    buttons["Back"].js_on_click(CustomJS(code="history.back()"))
+    buttons["Fit"].js_on_click(_call("fit_now()"))
+    for label, command in (
+        ("Reset", "reset: true"),
+        ("TOML", "file: 'toml'"),
+        ("PNG", "file: 'png'"),
+        ("PDF", "file: 'pdf'"),
+    ):
+        buttons[label].js_on_click(_call(f"command({{{command}}})"))
+    root.tags = [request, news]  # what only scripts refer to is no part of a document otherwise
+    document.title = "vibrodrive explore"
+    document.add_root(root)
+    return Page(root, request, news, frame, other, plane, colours, motion, stable, unstable, marks, curves, [one, two])
+
+
+def _call(call: str, **args: Any) -> CustomJS:
+    """A call into browser.js, once that has run."""
+    return CustomJS(args=args, code=f"if (window.explorer) window.explorer.{call}")
+
+
+def _ticks(scale: Select, mode: Select | None) -> CustomJSTickFormatter:
+    return CustomJSTickFormatter(args={"scale": scale, "mode": mode}, code=(HERE / "ticks.js").read_text())
+
+
+def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -> Any:
+    p = figure(
+        width=WIDE, height=TALL, x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom", active_drag="pan",
+        active_scroll="wheel_zoom", toolbar_location="above", min_border_left=100, min_border_right=30,
+        min_border_bottom=50,
+    )  # fmt: skip
+    p.toolbar.logo = None
+    p.center.clear()  # a grid would be drawn anew with every frame, under the image
+    p.axis.minor_tick_line_color = None
+    p.xaxis.formatter, p.yaxis.formatter = format_x, format_y
+    p.xaxis.ticker.desired_num_ticks = 6
+    return p
+
+
+def _phase_curve(motion: ColumnDataSource) -> Any:
+    p = figure(width=300, height=250, tools="pan,wheel_zoom,box_zoom,reset", x_axis_label="ξ", y_axis_label="ξ′")
+    p.toolbar.logo = None
+    for state, colour in STATE_COLOURS.items():
+        p.line(f"xi_{state.name}", f"dxi_{state.name}", source=motion, color=colour, width=1.5)
+    return p
+
+
+def _time_curve(motion: ColumnDataSource) -> Any:
+    p = figure(width=600, height=250, tools="xpan,xwheel_zoom,box_zoom,reset", x_axis_label="τ/2π", y_axis_label="ξ")
+    p.toolbar.logo = None
+    p.extra_y_ranges = {"drive": Range1d(-1.1, 5.0)}
+    p.add_layout(LinearAxis(y_range_name="drive", visible=False), "right")
+    p.line("time", "drive", source=motion, color="#bbbbbb", y_range_name="drive", legend_label="sin τ")
+    for state, colour in STATE_COLOURS.items():
+        p.line("time", f"xi_{state.name}", source=motion, color=colour, width=1.5, legend_label=state.name.lower())
+    p.legend.orientation = "horizontal"
+    p.legend.location = "top_right"
+    p.legend.label_text_font_size = "8pt"
+    p.legend.padding = 2
+    p.legend.background_fill_alpha = 0.7
+    return p
+
+
+def _inputs(view: View) -> dict[str, Any]:
+    """A widget for every field of a view that is no range."""
+    parameters = [(name, SYMBOLS[name]) for name in PARAMETERS]
+    choices = {
+        "mode": ("mode", [DIAGRAM, MAP], 95),
+        "quantity": ("ordinate", [(q, SYMBOLS[q]) for q in QUANTITIES], 115),
+        "shade": ("colour", list(OF_MAPS), 150),
+        "x": ("abscissa", parameters, 75),
+        "scale": ("axis", [LINEAR, LOG], 80),
+        "y": ("ordinate", parameters, 75),
+        "y_scale": ("axis", [LINEAR, LOG], 80),
+        "method": ("switches by", list(METHODS), 105),
+        "compare": ("certified too", [ALONE, BESIDE, DIFFERENCE], 110),
+    }
+    state = view.state()
+    found: dict[str, Any] = {
+        name: Select(title=title, options=options, value=state[name], width=width)
+        for name, (title, options, width) in choices.items()
+    }
+    for name in (*SLIDERS, *PLAIN_FIELDS, "orbits"):
+        title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else SYMBOLS.get(name, name)
+        width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
+        found[name] = TextInput(title=title, value=repr(state[name]), width=width)
+    assert {*found} == {f.name for f in fields(View)} - {"low", "high", "bottom", "top", "y_low", "y_high", "at"}
+    return found
+
+
+def _slider(name: str, view: View) -> Slider:
+    start, end, step = SLIDERS[name]
+    value = float(getattr(view, name))
+    value = math.log10(value) if name in EXPONENTS else value
+    shown = "log Δτ" if name in EXPONENTS else SYMBOLS.get(name, name)
+    return Slider(title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
+                  show_value=False)  # fmt: skip

@@ -1,0 +1,106 @@
+"""One motion of a diagram: its curves, coloured by state, and what is to be said of it."""
+
+from __future__ import annotations
+
+import html
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.batch.sweep import compute
+from vibrodrive.batch.trajectory import Trajectory, follow
+from vibrodrive.explorer.view import View
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.parameters import Status
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.states import State
+
+SHOWN = 12
+"""Excitation periods that are drawn, at most."""
+
+POINTS = 200
+"""Points of a curve in a period, at least."""
+
+MOST_POINTS = 20_000
+"""Points of a curve, at most: a motion with many switches a period is drawn over fewer periods."""
+
+DRAWN = (State.UP, State.DOWN, State.STICK, State.REST)
+"""The states that last, in the order of their colours."""
+
+
+class Motion(NamedTuple):
+    """One motion, and its summary by the names of records.py."""
+
+    x: float
+    trajectory: Trajectory
+    summary: dict[str, Any]
+
+
+def nearest(view: View) -> Plan:
+    """The sweep of the one motion that the column nearest to `view.at` shows."""
+    plan = view.plan()
+    index = [0] * len(plan.shape)
+    names = list(plan.axes)
+    across = plan.axes[view.x]
+    index[names.index(view.x)] = int(np.argmin(np.abs(across - view.at)))
+    arguments = plan.arguments(int(np.ravel_multi_index(index, plan.shape)))
+    return make_plan({name: value for name, value in arguments.items() if value is not None})
+
+
+def motion_at(view: View, halt: Halt) -> Motion:
+    """The motion at `view.at`, as `simulate` follows it. Raises Halted."""
+    whole = nearest(view)
+    few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
+    trajectory = follow(few, halt)
+    block = compute(replace(whole, record=(SUMMARY,)), 0, 1, 1, halt)
+    summary = {name: values[0].item() for name, values in block.records.items()}
+    return Motion(whole.scalars[view.x], trajectory, summary)
+
+
+def lines(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Columns of the curves: periods since the transient, sin τ, ξ and ξ', and these of each state alone (or NaN)."""
+    from vibrodrive.figures.curves import curve  # brings Matplotlib, for which the page does not wait
+
+    drawn = curve(trajectory, POINTS)
+    if len(drawn.tau) > MOST_POINTS:
+        drawn = drawn._replace(**{name: getattr(drawn, name)[:MOST_POINTS] for name in ("tau", "xi", "dxi")})
+    rows = trajectory.switches
+    ends = 2.0 * math.pi * rows["period"] + rows["phase"]
+    first = rows["before"][0] if len(rows) else trajectory.sample(1).state[0]
+    known = np.concatenate([[first], rows["after"]])
+    # at a switch a point belongs to the state before it and to the one after it
+    before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
+    start = 2.0 * math.pi * trajectory.arguments["transient"] + trajectory.arguments["tau0"]
+    columns = {
+        "time": (drawn.tau - start) / (2.0 * math.pi),
+        "xi": drawn.xi,
+        "dxi": drawn.dxi,
+        "drive": np.sin(drawn.tau),
+    }
+    for state in DRAWN:
+        here = (before == state) | (after == state)
+        columns |= {f"{name}_{state.name}": np.where(here, columns[name], np.nan) for name in ("xi", "dxi")}
+    return columns
+
+
+def words(motion: Motion, view: View) -> list[str]:
+    """What is to be said of it, a line each, as HTML."""
+    from vibrodrive.figures.colours import states
+
+    t, found = motion.trajectory, motion.summary
+    period = found["period"]
+    status = Status(t.status)
+    said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>", f"{status.name}: {html.escape(status.advice)}"]
+    said.append(f"closest decision {t.margin:.3g} away")
+    if status == Status.OK:
+        cycle = f"period {period}" if period > 0 else "no period up to 64"
+        said.append(f"{cycle}, {found['impacts']:.4g} impacts an excitation period")
+        if found["sequence"] > 0:
+            said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
+        said.append(f"impact speed {found['impact_speed_mean']:.6g}, at most {found['impact_speed_max']:.6g}")
+        if math.isfinite(found["lyapunov"]):
+            said.append(f"Lyapunov exponent {found['lyapunov']:.4g} an excitation period")
+    return said

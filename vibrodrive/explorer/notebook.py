@@ -1,0 +1,96 @@
+"""`vd.explore`: the explorer in a notebook, or beside a session of Python."""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import threading
+from concurrent.futures import Future
+from importlib.util import find_spec
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrodrive.explorer.view import View, view_of
+from vibrodrive.model import config as configuration
+
+if TYPE_CHECKING:
+    from vibrodrive.explorer.server import Explorer
+
+
+class Explored:
+    """A running explorer: a notebook shows it in a frame, `address` opens it in a browser, `close` ends it.
+
+    Attributes
+    ----------
+    address : str
+        of its page, with the token, on this machine.
+    """
+
+    def __init__(self, view: View, threads: int | None) -> None:
+        started: Future[Explorer] = Future()
+        self._thread = threading.Thread(target=_serve, args=(view, threads, started), name="explorer page", daemon=True)
+        self._thread.start()
+        self._explorer = started.result()
+        self.address = self._explorer.address
+
+    def close(self) -> None:
+        """End it."""
+        self._explorer.close()
+        self._thread.join(2.0)
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{html.escape(self.address)}" width="100%" height="860" style="border: 0"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<explorer at {self.address}>"
+
+
+def explore(config: str | PathLike[str] | None = None, *, threads: int | None = None) -> Explored:
+    """Explore diagrams with the mouse: in a notebook, or in a browser at the address that it returns.
+
+    Parameters
+    ----------
+    config : path, optional
+        a configuration to begin with; a diagram over A unless given.
+    threads : int, optional
+        threads to compute with; all by default.
+
+    Returns
+    -------
+    Explored
+        with `address` and `close`. It serves this machine alone, until it is closed or the process ends.
+
+    Raises
+    ------
+    ConfigError, ValueError
+        with one sentence, if the configuration cannot be read or shown.
+    ModuleNotFoundError
+        where the extra `explore` is not installed.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> explorer = vd.explore()
+    >>> explorer.address.startswith("http://127.0.0.1:")
+    True
+    >>> explorer.close()
+    """
+    if find_spec("bokeh") is None:
+        raise ModuleNotFoundError("explore needs the extra: pip install 'vibrodrive[explore]'")
+    view = View() if config is None else view_of(configuration.read(Path(config)))
+    return Explored(view, threads)
+
+
+def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
+    """Serve in this thread, with an event loop of its own: a notebook's is the notebook's."""
+    from vibrodrive.explorer.server import Explorer
+
+    try:
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        explorer = Explorer(view, 0, threads)
+    except BaseException as error:
+        started.set_exception(error)
+        return
+    started.set_result(explorer)
+    explorer.run()

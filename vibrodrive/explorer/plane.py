@@ -1,0 +1,52 @@
+"""Maps as images: the colours of the package's own figures."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.explorer.work import STRIDES, Level
+
+
+class Plane(NamedTuple):
+    """Numbers into a palette: uint16 (rows, columns), y upwards; and what the palette's colours mean, as HTML."""
+
+    cells: np.ndarray
+    palette: list[str]
+    legend: str
+
+
+def painted(level: Level, quantity: str) -> Plane:
+    """The picture of a quantity: coarse cells where points are still to be computed."""
+    from matplotlib.colors import to_hex  # for which the page does not wait
+
+    from vibrodrive.figures.colours import paint
+    from vibrodrive.figures.map import recorded
+
+    part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
+    results = part.results[0]
+    values, status = recorded(results, quantity), results.status
+    shape = status.shape
+    source = _nearest(part.done.reshape(shape))
+    found = paint(quantity, values.reshape(-1)[source].reshape(shape), status.reshape(-1)[source].reshape(shape), None)
+    palette = [to_hex(colour) for colour in found.colours]
+    names = [*zip(palette, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    if not found.labels:
+        low, high = (float(found.norm.inverse(share)) for share in (0.0, 1.0))
+        names = [(palette[0], f"{low:.4g}"), (palette[len(palette) - 1 - len(found.apart)], f"{high:.4g}"), *names]
+    legend = " ".join(f"<span style='background:{c};border:1px solid #888'>&emsp;</span> {name}" for c, name in names)
+    return Plane(found.cells.filled(0).T.astype(np.uint16), palette, legend)
+
+
+def _nearest(done: np.ndarray) -> np.ndarray:
+    """For each point of a plane the number of the last one before it, along both axes, that is done: int64 (flat)."""
+    rows, columns = np.indices(done.shape)
+    source = np.arange(done.size).reshape(done.shape)
+    there = done.copy()
+    for stride in sorted(STRIDES):
+        coarse = rows - rows % stride, columns - columns % stride
+        better = ~there & done[coarse]
+        source[better] = (coarse[0] * done.shape[1] + coarse[1])[better]
+        there |= better
+    return source.reshape(-1)

@@ -1,0 +1,131 @@
+"""The server of the page: on this machine alone, for whoever knows the token.
+
+Bokeh compares the origin of a websocket with a list. Here every request is judged, before anything answers it: its
+Host must be a name of this machine (a foreign name that resolves to it would let a foreign page in), its Origin, if it
+has one, must be this server, and what is no static file must bring the token. A websocket brings the signed session
+that the page with the token was given.
+"""
+
+from __future__ import annotations
+
+import hmac
+import logging
+import secrets
+from typing import Any
+from urllib.parse import urlencode
+
+from bokeh.application import Application
+from bokeh.application.handlers.function import FunctionHandler
+from bokeh.document import Document
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
+from bokeh.server.util import bind_sockets
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
+from tornado.ioloop import IOLoop
+from tornado.web import RequestHandler
+
+from vibrodrive.batch.sweep import check_threads
+from vibrodrive.explorer.session import Engine, Session
+from vibrodrive.explorer.view import View
+
+ADDRESS = "127.0.0.1"
+
+NAMES = (ADDRESS, "localhost")
+"""What this machine may be called in a request."""
+
+
+class Refusal(RequestHandler):
+    """The answer to what is refused."""
+
+    def initialize(self, why: str) -> None:
+        self.why = why
+
+    def prepare(self) -> None:
+        self.set_status(403)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(self.why + "\n")
+
+
+class Guarded(BokehTornado):
+    """Bokeh's application behind a check of every request."""
+
+    def __init__(self, applications: Any, token: str, port: int, **options: Any) -> None:
+        self.token = token
+        self.hosts = {f"{name}:{port}" for name in NAMES}
+        super().__init__(applications, **options)
+
+    def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
+        why = self.refusal(request)
+        if why:
+            return self.get_handler_delegate(request, Refusal, {"why": why})
+        return super().find_handler(request, **kwargs)
+
+    def refusal(self, request: HTTPServerRequest) -> str:
+        """Why a request is refused, "" if it is not."""
+        if request.host not in self.hosts:
+            return "refused: this server answers to its own address only"
+        origin = request.headers.get("Origin") or request.headers.get("Sec-WebSocket-Origin")
+        if origin is not None and origin.removeprefix("http://") not in self.hosts:
+            return "refused: a page of another origin has asked"
+        if request.path.startswith("/static/") or request.path in ("/ws", "/favicon.ico"):
+            return ""
+        given = b"".join(request.query_arguments.get("token", [])[:1])
+        if not hmac.compare_digest(given, self.token.encode()):
+            return "refused: wrong token: replace it by the one in the address that vibrodrive explore has printed"
+        return ""
+
+
+class Explorer:
+    """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it."""
+
+    def __init__(self, view: View, port: int = 0, threads: int | None = None) -> None:
+        for chatty in ("bokeh", "tornado"):  # what users are to know is said on the page
+            logging.getLogger(chatty).setLevel(logging.ERROR)
+        self.engine = Engine(check_threads(threads))
+        self.token = secrets.token_urlsafe(24)
+        self.view = view
+        application = Application(FunctionHandler(self._open))
+        sockets, self.port = bind_sockets(ADDRESS, port)
+        tornado = Guarded(
+            {"/": application},
+            self.token,
+            self.port,
+            extra_websocket_origins=[f"{name}:{self.port}" for name in NAMES],
+            secret_key=secrets.token_bytes(32),
+            sign_sessions=True,
+            generate_session_ids=True,
+            check_unused_sessions_milliseconds=500,  # a closed page ends its work
+            unused_session_lifetime_milliseconds=2000,
+        )
+        self.http = HTTPServer(tornado)
+        self.http.add_sockets(sockets)
+        self.server = BaseServer(IOLoop.current(), tornado, self.http)
+        self.server.start()
+
+    @property
+    def address(self) -> str:
+        """Of the page, with its token."""
+        return f"http://{ADDRESS}:{self.port}/?token={self.token}"
+
+    def _open(self, document: Document) -> None:
+        context = document.session_context
+        given = context.request.arguments if context is not None and context.request is not None else {}
+        address = urlencode([(key, v.decode(errors="replace")) for key, values in given.items() for v in values[:1]
+                             if key != "token" and not key.startswith("bokeh")])  # fmt: skip
+        Session(document, self.engine, self.view, address, self.token)
+
+    def run(self) -> None:
+        """Serve until `close` is called."""
+        self.server.io_loop.start()
+        self.server.io_loop.close(all_fds=True)  # a page whose connection is cut notices
+
+    def close(self) -> None:
+        """End what is computed, and the server; from any thread."""
+        self.engine.close()
+        self.server.io_loop.add_callback(self._end)
+
+    def _end(self) -> None:
+        self.server.stop(wait=False)
+        self.http.stop()
+        self.server.io_loop.stop()

@@ -1,0 +1,13 @@
+// A number of an axis in full where the axis is wide. Where it is narrow the first one is in full, and the others say
+// how much larger they are: the digits in which they differ would not find room behind those in which they do not.
+const log = scale !== null && scale.value === "log" && (mode === null || mode.value === "map");
+const value = (u) => (log ? Math.pow(10, u) : u);
+const plain = (v, digits) => {
+  const text = v.toPrecision(Math.min(17, Math.max(1, digits)));
+  return text.includes("e") ? text.replace(/\.?0+e/, "e") : text.includes(".") ? text.replace(/\.?0+$/, "") : text;
+};
+if (ticks.length < 2) return plain(value(tick), 12);
+const step = Math.abs(value(ticks[1]) - value(ticks[0])), size = Math.max(...ticks.map((u) => Math.abs(value(u))));
+const digits = (v) => Math.ceil(Math.log10(Math.max(Math.abs(v), step) / step)) + 2;
+if (log || step > 1e-5 * size || index === 0) return plain(value(tick) === 0 ? 0 : value(tick), digits(value(tick)));
+return "+" + plain(value(tick) - value(ticks[0]), 3);

@@ -1,0 +1,328 @@
+"""What the page shows: all of it in one value, which is written as an address and as a configuration.
+
+A view is computed from its own configuration, read back through the checks that a file passes: what the page shows in
+the end is the sweep of the file that it exports, to the bit, and what it refuses is refused in the same words.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+
+from vibrodrive.model import config
+from vibrodrive.model.drawing import (
+    BIFURCATION,
+    DIAGRAM_QUANTITIES,
+    MAP,
+    MAP_QUANTITIES,
+    OF_EVERY_SWEEP,
+    OF_SUMMARY,
+    SECTION_QUANTITIES,
+)
+from vibrodrive.model.parameters import ETA, PARAMETERS, Method, Parameter, bad, check_count
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
+
+DIAGRAM = "diagram"
+"""A quantity over one parameter; the other mode is MAP, over two."""
+
+QUANTITIES = DIAGRAM_QUANTITIES
+"""Ordinates of a diagram: those of the section, and those of the main impacts."""
+
+OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, *OF_EVERY_SWEEP))
+
+ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"
+"""The chosen way to find switches alone, beside the certified one, or what the two differ in."""
+
+LINEAR, LOG = "linear", "log"
+
+METHODS = tuple(m.name.lower() for m in Method)
+
+MOST_COLUMNS = 4000
+MOST_CELLS = 1_000_000
+
+LONGEST = 10**6
+"""Excitation periods, left out or recorded: a page is no place to wait for more."""
+
+NOWHERE = math.nan
+"""In the place of a number that is not set."""
+
+RANGES: dict[str, tuple[float, float, str]] = {
+    "A": (2.4, 3.25, LINEAR),
+    "B": (0.02, 0.3, LINEAR),
+    "eps": (1e-6, 1e-3, LOG),
+    "eta": (1.0, 200.0, LINEAR),
+    "dtau": (1e-3, 1.0, LOG),
+    "tol": (1e-12, 1e-1, LOG),
+    "xi0": (0.0, 10.0, LINEAR),
+    "dxi0": (-3.0, 3.0, LINEAR),
+    "tau0": (0.0, 2.0 * math.pi, LINEAR),
+    "section_phase": (0.0, 2.0 * math.pi, LINEAR),
+}
+"""Where an axis of each parameter lies, and how it is spaced, unless it is said."""
+
+
+MAY_LACK = ("bottom", "top", "at")
+"""Fields that need not be set."""
+
+SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")
+"""The fields of an axis, in the order of RANGES."""
+
+
+def _number(key: str, value: object) -> float:
+    try:
+        found = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ValueError(bad(key, value, "a number")) from None
+    if not math.isfinite(found):
+        raise ValueError(bad(key, value, "a finite number"))
+    return found + 0.0
+
+
+def _parameter(key: str, value: object) -> float:
+    """A number in the range of that parameter."""
+    p: Parameter = PARAMETERS[key]
+    try:
+        found = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ValueError(bad(key, value, p.allowed)) from None
+    if not p.low <= found <= p.high or (p.open_low and found == p.low):
+        raise ValueError(bad(key, value, p.allowed))
+    return found + 0.0
+
+
+def _count(key: str, value: object, low: int, high: int) -> int:
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, str):
+        digits = value.strip()
+        # int() reads more than digits, and refuses a very long number in words of its own
+        value = int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 19 else value
+    try:
+        return check_count(key, value, low, high)
+    except TypeError as error:
+        raise ValueError(str(error)) from None
+
+
+def _choice(key: str, value: object, names: tuple[str, ...]) -> str:
+    if value not in names:
+        raise ValueError(bad(key, value, "one of " + ", ".join(names)))
+    return str(value)
+
+
+def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
+    return field(default=default, metadata={"read": functools.partial(read, **allowed)})
+
+
+@dataclass(frozen=True)
+class View:
+    """All that the page shows. Its fields are the keys of the address.
+
+    x from `low` to `high` (RANGES unless given) in `columns` values lies along the abscissa of both modes. Over it a
+    diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
+    to `y_high` in `rows` values, and `shade` as its colour. `at` is the value of x whose motion is drawn beside (NaN:
+    none), `orbits` the longest period of the exact orbits drawn over it (0: none). The rest is as in `simulate`.
+
+    Examples
+    --------
+    >>> from vibrodrive.explorer.view import View
+    >>> view = View.read({"low": "3.0", "high": 3.25, "columns": "5", "eps": 2e-4})
+    >>> view.address()
+    'low=3.0&high=3.25&columns=5&eps=0.0002'
+    >>> view.plan().axes["A"]
+    array([3.    , 3.0625, 3.125 , 3.1875, 3.25  ])
+    """
+
+    mode: str = _set(DIAGRAM, _choice, names=(DIAGRAM, MAP))
+    x: str = _set("A", _choice, names=tuple(PARAMETERS))
+    low: float = _set(RANGES["A"][0], _number)
+    high: float = _set(RANGES["A"][1], _number)
+    scale: str = _set(RANGES["A"][2], _choice, names=(LINEAR, LOG))
+    columns: int = _set(1000, _count, low=2, high=MOST_COLUMNS)
+    quantity: str = _set("dxi", _choice, names=QUANTITIES)
+    bottom: float = _set(NOWHERE, _number)
+    top: float = _set(NOWHERE, _number)
+    y: str = _set("B", _choice, names=tuple(PARAMETERS))
+    y_low: float = _set(RANGES["B"][0], _number)
+    y_high: float = _set(RANGES["B"][1], _number)
+    y_scale: str = _set(RANGES["B"][2], _choice, names=(LINEAR, LOG))
+    rows: int = _set(250, _count, low=2, high=MOST_COLUMNS)
+    shade: str = _set("period", _choice, names=OF_MAPS)
+    compare: str = _set(ALONE, _choice, names=(ALONE, BESIDE, DIFFERENCE))
+    orbits: int = _set(0, _count, low=0, high=12)
+    at: float = _set(NOWHERE, _number)
+    method: str = _set("certified", _choice, names=METHODS)
+    A: float = _set(3.04, _parameter)
+    B: float = _set(0.1, _parameter)
+    eps: float = _set(0.0, _parameter)
+    eta: float = _set(ETA, _parameter)
+    dtau: float = _set(0.1, _parameter)
+    tol: float = _set(1e-7, _parameter)
+    xi0: float = _set(0.0, _parameter)
+    dxi0: float = _set(0.0, _parameter)
+    tau0: float = _set(0.0, _parameter)
+    section_phase: float = _set(0.5 * math.pi, _parameter)
+    transient: int = _set(500, _count, low=0, high=LONGEST)
+    periods: int = _set(200, _count, low=1, high=LONGEST)
+
+    @classmethod
+    def read(cls, written: Mapping[str, object]) -> View:
+        """The view with these fields, numbers as numbers or as text, and the defaults for the others.
+
+        Raises
+        ------
+        ValueError
+            with one sentence naming the key, the value and what is allowed.
+        """
+        known = {f.name: f for f in fields(cls)}
+        values: dict[str, Any] = {}
+        for key, value in written.items():
+            if key not in known:
+                raise ValueError(bad("key", key, "one of " + ", ".join(known)))
+            if key in MAY_LACK and (value is None or value == ""):
+                continue
+            values[key] = known[key].metadata["read"](key, value)
+        for axis, keys in (("x", SPAN), ("y", Y_SPAN)):
+            if axis in values:
+                values = dict(zip(keys, RANGES[values[axis]], strict=True)) | values
+        view = cls(**values)
+        view._check()
+        return view
+
+    def _check(self) -> None:
+        """Refuse what no field shows alone: ranges, and what the configuration refuses."""
+        for low, high in (("low", "high"), ("y_low", "y_high"), ("bottom", "top")):
+            a, b = getattr(self, low), getattr(self, high)
+            if math.isnan(a) != math.isnan(b):
+                raise ValueError(bad(high, b, f"given together with {low}"))
+            if a >= b:
+                raise ValueError(bad(high, b, f"a number > {a!r}, which is {low}"))
+        if self.mode == MAP:
+            if self.x == self.y:
+                raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
+            if self.columns * self.rows > MOST_CELLS:
+                raise ValueError(bad("rows", self.rows, f"<= {MOST_CELLS // self.columns} at {self.columns} columns"))
+        self.plan()
+
+    def address(self) -> str:
+        """The fields that are not at their defaults, as they stand in the address of the page."""
+        return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in self._chosen().items()})
+
+    def _chosen(self) -> dict[str, Any]:
+        defaults = {f.name: f.default for f in fields(self)}
+        defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
+        values = ((name, getattr(self, name)) for name in defaults)
+        return {name: v for name, v in values if v != defaults[name] and v == v}
+
+    def state(self) -> dict[str, Any]:
+        """Every field as JSON has it: None for what is not set."""
+        values = ((f.name, getattr(self, f.name)) for f in fields(self))
+        return {name: None if isinstance(v, float) and math.isnan(v) else v for name, v in values}
+
+    def plan(self) -> Plan:
+        """The sweep that this is. Raises ValueError with one sentence."""
+        return config.parse(self.toml()).plan()
+
+    def certified(self) -> View:
+        """The same without a grid."""
+        return replace(self, method="certified", compare=ALONE)
+
+    @property
+    def compared(self) -> bool:
+        """Whether the certified motions are wanted beside those of this view."""
+        return self.mode == DIAGRAM and self.compare != ALONE and self.method != "certified"
+
+    def toml(self) -> str:
+        """The configuration of this view for `vibrodrive sweep`: it fixes every number, whatever the defaults."""
+        grid = self.method != "certified"
+        axes = {self.x: (self.low, self.high, self.columns, self.scale)}
+        if self.mode == MAP:
+            axes[self.y] = (self.y_low, self.y_high, self.rows, self.y_scale)
+        homes = {
+            "model": config.HOMES["model"],
+            "switching": ("dtau", "tol") if grid else (),
+            "run": ("section_phase",),
+        }
+        lines = ['title = "A view of the explorer"']
+        for table, names in homes.items():
+            lines += ["", f"[{table}]"]
+            lines += [f"{name} = {getattr(self, name)!r}" for name in names if name not in axes]
+            if table == "model":
+                lines += ["", "[sweep]"]
+                for name, (low, high, num, scale) in axes.items():
+                    lines.append(f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}')
+            elif table == "switching":
+                lines.append(f'method = "{self.method}"')
+            else:
+                lines += [f"transient = {self.transient}", f"periods = {self.periods}", f'record = "{self.record}"']
+        return "\n".join([*lines, *self._figure(), ""])
+
+    @property
+    def record(self) -> str:
+        """What is recorded of each motion."""
+        if self.mode == MAP:
+            return SUMMARY
+        return SECTION if self.quantity in SECTION_QUANTITIES else IMPACTS
+
+    def _figure(self) -> list[str]:
+        """What `plot` is to draw of it."""
+        if self.mode == MAP:
+            return [
+                "",
+                "[figure]",
+                f'kind = "{MAP}"',
+                f'quantity = "{self.shade}"',
+                f'x = "{self.x}"',
+                f'y = "{self.y}"',
+            ]
+        lines = ["", "[figure]", f'kind = "{BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
+        return lines if math.isnan(self.top) else [*lines, f"limits = [{self.bottom!r}, {self.top!r}]"]
+
+
+def view_of(settings: config.Config) -> View:
+    """The view that a configuration describes: its longest axis, or the one its figure has, along the abscissa.
+
+    A sweep that records a summary over two axes is shown as a map. Of every other axis the first value is taken.
+
+    Raises
+    ------
+    ValueError
+        with one sentence, for an axis of a scene in SI units, and for what a view does not hold.
+    """
+    plan = settings.plan()
+    for name in plan.axes:
+        if name not in PARAMETERS:
+            raise ValueError(bad("sweep", name, "one of " + ", ".join(PARAMETERS) + " where it is to be explored"))
+    values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in PARAMETERS}
+    values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
+    if math.isnan(values["dtau"]):
+        del values["dtau"]
+    s = plan.settings
+    values |= {"method": Method(s.method).name.lower(), "transient": s.transient, "periods": s.periods}
+    names = sorted(plan.axes, key=lambda name: (name != settings.figure.get("x"), -len(plan.axes[name])))
+    names = [name for name in names if len(plan.axes[name]) > 1]
+    if names:
+        values |= {"x": names[0]} | dict(zip(("low", "high", "columns", "scale"), _span(plan, names[0]), strict=True))
+    if SUMMARY in plan.record and len(names) > 1:
+        y = settings.figure.get("y", names[1])
+        values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
+    quantity = settings.figure.get("quantity")
+    values |= {key: quantity for key, known in (("quantity", QUANTITIES), ("shade", OF_MAPS)) if quantity in known}
+    if values.get("mode") != MAP and "limits" in settings.figure:
+        values["bottom"], values["top"] = settings.figure["limits"]
+    return View.read(values)
+
+
+def _span(plan: Plan, name: str) -> tuple[float, float, int, str]:
+    """Ends, number and scale of an axis."""
+    axis = plan.axes[name]
+    low, high, num = float(axis.min()), float(axis.max()), len(axis)
+    geometric = low > 0 and np.allclose(axis, np.geomspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
+    even = np.allclose(axis, np.linspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
+    return low, high, num, LOG if geometric and not even else LINEAR
