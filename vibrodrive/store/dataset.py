@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrodrive.model.parameters import Method, Scan
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.results import Results
+from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import (
     SECTIONS,
     axes_of,
@@ -50,7 +50,7 @@ def dataset(results: Results) -> xarray.Dataset:
         dims = (*plan.axes, *([dimension_of(v.extra, plan)] if v.extra else []))
         variables[v.name] = xarray.Variable(dims, _array(results, v.name), {"units": v.units, "long_name": v.long_name})
     variables["status"].attrs |= flags_of_statuses()
-    return xarray.Dataset(variables, coords, _attributes(results))
+    return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
 
 
 def _about(name: str) -> dict[str, str]:
@@ -64,13 +64,3 @@ def _array(results: Results, name: str) -> np.ndarray:
     if name in columns:
         return results.section[..., columns.index(name)]
     return np.asarray(getattr(results, name))
-
-
-def _attributes(results: Results) -> dict[str, Any]:
-    """What holds for all points: parameters with one value, settings."""
-    s = results.settings
-    swept = {*results.axes, *results.points}
-    fixed = {name: value for name, value in results.scalars.items() if name not in swept and value == value}
-    names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
-    carried = {"carry": results.carry} if results.carry else {}
-    return {"title": results.title, **fixed, **vars(s), **names, "record": ", ".join(results.record), **carried}
