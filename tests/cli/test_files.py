@@ -658,7 +658,7 @@ def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
     (ax,) = figures.from_results(vd.load("d.h5"), kind="bifurcation").axes
     section = vd.load("d.h5").section
     assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(section[:, 0]), abs=1e-9)
-    assert "3.17" in ax.get_title(loc="left")
+    assert "3.17" in ax.get_title(loc="right")
     assert_refused(run, "plot", "d.h5", "--kind", "bifurcation", words=["--kind", "poincare"])
     with pytest.raises(ValueError, match="axes = 'none': must be at least one"):
         figures.bifurcation(vd.load("d.h5"))
