@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import signal
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from time import monotonic
 
 import pytest
@@ -27,15 +29,33 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def compile_kernels() -> None:
-    """Call every kernel that several tests use, or load it from disk."""
+    """Call every kernel that several tests use, or load it from disk: on two cores, in processes of their own."""
+    methods = ("certified", "muller", "fixed")
+    sweeps = [(_sweep, m, eps, record) for m in methods for eps in (0.0, 2e-4) for record in ("summary", "section")]
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        for done in [pool.submit(*call) for call in [*sweeps, *((_simulate, m) for m in methods), (_orbits,)]]:
+            done.result()
+
+
+SHORT = {"dtau": 0.1, "transient": 1, "periods": 1}
+
+
+def _sweep(method: str, eps: float, record: str) -> None:
+    import vibrodrive as vd
+
+    vd.sweep(A=[3.04], eps=[eps], method=method, record=record, threads=1, **SHORT)
+
+
+def _simulate(method: str) -> None:
+    import vibrodrive as vd
+
+    vd.simulate(A=3.04, method=method, **SHORT).sample(4)
+
+
+def _orbits() -> None:
     import vibrodrive as vd
     from vibrodrive.periodic.attractors import attractors
 
-    short = {"transient": 1, "periods": 1}
-    for method in vd.Method:
-        vd.simulate(A=3.04, method=method, dtau=0.1, **short).sample(4)
-        for record in ("section", "summary"):
-            vd.sweep(A=[3.04], eps=[0.0, 2e-4], method=method, dtau=0.1, record=record, threads=1, **short)
     vd.orbits(A=3.04, max_period=2)
     attractors([3.04], limit=100)
 
