@@ -1,4 +1,4 @@
-"""Writes the measured tables into README.md, each between its markers.
+"""Writes the measured tables into docs/benchmarks.md, and the shortest of them into README.md, between their markers.
 
 They are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`.
 
@@ -13,11 +13,11 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from benchmarks.common import RESULTS, say
 
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
 
 
 def number(x: float | None) -> str:
@@ -76,6 +76,33 @@ def throughput(data: dict[str, Any]) -> str:
     return table(head, rows) + "\n\n" + "; ".join(notes) + "."
 
 
+RIVALS = {
+    "certified": "vibrodrive, certified",
+    "certified, one at a time (libm)": "the same method, hand-written loop with libm",
+    "hand-written Numba: scan + Newton": "hand-written Numba: scan + Newton",
+    "heyoka terminal events": "heyoka, terminal events",
+    "obvious loop, fixed Δτ = 1e-4": "the obvious loop, fixed Δτ = 1e-4, compiled",
+    "scipy solve_ivp": "scipy `solve_ivp`",
+}
+"""What the README compares with: what a user would otherwise use."""
+
+
+def speed(data: dict[str, Any]) -> str:
+    """The six rows of the README."""
+    runs = data["one_thread"]
+    head = ["periods per second on one core, A = 3…3.25", *(f"ε = {at['eps']:g}" for at in runs)]
+    rows = []
+    for name, label in RIVALS.items():
+        rates = [at["periods_per_second"].get(name) for at in runs]
+        behind = [runs[k]["periods_per_second"]["certified"] / rate if rate else None for k, rate in enumerate(rates)]
+        if name == "certified":
+            rows.append([label, *(number(rate) for rate in rates)])
+        elif any(rates):
+            pairs = zip(rates, behind, strict=True)
+            rows.append([label, *(f"{number(rate)} ({number(b)}× slower)" if b else "" for rate, b in pairs)])
+    return table(head, rows) + f"\n\n{machine(data)}."
+
+
 def work_precision(data: dict[str, Any]) -> str:
     best = {(p["family"], p["A"], p["eps"]): p for p in data["best"]}
     scenes = list(dict.fromkeys((p["A"], p["eps"]) for p in data["best"]))
@@ -126,12 +153,23 @@ def compile_time(data: dict[str, Any]) -> str:
     return table(["process", "wall time"], rows)
 
 
-TABLES: dict[str, Callable[[dict[str, Any]], str]] = {
-    "throughput": throughput,
-    "work_precision": work_precision,
-    "refined_vs_fixed": refined_vs_fixed,
-    "scaling": scaling,
-    "compile_time": compile_time,
+class Place(NamedTuple):
+    """A table: where it goes, what it is made of, and how."""
+
+    page: Path
+    source: str
+    make: Callable[[dict[str, Any]], str]
+
+
+PAGE = ROOT / "docs" / "benchmarks.md"
+
+TABLES = {
+    "speed": Place(ROOT / "README.md", "throughput", speed),
+    "throughput": Place(PAGE, "throughput", throughput),
+    "work_precision": Place(PAGE, "work_precision", work_precision),
+    "refined_vs_fixed": Place(PAGE, "refined_vs_fixed", refined_vs_fixed),
+    "scaling": Place(PAGE, "scaling", scaling),
+    "compile_time": Place(PAGE, "compile_time", compile_time),
 }
 
 
@@ -147,21 +185,19 @@ def fill(text: str, name: str, content: str) -> str | None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("-i", "--input", type=Path, default=RESULTS, help="directory of the JSON files")
-    parser.add_argument("--readme", type=Path, default=README, help="the file to write into")
     options = parser.parse_args()
-    text = options.readme.read_text(encoding="utf-8")
-    for name, make in TABLES.items():
-        source = options.input / f"{name}.json"
+    for name, place in TABLES.items():
+        source = options.input / f"{place.source}.json"
         if not source.exists():
             say(f"{name}: not measured, left as it is")
             continue
-        filled = fill(text, name, make(json.loads(source.read_text(encoding="utf-8"))))
+        text = place.page.read_text(encoding="utf-8")
+        filled = fill(text, name, place.make(json.loads(source.read_text(encoding="utf-8"))))
         if filled is None:
-            say(f"{name}: no markers in {options.readme.name}")
+            say(f"{name}: no markers in {place.page.name}")
             continue
-        text = filled
-        say(f"{name}: written")
-    options.readme.write_text(text, encoding="utf-8")
+        place.page.write_text(filled, encoding="utf-8")
+        say(f"{name}: written to {place.page.name}")
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 Columns: A = 1.5 and 3.04 undisturbed, A = 3.04 with ε = 2e-4. Errors are the largest error of a switching
 time over 20 periods from rest, and the distance ρ of 1000 section points from the undisturbed orbit. Costs
 are CPU time a period on one thread, compilation excluded, and evaluations of switching functions (or of the
-equations of motion) a period. A method that missed or invented a switch is crossed out in the figure, and the
-switches are counted in the JSON.
+equations of motion) a period. A setting that missed or invented a switch has no accuracy: a cross at the
+top of the figure stands at its cost, and the switches are counted in the JSON.
 """
 
 from __future__ import annotations
@@ -212,14 +212,14 @@ def draw(points: list[Point]):
     fig, axes = figure(10.0, 9.6, columns=3, rows=3)
     families = list(dict.fromkeys(p.family for p in points))
     styles = {f: look(k, next(p.ours for p in points if p.family == f)) for k, f in enumerate(families)}
-    floor = 1e-17
+    floor, wrong = 1e-17, 1e2
     for row, (cost, error, xlabel, ylabel) in enumerate(ROWS):
         for column, scene in enumerate(SCENES):
             ax = axes[row, column]
             if error == "rho" and not scene.n:
                 ax.set_axis_off()
                 handles, labels = axes[0, column].get_legend_handles_labels()
-                ax.legend(handles, labels, loc="center", title="crossed: missed or wrong switches")
+                ax.legend(handles, labels, loc="center", title="× at the top: missed or wrong switches")
                 continue
             for family in families:
                 here = [
@@ -229,11 +229,11 @@ def draw(points: list[Point]):
                     and getattr(p, error) is not None
                     and getattr(p, cost) is not None
                 ]
-                x = [getattr(p, cost) for p in here]
-                y = [max(getattr(p, error), floor) for p in here]
-                ax.loglog(x, y, label=family, **styles[family])
-                bad = [k for k, p in enumerate(here) if p.wrong]
-                ax.plot([x[k] for k in bad], [y[k] for k in bad], "x", color="black", markersize=8)
+                right = [p for p in here if not p.wrong]
+                x = [getattr(p, cost) for p in right]
+                ax.loglog(x, [max(getattr(p, error), floor) for p in right], label=family, **styles[family])
+                x = [getattr(p, cost) for p in here if p.wrong]
+                ax.plot(x, [wrong] * len(x), "x", color=styles[family]["color"], markersize=6)
             ax.set_xlabel(xlabel)
             if column == 0:
                 ax.set_ylabel(ylabel)
