@@ -178,9 +178,9 @@ def test_imports_are_followed_into_packages_of_packages(copy):
 def test_the_fingerprint_costs_little_at_every_start():
     took = []
     for _ in range(5):
-        began = time.perf_counter()
+        began = time.process_time()
         _fingerprint()
-        took.append(time.perf_counter() - began)
+        took.append(time.process_time() - began)
     assert min(took) < 0.05
 
 
@@ -263,3 +263,20 @@ def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_p
     assert float(summary.rpartition(" and ")[2].removesuffix(" s to compile them")) >= 1.2
     rate = float(summary.partition("(")[2].split()[0])
     assert rate > 8 / 1.2, "periods over the time of the computation alone"
+
+
+SWEEP_AND_SIMULATE = """
+import sys, vibrodrive as vd
+short = {"A": 3.04, "transient": 1, "periods": 1}
+vd.sweep(**short, threads=1), vd.simulate(**short).sample(2)
+print("numba.cpython.randomimpl" in sys.modules)
+"""
+
+
+@pytest.mark.jit
+def test_a_kernel_on_the_disk_is_read_without_all_that_numba_compiles_with():
+    outputs = [
+        subprocess.run([sys.executable, "-c", SWEEP_AND_SIMULATE], check=True, capture_output=True, text=True).stdout
+        for _ in range(2)  # the first may have had to compile
+    ]
+    assert outputs[1] == "False\n"

@@ -15,15 +15,18 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.model.states import State
 from vibrodrive.stability.structure import reference_orbit
+
+if TYPE_CHECKING:
+    from vibrodrive.batch.trajectory import Trajectory
 
 PER_PERIOD = 512
 """Instants of the orbit in each excitation period."""
