@@ -54,16 +54,8 @@ def test_figures_have_the_units(results):
 
 
 @pytest.mark.jit
-def test_the_commands_compute_draw_or_refuse(tmp_path, monkeypatch, capsys):
-    from vibrodrive import cli
-
-    monkeypatch.chdir(tmp_path)
+def test_the_commands_compute_draw_or_refuse(run):
     Path("s.toml").write_text(TEXT)
-
-    def run(*arguments):
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
 
     assert run("sweep", "s.toml", "--plot")[0] == 0
     assert "nothing to do" in run("sweep", "s.toml")[2]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -18,7 +17,6 @@ from matplotlib import image
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive import cli
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
@@ -37,21 +35,10 @@ periods = 6
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
-    """Run a command in an empty directory; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
+def run(run):
+    """The command line, beside the configuration above."""
     Path("small.toml").write_text(SMALL)
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
-
-    yield call
-    for s, handler in before.items():
-        signal.signal(s, handler)
+    return run
 
 
 @pytest.fixture

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import sys
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import vibrodrive as vd
-from vibrodrive import cli
 
 LIMITS = """
 title = "Two limits"
@@ -38,22 +35,11 @@ max_period = 2
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
-    """Run a command in a directory with the configurations above; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
+def run(run):
+    """The command line, beside the configurations above."""
     Path("limits.toml").write_text(LIMITS)
     Path("orbits.toml").write_text(ORBITS)
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
-
-    yield call
-    for s, handler in before.items():
-        signal.signal(s, handler)
+    return run
 
 
 @pytest.mark.jit

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import signal
-import sys
 from pathlib import Path
 
 import pytest
 
 import vibrodrive as vd
-from vibrodrive import cli
 from vibrodrive.jobs.curves import check_plane
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.curves import load_curves
@@ -25,21 +22,10 @@ max_period = 1
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
-    """Run a command in a directory with the configuration above; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
+def run(run):
+    """The command line, beside the configuration above."""
     Path("c.toml").write_text(CONFIG)
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
-
-    yield call
-    for s, handler in before.items():
-        signal.signal(s, handler)
+    return run
 
 
 @pytest.mark.jit

@@ -49,22 +49,11 @@ REFUSED = ["sweep", "limits", "orbits", "atlas"]
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
-    """Run a command in a directory with the configurations above; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
+def run(run):
+    """The command line, beside the configurations above."""
     for name, text in CONFIGS.items():
         Path(f"{name}.toml").write_text(text)
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vibrodrive", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
-
-    yield call
-    for s, handler in before.items():
-        signal.signal(s, handler)
+    return run
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from vibrodrive import cli
 from vibrodrive.store.every_kind import load
 
 TEXT = """
@@ -24,14 +23,8 @@ x = "A"
 
 
 @pytest.mark.jit
-def test_the_commands_compute_describe_draw_or_refuse(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_commands_compute_describe_draw_or_refuse(run):
     Path("p.toml").write_text(TEXT)
-
-    def run(*arguments):
-        with pytest.raises(SystemExit) as end:
-            cli.main(arguments)
-        return end.value.code or 0, *capsys.readouterr()
 
     assert run("sweep", "p.toml", "--plot")[0] == 0
     assert Path("p.png").exists()
