@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.style import INK, new, save, styled
+from vibrodrive.figures.looks import INK
+from vibrodrive.figures.style import new, save, styled
 from vibrodrive.validation.bouncing_ball import Approach, approach, table
 
 DOCS = Path(__file__).parent.parent / "docs"

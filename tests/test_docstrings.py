@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import doctest
 import inspect
+from pathlib import Path
 
 import pytest
 
 import vibrodrive as vd
 from vibrodrive.cli import cli
+from vibrodrive.model import config
 from vibrodrive.stability.limit import limits
+from vibrodrive.store.limits import create
 
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
 
-NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {"limits": limits}
+NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {
+    "limits": limits,
+    "limits_map": vd.plot.limits_map,
+}
 
-LONG = {"bifurcations", "curves", "explore", "limit", "limits", "plot", "Results", "sweep", "simulate"}
+LONG = {"bifurcations", "curves", "explore", "limit", "limits", "limits_map", "plot", "Results", "sweep", "simulate"}
 """Those whose examples would take minutes without compiled kernels."""
 
 
@@ -25,6 +31,8 @@ def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if name == "load":
         _write("fig07.h5")
+    if name == "limits_map":
+        _write_limits("limits_AB.h5")
     found = doctest.DocTestFinder().find(NAMES[name], name, globs={})
     assert any(test.examples for test in found), f"{name} has no example"
     runner = doctest.DocTestRunner()
@@ -40,6 +48,12 @@ def _write(path):
     with open("fig07.toml", "w") as file:
         file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
     cli.main(["sweep", "fig07.toml", "-o", path, *(w for s in few for w in ("--set", s))], standalone_mode=False)
+
+
+def _write_limits(path):
+    """The file of which `limits_map` speaks, laid out and still empty."""
+    found = config.parse("[sweep]\nA = [2.0, 3.0]\nB = [0.1, 0.2]\n")
+    create(Path(path), found, found.plan().axes, "impacts")
 
 
 @pytest.mark.parametrize("name", sorted(NAMES))

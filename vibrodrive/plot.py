@@ -30,6 +30,7 @@ from vibrodrive.figures.diagrams import from_results as results
 from vibrodrive.figures.diagrams import poincare, save
 from vibrodrive.figures.failures import failures_figure as failures
 from vibrodrive.figures.limits import limits_figure as limits
+from vibrodrive.figures.limits_map import limits_map
 from vibrodrive.figures.map import map_figure as map
 from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
@@ -45,6 +46,7 @@ __all__ = [
     "draw_curves",
     "failures",
     "limits",
+    "limits_map",
     "map",
     "multipliers",
     "orbits",

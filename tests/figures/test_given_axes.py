@@ -38,6 +38,10 @@ def limits():
     return limits_of({"B": np.array([0.1, 0.2])}, np.full((3, 2), 1e-3))
 
 
+def limits_over_two():
+    return limits_of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3))
+
+
 def failures():
     A, other = np.array([3.0, 3.1]), np.array([0.01, 0.1])
     judged = np.ones((2, 2, 2), np.int64)
@@ -59,6 +63,7 @@ FIGURES = {
     "cobweb": (1, lambda s, m, o, ax: vd.plot.cobweb(3.04, ax=ax)),
     "curves": (1, lambda s, m, o, ax: vd.plot.curves([], (1.0, 2.0), (0.0, 1.0), 2, [(1.5, 0.5)], ax=ax)),
     "scheme": (1, lambda s, m, o, ax: vd.plot.scheme({(State.UP, State.DOWN)}, ax=ax)),
+    "limits_map": (1, lambda s, m, o, ax: vd.plot.limits_map(limits_over_two(), ax=ax)),
     "limits": (2, lambda s, m, o, ax: vd.plot.limits(limits(), ax=ax)),
     "failures": (6, lambda s, m, o, ax: vd.plot.failures(failures(), ax=ax)),
 }

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 
 import vibrodrive as vd
-from vibrodrive.figures.colours import (
-    APART,
-    BROKEN,
-    CLASSES,
-    HOLDS,
-    LACKING,
-    OVER,
-    PALETTE,
-    UNDER,
-    digits,
-    states,
-)
-from vibrodrive.figures.map import edges, limits_map, map_figure
+from vibrodrive.figures.colours import APART, digits, states
+from vibrodrive.figures.limits_map import limits_map
+from vibrodrive.figures.looks import LOOKS
+from vibrodrive.figures.map import edges, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
 from vibrodrive.model.parameters import Status
@@ -30,6 +22,11 @@ from vibrodrive.model.physical import Physical, power
 from vibrodrive.model.plan import Settings
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.store.limits import Limits
+
+SCREEN = LOOKS["screen"]
+PALETTE = SCREEN.classes
+UNDER, OVER = SCREEN.beyond
+HOLDS, BROKEN = SCREEN.kept
 
 
 def results(axes, **arrays):
@@ -55,6 +52,11 @@ def cells(fig):
     return [left, right], [low, high], colours
 
 
+def told(fig):
+    """The note above the map."""
+    return fig.axes[0].get_title(loc="left").replace("\n", " ")
+
+
 def pixels(fig, dpi):
     """Colours of the pixels of the map as it is drawn: (rows, columns), lowest row first."""
     fig.dpi = dpi
@@ -70,9 +72,8 @@ def test_each_point_has_its_place_and_the_colour_of_its_period(plane):
     x, y, colours = cells(map_figure(plane))
     assert x == [0.5, 3.5]
     assert y == pytest.approx([0.05, 0.25])
-    named = [*PALETTE[:CLASSES], *PALETTE[CLASSES:]]
-    assert colours[0] == [named[0], named[2], named[8]], "B = 0.1: periods 1, 3, more"
-    assert colours[1] == [named[1], named[7], named[9]], "B = 0.2: periods 2, 8, none"
+    assert colours[0] == [PALETTE[0], PALETTE[2], PALETTE[8]], "B = 0.1: periods 1, 3, more"
+    assert colours[1] == [PALETTE[1], PALETTE[7], PALETTE[9]], "B = 0.2: periods 2, 8, none"
     assert [t.get_text() for t in map_figure(plane).axes[1].get_yticklabels()] == [*"12345678", "more", "none"]
 
 
@@ -84,10 +85,46 @@ def test_axes_may_be_exchanged_and_come_in_any_order(plane):
     assert cells(map_figure(back))[2] == straight
 
 
-def test_classes_stay_apart_in_grey():
-    """Rec. 709 luminance falls from one to the next."""
-    light = [float(np.dot(np.array(to_rgb(c)) ** 2.2, (0.2126, 0.7152, 0.0722))) for c in PALETTE]
-    assert (np.diff(light) < 0).all()
+def lightness(colour):
+    """CIE L*, 0 to 100."""
+    return 116.0 * float(np.dot(np.array(to_rgb(colour)) ** 2.2, (0.2126, 0.7152, 0.0722))) ** (1 / 3) - 16.0
+
+
+@pytest.mark.parametrize(("style", "apart"), [("screen", 0.0), ("print", 10.0)])
+def test_classes_stay_apart_in_grey(style, apart):
+    """The next one is darker; so much that it is seen at a glance where there is nothing but grey."""
+    light = np.array([lightness(c) for c in LOOKS[style].classes])
+    assert (-np.diff(light) > apart).all()
+    assert lightness(APART) - light[0] > apart
+
+
+def test_in_print_the_sign_is_seen():
+    grey = [lightness(c) for c in LOOKS["print"].signed(np.linspace(0, 1, 256))[:, :3]]
+    assert min(grey[:128]) > max(grey[128:]) + 20
+
+
+@pytest.mark.parametrize("quantity", ["period", "energy", "lyapunov", "status", "kept"])
+def test_in_print_there_is_black_ink_alone(plane, quantity, tmp_path):
+    plane.status[:2, 1] = Status.TOO_CLOSE, Status.NEVER_LEAVES
+    plane.gaps = plane.period
+    plane.energy = plane.lyapunov = np.array([[1e-3, -1.0], [0.5, 1.0], [7.0, np.nan]])
+    curve = Curve("fold", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
+    limits = (0.1, 2.0) if quantity == "energy" else None
+    known = {"undisturbed": np.array([[1, 1]] * 2 + [[0, 1]]), "curves": [curve], "limits": limits}
+    for style, coloured in (("print", False), ("screen", True)):
+        path = save(map_figure(plane, quantity, style=style, **known), tmp_path / "x.png", 60)
+        seen = matplotlib.image.imread(path)[..., :3]
+        assert (np.ptp(seen, axis=-1).max() > 0.1) == coloured
+
+
+def test_in_print_a_point_without_a_value_is_hatched(plane):
+    plane.energy = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, np.nan]])
+    plane.status[0, 0] = Status.NOT_COMPUTED
+    fig = map_figure(plane, "energy", style="print")
+    colours = cells(fig)[2]
+    assert colours[0][0] == colours[1][2] == "none"
+    assert fig.axes[0].patch.get_hatch()
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no such value or not computed"]
 
 
 def test_points_that_are_missing_or_rest_are_no_class(plane):
@@ -95,7 +132,7 @@ def test_points_that_are_missing_or_rest_are_no_class(plane):
     fig = map_figure(plane)
     colours = cells(fig)[2]
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
-    assert "of 6 points not computed: 1, never leaves: 1" in fig.axes[0].get_title(loc="right")
+    assert "of 6 points rests for ever: 1, not computed: 1" in told(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert fig.axes[0].patch.get_hatch()
 
@@ -208,10 +245,10 @@ def test_edges_lie_half_way_and_follow_the_scale():
 def test_one_axis_has_marks_and_a_third_is_named(plane, tmp_path):
     line = results({"A": np.linspace(1, 3, 5)}, period=np.array([1, 1, 2, 2, 0], np.int8))
     (marks,) = map_figure(line).axes[0].lines
-    assert marks.get_ydata().tolist() == [0, 0, 1, 1, CLASSES + 1]
+    assert marks.get_ydata().tolist() == [0, 0, 1, 1, len(PALETTE) - 1]
     axes = {"A": np.linspace(1, 3, 4), "B": np.linspace(0.1, 0.2, 3), "tau0": np.array([0.5, 1.0])}
     fig = map_figure(results(axes, period=np.arange(24).reshape(4, 3, 2)))
-    assert r"$\tau_0 = 0.5$ (first of 2)" in fig.axes[0].get_title(loc="right")
+    assert r"$\tau_0 = 0.5$ (first of 2)" in told(fig)
     assert np.shape(cells(fig)[2]) == (3, 4)
     for ending in ("png", "pdf", "svg"):
         assert save(fig, tmp_path / f"x.{ending}").stat().st_size < 500_000
@@ -268,7 +305,7 @@ def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
             shown["a0"] *= 1e-3
         here = Physical(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
         assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
-    assert "numbers on curves: period" in ax.get_title(loc="right")
+    assert "numbers on curves: period" in told(fig)
 
 
 def test_curves_that_do_not_reach_the_map_are_refused():
@@ -288,7 +325,7 @@ def disturbed():
 def test_structure_is_kept_where_the_gaps_are_those_of_the_undisturbed_motion(disturbed):
     fig = map_figure(disturbed, "kept", undisturbed=np.array([[1], [122], [0]]))
     by_A = np.transpose(cells(fig)[2]).tolist()
-    assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(LACKING)] * 3]
+    assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(SCREEN.lacking)] * 3]
     assert [t.get_text() for t in fig.axes[1].get_yticklabels()] == ["kept", "lost"]
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to keep"]
     with pytest.raises(ValueError, match="undisturbed = None: must be"):
@@ -329,7 +366,7 @@ def test_limits_over_two_axes_are_a_map_of_k2():
     found.done[0, 2, 1] = False
     fig = limits_map(found)
     colours = cells(fig)[2]
-    assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), to_hex(LACKING), "none")
+    assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), to_hex(SCREEN.lacking), "none")
     assert len({c for row in colours for c in row}) == 6
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"not lost", "no periodic motion", "not computed"}
     assert fig.axes[1].get_yscale() == "log"

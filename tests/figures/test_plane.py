@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from vibrodrive.figures.looks import INK, LOOKS
 from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
 from vibrodrive.figures.style import new
 from vibrodrive.periodic.curves import Curve
@@ -64,7 +65,9 @@ def test_kinds_differ_in_black_and_white():
     assert len(set(styles)) == len(KINDS)
     dashes = [ls for ls, _ in styles if ls != "-"]
     assert len(set(dashes)) == len(dashes)
-    for one, other in itertools.combinations([to_rgb(k["color"]) for k in KINDS.values()], 2):
+    assert LOOKS["print"].bifurcations.keys() <= LOOKS["screen"].bifurcations.keys() <= KINDS.keys()
+    colours = [to_rgb(LOOKS["screen"].bifurcations.get(kind, INK)) for kind in KINDS]
+    for one, other in itertools.combinations(colours, 2):
         assert np.abs(np.subtract(one, other)).max() > 0.2
 
 

@@ -38,7 +38,8 @@ def test_what_is_read_is_what_was_written(tmp_path):
     found = made()
     save_curves(tmp_path / "c.h5", found, ORIGIN)
     read = load_curves(tmp_path / "c.h5")
-    assert read[1:] == found[1:]
+    for name in ("max_period", "A", "B", "title"):
+        assert getattr(read, name) == getattr(found, name), name
     for one, other in zip(read.curves, found.curves, strict=True):
         for name in ("kind", "period", "impacts", "word", "side", "ends", "meets", "condition"):
             assert getattr(one, name) == getattr(other, name), name

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import vibrodrive as vd
 from tests.store import test_curves, test_netcdf
@@ -70,6 +73,40 @@ def test_what_it_holds_is_loaded(made, kind):
             vd.load(made, kind=other)
     with pytest.raises(ValueError, match="kind = 'basins': must be one of sweep, limits"):
         vd.load(made, kind="basins")
+
+
+@each
+def test_it_says_in_a_line_and_a_table_what_it_is(made, kind):
+    found = vd.load(made)
+    assert repr(found).startswith(f"<{type(found).__name__} of ")
+    assert len(repr(found)) < 300
+    assert "\n" not in repr(found)
+    table = found._repr_html_()
+    if kind != "failures":
+        assert found.title in table
+    assert all(re.search(rf">[^<]*\b{name}\b", table) for name in {"curves": "AB"}.get(kind, "A"))
+    assert "nan" not in repr(found) + table
+
+
+@pytest.mark.jit  # under orbits is what is simulated
+@each
+def test_it_draws_itself_also_into_given_axes(made, kind):
+    found = vd.load(made)
+    figure = found.plot()
+    drawn = [ax for ax in figure.axes if ax.lines or ax.images or ax.collections]
+    panels = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
+    assert drawn
+    own = Figure()
+    given = own.subplots(1, len(panels), squeeze=False)[0].tolist()
+    assert found.plot(ax=given if len(given) > 1 else given[0]) is own
+    assert [len(ax.lines) for ax in given] == [len(ax.lines) for ax in panels]
+
+
+def test_another_figure_than_there_are_is_refused(tmp_path):
+    for kind, wrong in (("limits", "bands"), ("orbits", "map")):
+        MAKERS[kind][0](tmp_path / kind)
+        with pytest.raises(ValueError, match=f"^kind = '{wrong}': must be "):
+            vd.load(tmp_path / kind).plot(wrong)
 
 
 @each

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -24,9 +26,9 @@ def a_sweep(path):
 
 
 def an_atlas(path):
-    config = parse("[sweep]\nA = [1.0, 2.0]\ndtau = [0.1]\n")
+    config = parse("[sweep]\nA = [1.0, 2.0]\ndtau = [0.1, 0.2]\n")
     with h5py.File(path, "w") as file:
-        failures.lay_out(file, config.plan().axes, (2, 2, 1), config)
+        failures.lay_out(file, config.plan().axes, (2, 2, 2), config)
 
 
 def some_limits(path):
@@ -36,7 +38,8 @@ def some_limits(path):
 
 def some_orbits(path):
     bifurcation = Bifurcation(2.0, "fold", ORBIT, 1.0, 1.0)
-    orbits.save_family(path, Family(np.array([2.0]), 0.1, 1, [[ORBIT]], [bifurcation]), layout.Origin(""), 0.0)
+    found = [[ORBIT], [replace(ORBIT, A=2.1)]]
+    orbits.save_family(path, Family(np.array([2.0, 2.1]), 0.1, 1, found, [bifurcation]), layout.Origin(""), 0.0)
 
 
 def no_orbits(path):

@@ -152,29 +152,13 @@ def _figure(
     if holds == "sweep":
         with _left_out(damaged):
             figure, share = _sweep(file, options, over)
-    elif holds == "limits":
-        from vibrodrive.figures.limits import limits_figure
-        from vibrodrive.figures.map import limits_map
-        from vibrodrive.store.limits import load_limits
-
-        found = load_limits(file)
-        with _in_one_line():
-            figure, share = (limits_map if options else limits_figure)(found), float(found.done.mean())
-    elif holds == "failures":
-        from vibrodrive.figures.failures import failures_figure
-        from vibrodrive.store.failures import load_failures
-
-        figure, share = failures_figure(load_failures(file)), 1.0
-    elif holds == "curves":
-        from vibrodrive.jobs.curves import redraw as redraw_curves
-
-        figure, share = redraw_curves(file), 1.0
     else:
-        from vibrodrive.jobs.orbits import redraw
+        from vibrodrive.store.every_kind import load
 
-        with working(file.name):
-            figure = redraw(file, options.get("kind", "bifurcation"), options.get("quantity", "dxi"))
-        share = 1.0
+        found: Any = load(file)
+        share = getattr(found, "computed", 1.0)
+        with working(file.name), _in_one_line():
+            figure = found.plot(**({"kind": MAP} if holds == "limits" and options else options))
     return figure, share
 
 

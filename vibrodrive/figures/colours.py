@@ -8,42 +8,17 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 
+from vibrodrive.figures.conditions import NAMES
+from vibrodrive.figures.style import look
 from vibrodrive.model.drawing import K2, KEPT
 from vibrodrive.model.parameters import Status, bad
 from vibrodrive.model.states import State
 
-PALETTE = (
-    "#eff427",
-    "#16e9ea",
-    "#fca579",
-    "#ac92fa",
-    "#e76317",
-    "#06846c",
-    "#6042da",
-    "#7c3502",
-    "#5b057a",
-    "#1f1f1f",
-)
-"""Of classes. Each is darker than the one before by about a tenth of the way from white to black, so that their order
-survives a copy in grey; and they stay apart for the colour-blind."""
-
-CLASSES = 8
-"""So many periods, cycles of gaps or sequences have a colour of their own; OTHER and NONE are the last two."""
-
-OTHER, NONE = PALETTE[CLASSES:]
-
 APART = "white"
-"""What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all of PALETTE and the scale."""
-
-RESTS = "#e8c95a"
-"""What rests, on the diverging scale, whose middle is white."""
-
-LACKING = "#d0d0d0"
-"""A point that is computed, and has no such value."""
+"""What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all classes and the scale."""
 
 SHADES = 512
 """Steps of a continuous scale."""
@@ -51,22 +26,11 @@ SHADES = 512
 DECADES = 2.0
 """A positive quantity that spans more is drawn over its logarithm."""
 
-UNDER, OVER = "#009a7b", "#e0218a"
-"""Values below and above the limits of a continuous scale: no colour of either scale comes near."""
-
-HOLDS, BROKEN = "#d3e8f5", "#b5430d"
-"""Structure kept and lost: light and dark, blue and red."""
-
 PLAIN_STATES = 12
 """The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
 
-STATUSES = {
-    Status.OK: ("ok", "#f2f2f2"),
-    Status.NEVER_LEAVES: ("never leaves", PALETTE[1]),
-    Status.TOO_CLOSE: ("too close", PALETTE[4]),
-    Status.BUDGET: ("out of budget", PALETTE[8]),
-}
-"""Name and colour of each status of a point that is computed."""
+STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)
+"""Of points that are computed, in the order of `Look.statuses`."""
 
 
 class Painted(NamedTuple):
@@ -74,7 +38,7 @@ class Painted(NamedTuple):
 
     Of classes, `labels` names the first colours; of a continuous quantity `labels` is empty and `norm` says where each
     of the first SHADES lies; `extend` tells on which sides values are beyond it: "neither", "min", "max" or "both".
-    `apart` has names and colours of what is outside the scale.
+    `apart` has names and colours of what is outside the scale. `blank` says what is masked, "" if nothing is.
     """
 
     cells: np.ma.MaskedArray
@@ -83,6 +47,7 @@ class Painted(NamedTuple):
     norm: Normalize
     apart: tuple[tuple[str, str], ...]
     extend: str = "neither"
+    blank: str = ""
 
     @property
     def counts(self) -> np.ndarray:
@@ -108,13 +73,24 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind, norm, shades, apart, extend = _shade(
             quantity, np.where(done, values, np.nan), rests & (quantity != "margin"), limits
         )
-        labels, colours = [], [*shades, UNDER, OVER, *(colour for _, colour in apart)]
-    if (done & (kind < 0)).any():
-        apart.append((lacking, LACKING))
-        kind = np.where(done & (kind < 0), len(colours), kind)
-        colours = [*colours, LACKING]
+        labels, colours = [], [*shades, *look().beyond, *(colour for _, colour in apart)]
+    none, grey = done & (kind < 0), look().lacking
+    if grey is not None and none.any():
+        apart.append((lacking, grey))
+        kind = np.where(none, len(colours), kind)
+        colours = [*colours, grey]
+    blank = [lacking] if grey is None and none.any() else []
+    blank += [] if done.all() else [NAMES[Status.NOT_COMPUTED]]
     table = np.array([to_rgba(c) for c in colours])
-    return Painted(np.ma.masked_array(kind, ~done), table, tuple(labels), norm, tuple(apart), extend)
+    return Painted(
+        np.ma.masked_array(kind, ~done | (kind < 0)),
+        table,
+        tuple(labels),
+        norm,
+        tuple(apart),
+        extend,
+        " or ".join(blank),
+    )
 
 
 LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
@@ -126,37 +102,40 @@ Classes = tuple[np.ndarray, list[str], list[Any]]
 
 
 def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
-    kind = np.where(values < 1, np.where(values == 0, CLASSES + 1, -1), np.minimum(values - 1, CLASSES))
-    return kind, [*map(str, range(1, CLASSES + 1)), "more", "none"], list(PALETTE)
+    colours = look().classes
+    most = len(colours) - 2
+    kind = np.where(values < 1, np.where(values == 0, most + 1, -1), np.minimum(values - 1, most))
+    return kind, [*map(str, range(1, most + 1)), "more", "none"], list(colours)
 
 
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
     """The most frequent values, the largest area first, and all the others; 0 is none."""
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
-    order = np.argsort(-counts, kind="stable")[:CLASSES]
+    *own, other, none = look().classes
+    order = np.argsort(-counts, kind="stable")[: len(own)]
     shown = found[order]
     place = np.full(len(found), len(shown))
     place[order] = np.arange(len(shown))
-    labels, colours = [name(v) for v in shown.tolist()], list(PALETTE[: len(shown)])
+    labels, colours = [name(v) for v in shown.tolist()], own[: len(shown)]
     if len(found) > len(shown):
         labels.append("other")
-        colours.append(OTHER)
+        colours.append(other)
     kind = np.full(values.shape, -1)
     some = values > 0
     kind[some & done] = place[np.searchsorted(found, values[some & done])]
     kind[values == 0] = len(labels)
-    return kind, [*labels, "none"], [*colours, NONE]
+    return kind, [*labels, "none"], [*colours, none]
 
 
 def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
     kind = np.full(values.shape, -1)
     for k, status in enumerate(STATUSES):
         kind[values == status] = k
-    return kind, [label for label, _ in STATUSES.values()], [colour for _, colour in STATUSES.values()]
+    return kind, ["ok", *(NAMES[s] for s in STATUSES[1:])], list(look().statuses)
 
 
 def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
-    return np.where(values < 0, -1, 1 - values), ["kept", "lost"], [HOLDS, BROKEN]
+    return np.where(values < 0, -1, 1 - values), ["kept", "lost"], list(look().kept)
 
 
 def digits(number: int) -> str:
@@ -191,9 +170,9 @@ def _shade(
     """Number of the shade of each value (then: below and above the limits, set apart; -1: none), the scale, its shades,
     what is set apart, and where values are beyond the scale."""
     finite = values[np.isfinite(values) & ~rests]
-    shades, colour, outside = "cividis", APART, rests
+    shades, colour, outside = look().shades, APART, rests
     if quantity == "lyapunov":
-        shades, colour, outside = "RdBu_r", RESTS, rests | (values == -np.inf)
+        shades, colour, outside = look().signed, look().nil, rests | (values == -np.inf)
         most = float(np.abs(finite).max(initial=0.0)) or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
@@ -212,7 +191,7 @@ def _shade(
         (below.any(), above.any()), "neither"
     )
     apart = [(name, colour)] if outside.any() else []
-    return kind, norm, mpl.colormaps[shades](np.linspace(0, 1, SHADES)), apart, extend
+    return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrodrive.figures.conditions import conditions
+from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
@@ -17,9 +18,6 @@ from vibrodrive.store.failures import FailureMap
 
 LEAST = 1e-3
 """Smaller shares are of one tone: with a thousand switches compared they hardly occur."""
-
-UNMOVED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
-"""Ground of what has no share."""
 
 LESS = 0.1
 """Ink of what is less than LEAST, and more than none."""
@@ -45,7 +43,7 @@ def failures_figure(
             row, col = (c, m) if narrow() else (m, c)
             ax = axes[row, col]
             share = found.share(kind)[m]
-            ax.patch.set(**UNMOVED)
+            ax.patch.set(**HATCHED)
             ax.pcolormesh(found.A, found.other, np.where(share == 0, 0.0, np.nan).T, cmap="Greys", rasterized=True)
             some = np.where(share > 0, share, np.nan)
             mesh = ax.pcolormesh(found.A, found.other, some.T, cmap=scale, norm=shades, rasterized=True)
@@ -66,6 +64,6 @@ def failures_figure(
     note(axes[0, -1], said + ([equation("dtau", found.shared["dtau"])] if found.name == "eps" else []))
     bar = fig.colorbar(mesh, ax=axes.ravel().tolist(), shrink=0.6, pad=0.02)
     bar.set_label("share of switches (white: none)")
-    unmoved = [Patch(**UNMOVED, label="no switch: the mass never moves")]
+    unmoved = [Patch(**HATCHED, label="no switch: the mass never moves")]
     explain(fig, unmoved if (found.judged == 0).any() else [])
     return fig

@@ -77,7 +77,7 @@ def _over_A(found: Limits) -> Figure:
     top.set_ylabel(_named(found, "$k_2$"), rotation=0, labelpad=9, va="center")
     _name_periods(top, found)
     letter(top, 0)
-    note(top, [*_conditions(found), *_gaps(found, len(found.curves))], above=True)
+    note(top, [*shared_by(found), *_gaps(found, len(found.curves))], above=True)
     _velocities(velocity, found)
     letter(velocity, 1, _named(found, ", ".join(VELOCITY.values())))
     _ratios(ratio, found)
@@ -111,7 +111,7 @@ def _starts(found: Limits) -> Figure:
     _logarithmic(ax, k1, (1e-3, 1.0))
     ax.set_ylabel("$k_1$", rotation=0, labelpad=9, va="center")
     letter(ax, 0)
-    note(ax, [*_conditions(found), *_gaps(found, len(found.curves))])
+    note(ax, [*shared_by(found), *_gaps(found, len(found.curves))])
     key: Sequence[Artist] = ()
     if x == "A":
         key = _undisturbed(axes[1, 0], found, 1)
@@ -126,7 +126,7 @@ def _over_one(found: Limits, x: str) -> Figure:
     top, bottom = axes[:, 0]
     _velocities(top, found)
     letter(top, 0, _named(found, ", ".join(VELOCITY.values())))
-    note(top, [*_conditions(found), *_gaps(found, 2)])
+    note(top, [*shared_by(found), *_gaps(found, 2)])
     _ratios(bottom, found)
     letter(bottom, 1, _named(found, RATIO))
     _abscissa(bottom, x, found.axes[x])
@@ -155,7 +155,7 @@ def _over_two(found: Limits) -> Figure:
         else:
             _around_one(ax, values[shown])
     chosen = choice(len(shown), len(rows), f"values of {symbol(other)}")
-    note(axes[0, 0], [*_conditions(found), *chosen, *_gaps(found, 2)])
+    note(axes[0, 0], [*shared_by(found), *chosen, *_gaps(found, 2)])
     _abscissa(axes[-1, 0], x, found.axes[x])
     explain(fig)
     return fig
@@ -249,7 +249,7 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
     ax.set_xlabel(symbol(x))
 
 
-def _conditions(found: Limits) -> list[str]:
+def shared_by(found: Limits) -> list[str]:
     """What all points share, what must be kept where that is not the default, and what is missing."""
     apart = {*found.axes, "eps", "dtau", "method"}
     if found.criterion == SOLUTION:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -18,13 +19,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrodrive.figures.bifurcation import FullestImage, is_geometric
-from vibrodrive.figures.colours import OVER, SHADES, STATUSES, UNDER, Painted, paint
-from vibrodrive.figures.conditions import conditions, of_sweep
+from vibrodrive.figures.colours import SHADES, Painted, paint
+from vibrodrive.figures.conditions import conditions, of_sweep, told
+from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.overlay import draw_limit, placed
-from vibrodrive.figures.plane import LEGEND_LINE, draw_lines
-from vibrodrive.figures.style import as_shown, equation, in_given_axes, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, choose_drawing
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.figures.plane import NUMBERED, draw_lines
+from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
+from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Physical, power
 from vibrodrive.model.records import SUMMARIES
 
@@ -56,9 +58,6 @@ WIDTH = 4.7
 TALLER = 0.6
 """Inches more for the legend of curves."""
 
-LINE = 62
-"""Letters in a line of the note above a map."""
-
 
 FINEST = 4000
 """Columns or rows at most that cells of unequal width are cut into."""
@@ -76,6 +75,8 @@ def map_figure(
     k2: Limits | None = None,
     *,
     ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
     """Map of a quantity over two axes of a sweep; over its only axis, its values.
 
@@ -101,6 +102,10 @@ def map_figure(
         limits in ε or Δτ over the other axis of the map, drawn as a line.
     ax : Axes, optional
         where to draw; a new figure unless given.
+    style : str, optional
+        "screen" or "print".
+    width : str, optional
+        "double" or "single": columns of a page.
 
     Raises
     ------
@@ -115,45 +120,20 @@ def map_figure(
     status = np.asarray(results.status)[index]
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = _draw(results.axes, x, y, painted, values[index], quantity, TALLER if curves else 0.0)
-    _say(ax, results, (x, y), quantity, status, numbered=bool(curves))
+    fig, ax = draw(results.axes, x, y, painted, values[index], quantity, TALLER if curves else 0.0)
+    rest = [n for n in names if n not in (x, y)]
+    said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in rest]
+    said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *told(status)]
+    note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
     if curves:
         draw_lines(ax, placed(curves, results, x, y))
     if k2 is not None:
         draw_limit(ax, k2, results, x, y)
-    _add_legend(fig, ax, painted, cells=y is not None)
+    explain(fig, apart(painted) if y is not None else [])
     return fig
 
 
-@styled
-def limits_map(found: Limits, limits: tuple[float, float] | None = None) -> Figure:
-    """Map of the limit k₂ in ε over the two axes of a file of limits, in the order of the file.
-
-    Parameters
-    ----------
-    found : Limits
-    limits : (float, float), optional
-        range of the colours, as of `map_figure`.
-
-    Raises
-    ------
-    ValueError
-        where there is one axis only, and for limits of starts.
-    """
-    if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
-        raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
-    c = found.curves.index(("eps", "certified"))
-    status = np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
-    values = found.numbers["k2"][c]
-    painted = paint(K2, values, status, limits)
-    x, y = found.axes
-    fig, ax = _draw(found.axes, x, y, painted, values, K2)
-    note(ax, ", ".join([*(equation(n, v) for n, v in found.fixed.items()), f"kept: {found.criterion}"]))
-    _add_legend(fig, ax, painted, cells=True)
-    return fig
-
-
-def _draw(
+def draw(
     axes: Mapping[str, np.ndarray],
     x: str,
     y: str | None,
@@ -246,7 +226,7 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
         ax.set(**{f"{axis}lim": edges(values)[[0, -1]]})
         extent += _borders(values)[[0, -1]].tolist()
         image = np.take(image, _evenly(values), axis=k)
-    ax.patch.set(facecolor="white", edgecolor="0.6", hatch="//////", linewidth=0)
+    ax.patch.set(**HATCHED)
     drawn = FullestImage(
         ax,
         cmap=ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]])),
@@ -285,11 +265,11 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, qu
         ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", ms=3, mew=0)
         ax.set_yscale("log" if isinstance(painted.norm, LogNorm) else "linear")
         low, high = painted.norm.vmin, painted.norm.vmax
-        beyond: Any = ((SHADES, "v", low, UNDER), (SHADES + 1, "^", high, OVER))
-        for number, mark, end, colour in beyond:
+        beyond: Any = ((SHADES, "v", low), (SHADES + 1, "^", high))
+        for number, mark, end in beyond:
             if (kind == number).any():
                 there = np.where(kind == number, end, np.nan)
-                ax.plot(x[order], there, mark, ms=4, mew=0, color=colour, clip_on=False)
+                ax.plot(x[order], there, mark, ms=4, mew=0, color=look().other, clip_on=False)
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     if is_geometric(x[order]):
         ax.set_xscale("log")
@@ -298,60 +278,21 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, qu
 
 def _add_bar(fig: Figure, ax: Axes, painted: Painted, quantity: str) -> None:
     shown = ListedColormap(painted.colours[: len(painted.labels) or SHADES])
-    scale = ScalarMappable(painted.norm, shown.with_extremes(under=UNDER, over=OVER))
+    under, over = look().beyond
+    scale = ScalarMappable(painted.norm, shown.with_extremes(under=under, over=over))
     bar = fig.colorbar(scale, ax=ax, extend=painted.extend)
-    bar.set_label(LABELS[quantity], size=10)
+    bar.set_label(LABELS[quantity], size=mpl.rcParams["font.size"])
     if painted.labels:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
         small = max(map(len, painted.labels)) > 12
-        bar.ax.tick_params(which="both", length=0, labelsize=7 if small else 9)
-
-
-def _say(
-    ax: Axes, results: Any, drawn: tuple[str | None, ...], quantity: str, status: np.ndarray, numbered: bool
-) -> None:
-    """What holds for all points, how many are not as the others, and what the numbers on curves are."""
-    fixed = [n for n in results.axes if n not in drawn]
-    said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in fixed]
-    lines = [*said, *conditions(of_sweep(results), results.axes, section=quantity in OF_SECTION)]
-    counts = {"not computed": int((status == Status.NOT_COMPUTED).sum())}
-    if quantity != "status":
-        counts |= {name: int((status == s).sum()) for s, (name, _) in STATUSES.items() if s != Status.OK}
-    told = [f"{name}: {count}" for name, count in counts.items() if count]
-    if told:
-        told[0] = f"of {status.size} points {told[0]}"
-    curves = ["numbers on curves: period of their orbit"] if numbered else []
-    note(ax, "\n".join(_wrapped(part) for part in (lines, told, curves) if part))
+        bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])
 
 
 def _of(count: int) -> str:
     return f" (first of {count})" if count > 1 else ""
 
 
-def _wrapped(parts: Sequence[str]) -> str:
-    """Parts of a sentence in lines of about LINE letters; the marks of mathtext are no letters."""
-    lines, length = [""], 0
-    for part in parts:
-        letters = sum(c not in r"$\{}" for c in part)
-        if lines[-1] and length + letters > LINE:
-            lines[-1] += ","
-            lines.append(part)
-            length = letters
-        else:
-            lines[-1] += f", {part}" if lines[-1] else part
-            length += letters + 2
-    return "\n".join(lines)
-
-
-def _add_legend(fig: Figure, ax: Axes, painted: Painted, cells: bool) -> None:
-    """Below the figure, or in axes that were given: the curves drawn over it, and what is set apart."""
-    handles: list[Any] = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
-    if cells:
-        handles += [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
-        if np.ma.getmaskarray(painted.cells).any():
-            handles.append(Patch(fc="white", ec="0.6", hatch="//////", lw=0, label="not computed"))
-    if handles and in_given_axes():
-        ax.legend(handles=handles, loc="best", handlelength=LEGEND_LINE)
-    elif handles:
-        columns = min(3, len(handles))
-        fig.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=LEGEND_LINE)
+def apart(painted: Painted) -> list[Patch]:
+    """The key to what is set apart from the scale, and to the hatched ground."""
+    handles = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
+    return handles + ([Patch(**HATCHED, label=painted.blank)] if painted.blank else [])

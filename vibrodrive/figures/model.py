@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Polygon
 
-from vibrodrive.figures.style import INK, in_drawings, new, styled
+from vibrodrive.figures.looks import INK
+from vibrodrive.figures.style import in_drawings, new, styled
 
 Place = tuple[float, float]
 

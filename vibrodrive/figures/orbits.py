@@ -16,7 +16,8 @@ from matplotlib.ticker import FuncFormatter
 
 from vibrodrive.figures.bifurcation import quantity_index
 from vibrodrive.figures.conditions import conditions, of_sweep
-from vibrodrive.figures.style import INK, equation, explain, letter, look, name_axes, new, note, number, styled
+from vibrodrive.figures.looks import INK
+from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, number, styled
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.bifurcations import Bifurcation

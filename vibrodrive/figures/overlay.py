@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from vibrodrive.figures.looks import INK
 from vibrodrive.figures.plane import HALO, Line
-from vibrodrive.figures.style import INK, as_shown
+from vibrodrive.figures.style import as_shown
 from vibrodrive.model.parameters import Method, bad
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 

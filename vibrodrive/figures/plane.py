@@ -9,26 +9,26 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.style import INK, in_given_axes, name_axes, new, note, styled
+from vibrodrive.figures.looks import INK
+from vibrodrive.figures.style import explain, look, name_axes, new, note, styled
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
 KINDS: dict[str, dict[str, Any]] = {
-    "onset": {"ls": "-", "lw": 1.8, "color": "0.45", "label": "onset"},
-    "period doubling": {"ls": "-", "lw": 1.0, "color": "#0072B2", "label": "period doubling"},
-    "fold": {"ls": (0, (6, 2)), "lw": 1.0, "color": "#D55E00", "label": "fold"},
-    "border": {"ls": (0, (5, 1.5, 1, 1.5)), "lw": 1.0, "color": INK, "label": "border collision"},
-    "grazing": {"ls": (0, (1.2, 1.2)), "lw": 1.3, "color": "#009E73", "label": "grazing"},
-    "stick": {"ls": (0, (2.5, 2.5)), "lw": 0.8, "color": "#AA3377", "label": "stick appears or vanishes"},
+    "onset": {"ls": "-", "lw": 1.8, "label": "onset"},
+    "period doubling": {"ls": "-", "lw": 1.0, "label": "period doubling"},
+    "fold": {"ls": (0, (6, 2)), "lw": 1.0, "label": "fold"},
+    "border": {"ls": (0, (5, 1.5, 1, 1.5)), "lw": 1.0, "label": "border collision"},
+    "grazing": {"ls": (0, (1.2, 1.2)), "lw": 1.3, "label": "grazing"},
+    "stick": {"ls": (0, (2.5, 2.5)), "lw": 0.8, "label": "stick appears or vanishes"},
 }
-"""How each kind of curve is drawn: the styles differ without their colours, and the colour-blind tell these apart."""
+"""How each kind of curve is drawn, besides its colour: they differ without it."""
 
 HALO = 0.7
 """Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
 
-LEGEND_LINE = 3.2
-"""Length of a line in the legend, in widths of its letters: a whole pattern of dashes."""
+NUMBERED = "numbers on curves: period of the orbit"
 
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
 """Where along the curves their periods are written, in turn, so that neighbours do not collide."""
@@ -65,7 +65,7 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
     named = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
-        style = dict(KINDS[line.kind])
+        style = KINDS[line.kind] | {"color": look().bifurcations.get(line.kind, INK)}
         label = style.pop("label")
         # the halos of all lie below the lines of all
         width = style["lw"] + 2 * HALO
@@ -77,7 +77,7 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
             points = np.column_stack([line.across, line.up])
             _write_period(ax, line.period, points, PLACES[k % len(PLACES)], style["color"])
     if legend and named:
-        ax.legend(loc="best", handlelength=LEGEND_LINE, frameon=True, framealpha=0.9, edgecolor="none")
+        ax.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:
@@ -122,10 +122,7 @@ def curves_figure(
     draw_curves(ax, curves, legend=False)
     if meets:
         ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
-    if curves and in_given_axes():
-        ax.legend(loc="best", handlelength=LEGEND_LINE)
-    elif curves:
-        fig.legend(loc="outside lower center", ncols=4, handlelength=LEGEND_LINE)
     name_axes(ax, "A", "B")
-    note(ax, f"numbers: period of the orbit, up to {max_period}")
+    note(ax, f"{NUMBERED}, up to {max_period}")
+    explain(fig)
     return fig

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from vibrodrive.figures.style import INK, explain, in_drawings, look, new, styled
+from vibrodrive.figures.looks import INK
+from vibrodrive.figures.style import explain, in_drawings, look, new, styled
 from vibrodrive.model.states import TRANSITIONS, State
 
 BOXES = {

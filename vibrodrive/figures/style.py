@@ -1,5 +1,4 @@
-"""Two looks for every figure, both from here: `screen`, in colours that the colour-blind tell apart, and `print`, the
-paper's: black ink, nothing that needs colour to be read. And two widths: one column of a page, or both.
+"""What all figures share: two looks (looks.py), two widths (one column of a page, or both), names, notes and legends.
 
 A function that is `styled` takes `style` and `width`; what they leave open is what is in force around the call
 (`drawn_as`), at the outermost "screen" and "double".
@@ -17,64 +16,23 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, TypeVar
 
 import matplotlib as mpl
 import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 from matplotlib.ticker import MaxNLocator
 
+from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.store.draft import drafted
-
-INK = "black"
-"""Outlines and marks of both looks."""
-
-
-class Look(NamedTuple):
-    """The colours of one style. Whatever differs in colour differs in line style, mark or width, too."""
-
-    main: str  # of what a figure is about
-    other: str  # of what stands against it: a disturbed motion, an unstable orbit
-    support: str  # of lines that only support: a zero, the excitation, impacts
-    lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
-    bands: tuple[str, ...]  # of the areas that belong to the first, second, … curve
-    density: Colormap  # from nothing to often
-
-
-def _ramp(*colours: str) -> Colormap:
-    return LinearSegmentedColormap.from_list("ink", colours)
-
-
-_PATTERNS = ("-", "--", ":", "-.")
-_HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
-
-LOOKS: dict[Style, Look] = {
-    "screen": Look(
-        main=_HUES[0],
-        other=_HUES[1],
-        support="0.55",
-        lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
-        bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
-        density=_ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
-    ),
-    "print": Look(
-        main=INK,
-        other=INK,
-        support="0.55",
-        lines=tuple((tone, pattern) for tone in (INK, "0.55") for pattern in _PATTERNS),
-        bands=("0.55", "0.8", "0.9"),
-        density=_ramp("white", "black"),
-    ),
-}
 
 INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
 """174 and 84 mm: what the narrower of the usual journals print over two columns and over one."""
@@ -84,10 +42,15 @@ FORMATS = (".png", ".pdf", ".svg")
 RESOLUTION = 250
 """Pixels per inch of what is made of pixels."""
 
+LEGEND_LINE = 2.8
+"""Length of a line in a legend, in widths of its letters: a whole pattern of dashes."""
+
 COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
     "mathtext.fontset": "stix",
     "legend.frameon": False,
+    "legend.handlelength": LEGEND_LINE,
+    "legend.columnspacing": 1.2,
     "axes.linewidth": 0.6,
     "lines.linewidth": 0.8,
     "xtick.direction": "in",
@@ -312,15 +275,17 @@ def letter(ax: Axes, index: int, text: str = "") -> None:
     ax.set_title(f"{name} {text}".rstrip(), loc="left")
 
 
-def note(ax: Axes, text: str | Sequence[str], above: bool = False) -> None:
+def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
     """What holds for the whole panel, small, at its upper right; above its name where both do not fit, or if `above`.
 
-    Of a sequence each part stays whole, and as many as fit share a line.
+    Of a sequence each part stays whole, and as many as fit share a line. `side` is "left" for a panel without a name
+    and with a colour bar, above which the note ends.
     """
     title, _, _ = LETTERS[_CHOSEN.get()[1]]
     size = NOTE * title
     cell = ax.get_subplotspec()
-    room = 72 * (ax.figure.figure.get_figwidth() - MARGIN)
+    inches = ax.figure.figure.get_figwidth()
+    room = 72 * (inches * ax.get_position().width if in_given_axes() else inches - MARGIN)
     if not isinstance(text, str):
         text = wrapped(text, room, size)
     alone = cell is None or cell.get_gridspec().ncols == 1
@@ -328,7 +293,7 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False) -> None:
     line = text.rsplit("\n", 1)[-1]
     if text and (above or (name and not (alone and extent(name, title) + extent(line, size) < room - GAP))):
         text += "\n"
-    ax.set_title(text, loc="right", fontsize=size, color="0.35")
+    ax.set_title(text, loc=side, fontsize=size, color="0.35")
 
 
 MARGIN = 0.8
@@ -373,7 +338,8 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
         return
     _, _, size = LETTERS[_CHOSEN.get()[1]]
     widest = max(extent(name, size) for name in named)
-    columns = int(72 * fig.get_figwidth() / (widest + 5 * size))  # beside the words the line, and space around it
+    each = widest + (LEGEND_LINE + 2.2) * size  # beside the words the line, and space around it
+    columns = int(72 * fig.get_figwidth() / each)
     columns = max(1, min(len(named), columns))
     rows = -(-len(named) // columns)
     fig.legend(

@@ -5,9 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from vibrodrive.figures.plane import curves_figure
 from vibrodrive.figures.style import save
 from vibrodrive.jobs.orbits import MAX_PERIOD, UNTOLD, check_undisturbed
 from vibrodrive.model.parameters import bad
@@ -68,7 +65,7 @@ def run_curves(
         A, B = _ends(plan, "A"), _ends(plan, "B")
         found = StoredCurves(curves(A, B, longest, num=min(len(plan.axes["B"]), NUM)), longest, A, B)
         save_curves(out, found, origin._replace(title=origin.title or "Bifurcations of a friction-impact oscillator"))
-    save(_figure(found), figure or out.with_suffix(".png"))
+    save(found.plot(), figure or out.with_suffix(".png"))
     return found.curves
 
 
@@ -85,16 +82,6 @@ def check_plane(plan: Plan) -> None:
 def _ends(plan: Plan, name: str) -> tuple[float, float]:
     values = plan.axes[name]
     return float(values.min()), float(values.max())
-
-
-def redraw(path: Path) -> Figure:
-    """The figure of a file of curves. Raises as `load_curves`."""
-    return _figure(load_curves(path))
-
-
-def _figure(found: StoredCurves) -> Figure:
-    meets = [(a, b) for a, b, _ in meeting_points(found.curves)]
-    return curves_figure(found.curves, found.A, found.B, found.max_period, meets)
 
 
 def listed(found: list[Curve]) -> dict[str, Any]:

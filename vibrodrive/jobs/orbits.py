@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from vibrodrive.batch.sweep import collect
 from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
-from vibrodrive.figures.style import save
+from vibrodrive.figures.style import save, styled
 from vibrodrive.model.parameters import Method, bad
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
@@ -19,9 +19,12 @@ from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.search import check_period
 from vibrodrive.store.file import made_already
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.orbits import load_orbits, save_family
+from vibrodrive.store.orbits import StoredOrbits, load_orbits, save_family
 
 MAX_PERIOD = 3
+
+DIAGRAMS = ("bifurcation", "multipliers")
+"""Figures of orbits over A."""
 
 UNTOLD = Origin("")
 """What was not made from a configuration."""
@@ -110,21 +113,18 @@ def brute_force(plan: Plan, threads: int | None) -> Results:
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
 
 
-def redraw(path: Path, what: str = "bifurcation", quantity: str = "dxi") -> Figure:
-    """A figure of a file of orbits: "bifurcation" or "multipliers", as `run_orbits` draws them.
+@styled
+def drawn(stored: StoredOrbits, kind: str = "bifurcation", quantity: str = "dxi", *, ax: Any = None) -> Figure:
+    """A figure of what a file of orbits holds: "bifurcation" or "multipliers", as `run_orbits` draws them.
 
-    The brute-force points are computed anew from the configuration in the file, if that fits the file.
-
-    Raises
-    ------
-    NoResult, OSError
-        as `load_orbits`.
+    The brute-force points are computed anew from the configuration in the file, if that fits the file. `ax`: where to
+    draw, one for each panel. Raises ValueError for another kind or quantity.
     """
-    stored = load_orbits(path)
-    plan = stored.plan
-    if what == "multipliers":
+    if kind not in DIAGRAMS:
+        raise ValueError(bad("kind", kind, "one of " + ", ".join(DIAGRAMS)))
+    if kind == "multipliers":
         return multiplier_diagram(stored.family)
-    phase = stored.section_phase
+    plan, phase = stored.plan, stored.section_phase
     if phase is None:  # an older file: its phase lies in its configuration alone
         phase = plan.scalars["section_phase"] if plan is not None else 0.0
     brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibrodrive.model.above import above
+from vibrodrive.model.described import Described, numbers, share_computed, span
 from vibrodrive.model.parameters import Method, Status, bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan, Settings
@@ -31,7 +31,7 @@ Read = Callable[[str, Index], np.ndarray]
 """Array `name` ("section", "status", "margin", "switches") at an Index."""
 
 
-class Results:
+class Results(Described):
     """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
 
     The arrays are read on first access and kept. In what has not been computed yet the section and
@@ -343,7 +343,7 @@ class Results:
         """What these results are, in a few words each."""
         s = self.settings
         shape = " × ".join(map(str, self.shape))
-        axes = [_span(name, values) for name, values in self.axes.items()]
+        axes = [span(name, values) for name, values in self.axes.items()]
         computed, told = self._told_status()
         return {
             "of": f"{shape} points" if self.axes else "one point",
@@ -367,23 +367,13 @@ class Results:
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
-        return "computed" if share == 1 else f"{100 * share:.1f} % computed", counted
+        return share_computed(share), counted
 
     def _everywhere(self) -> Index:
         return (slice(None),) * len(self.axes)
 
-    def __repr__(self) -> str:
-        d = self._described()
-        parts = [d[name] for name in ("axes", "record", "settings", "status") if d[name]]
-        return f"<Results of {d['of']}, {d['computed']}: {'; '.join(parts)}>"
-
-    def _repr_html_(self) -> str:
-        """A table in a notebook: the parts of repr, and the parameters that have one value."""
-        fixed = {name: value for name, value in self.scalars.items() if name not in self.axes and value == value}
-        rows = self._described() | {"fixed": ", ".join(f"{name} = {value:g}" for name, value in fixed.items())}
-        rows = {"title": self.title, **rows}
-        cells = [f"<tr><th>{name}</th><td>{escape(text)}</td></tr>" for name, text in rows.items() if text]
-        return f"<table><caption>Results</caption>{''.join(cells)}</table>"
+    def _more(self) -> dict[str, str]:
+        return {"fixed": numbers({name: value for name, value in self.scalars.items() if name not in self.axes})}
 
 
 _WHERE = {q.name: record for record, known in ((SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS)) for q in known}
@@ -398,11 +388,6 @@ def _no_more(name: str, index: Index) -> np.ndarray:
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
     """The values of `source` at `inner`, an index over the axes that `chosen` left."""
     return source(name, _within(chosen, inner))
-
-
-def _span(name: str, values: np.ndarray) -> str:
-    """“A 3…3.25 (100)”."""
-    return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")
 
 
 ROUNDING = 4

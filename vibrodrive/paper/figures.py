@@ -15,10 +15,10 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.curves import curve, shared_by
+from vibrodrive.figures.looks import INK
 from vibrodrive.figures.model import drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.figures.style import (
-    INK,
     equation,
     explain,
     letter,

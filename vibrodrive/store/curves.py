@@ -8,13 +8,16 @@ two curves meet, once).
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from collections import Counter
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
+from vibrodrive.model.above import above
+from vibrodrive.model.described import Described
 from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.meetings import Meeting, meeting_points
@@ -22,6 +25,10 @@ from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained
 from vibrodrive.store.file import Summary, counted, find_faults, new_file, reading, versions_of
 from vibrodrive.store.layout import Origin, about
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SCHEMA_VERSION = 1
 
@@ -32,7 +39,8 @@ CONTENTS = (
 """Of a file, for a reader who sees nothing else."""
 
 
-class StoredCurves(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class StoredCurves(Described):
     """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched."""
 
     curves: list[Curve]
@@ -40,6 +48,31 @@ class StoredCurves(NamedTuple):
     A: tuple[float, float]
     B: tuple[float, float]
     title: str = ""
+
+    def plot(self, *, ax: Axes | None = None) -> Figure:
+        """The curves in the plane (A, B), each with the period of its orbit, and where they meet.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            where to draw; a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+        """
+        meets = [(A, B) for A, B, _ in meeting_points(self.curves)]
+        return above("figures.plane").curves_figure(self.curves, self.A, self.B, self.max_period, meets, ax=ax)
+
+    def _described(self) -> dict[str, str]:
+        kinds = Counter(c.kind for c in self.curves)
+        return {
+            "of": f"{len(self.curves)} curves",
+            "computed": f"up to period {self.max_period}",
+            "ranges": f"A {self.A[0]:g}…{self.A[1]:g}, B {self.B[0]:g}…{self.B[1]:g}",
+            "found": ", ".join(f"{n} x {kind}" for kind, n in sorted(kinds.items())),
+        }
 
 
 def save_curves(path: Path, found: StoredCurves, origin: Origin) -> None:

@@ -7,14 +7,17 @@ HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configurati
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
+from vibrodrive.model.above import above
 from vibrodrive.model.config import Config, ConfigError, parse
+from vibrodrive.model.described import Described, numbers, span
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
@@ -22,6 +25,10 @@ from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.file import Summary, axis_facts, axis_line, find_faults, reading, versions_of
 from vibrodrive.store.header import Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SECOND = ("dtau", "eps")
 """What may lie across A."""
@@ -35,8 +42,8 @@ CONTENTS = (
 """Of a file, for a reader who sees nothing else."""
 
 
-@dataclass(frozen=True)
-class FailureMap:
+@dataclass(frozen=True, repr=False)
+class FailureMap(Described):
     """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
 
     A: np.ndarray
@@ -57,6 +64,41 @@ class FailureMap:
         """Share of the judged switches that failed in this way; NaN where the mass never moved."""
         with np.errstate(invalid="ignore"):
             return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
+
+    def plot(self, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """The share of the switches that are missed, late or wrong, for each method.
+
+        Parameters
+        ----------
+        ax : sequence of six matplotlib Axes, optional
+            where to draw, method by method; a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+        """
+        return above("figures.failures").failures_figure(self, ax=ax)
+
+    def failed(self, m: int) -> dict[str, int]:
+        """How many switches of a method, by its number, were judged, and how many failed in each way."""
+        return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
+
+    def _described(self) -> dict[str, str]:
+        return {
+            "of": f"{len(METHODS)} methods at {len(self.A)} × {len(self.other)} points",
+            "computed": "computed",
+            "axes": f"{span('A', self.A)}, {span(self.name, self.other)}",
+            "methods": ", ".join(METHODS),
+        }
+
+    def _more(self) -> dict[str, str]:
+        switches = {method: _switches_line(self.failed(m)) for m, method in enumerate(METHODS)}
+        return {"fixed": numbers(self.scalars), **switches}
+
+
+def _switches_line(count: dict[str, int]) -> str:
+    return f"{count['judged']} switches judged: {', '.join(f'{count[kind]} {kind}' for kind in KINDS)}"
 
 
 def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
@@ -125,14 +167,9 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
             faults.append("judged: fewer than failed")
         axes = {"A": found.A, found.name: found.other}
-        switches = {
-            method: {"judged": int(found.judged[m].sum()), **{k: int(found.counts[k][m].sum()) for k in KINDS}}
-            for m, method in enumerate(METHODS)
-        }
+        switches = {method: found.failed(m) for m, method in enumerate(METHODS)}
         lines = [axis_line(name, values) for name, values in axes.items()]
-        for method, count in switches.items():
-            failed = ", ".join(f"{count[kind]} {kind}" for kind in KINDS)
-            lines.append((method, f"{count['judged']} switches judged: {failed}"))
+        lines += [(method, _switches_line(count)) for method, count in switches.items()]
         facts = {
             "axes": {name: axis_facts(values) for name, values in axes.items()}, "parameters": found.scalars,
             "switches": switches, "versions": versions_of(file),

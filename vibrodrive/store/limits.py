@@ -8,16 +8,19 @@ a figure needs nothing but the file.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
 import numpy as np
 
+from vibrodrive.model.above import above
 from vibrodrive.model.config import Config, ConfigError, parse
+from vibrodrive.model.described import Described, numbers, share_computed, span
+from vibrodrive.model.drawing import MAP
 from vibrodrive.model.parameters import PARAMETERS, bad
 from vibrodrive.stability.criterion import SOLUTION
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
@@ -39,6 +42,10 @@ from vibrodrive.store.file import (
 from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
 """Disturbance and path of each curve."""
@@ -96,8 +103,8 @@ CONTENTS = (
 """Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
 
 
-@dataclass(frozen=True)
-class Limits:
+@dataclass(frozen=True, repr=False)
+class Limits(Described):
     """What a file of limits holds. Arrays over (curve, axes…); `n`, the period of the undisturbed orbit, too.
 
     Attributes
@@ -152,6 +159,51 @@ class Limits:
         """k2(Δτ), switches on the grid, over k2(ε) ηA: float64 (axes…); NaN where either is missing."""
         V = self.known("velocity")
         return V[1] / V[0]
+
+    @property
+    def computed(self) -> float:
+        """Share of the limits that are computed, 0 to 1."""
+        return float(self.done.mean())
+
+    def plot(self, kind: Literal["map"] | None = None, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """The limits as velocity amplitudes over the longer axis and, of both kinds, their ratio.
+
+        Parameters
+        ----------
+        kind : "map", optional
+            over two axes: k₂ in ε as a colour in their plane.
+        ax : matplotlib Axes or sequence of them, optional
+            where to draw, one for each panel; a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+
+        Raises
+        ------
+        ValueError
+            for another kind, and for a map over one axis.
+        """
+        if kind not in (None, MAP):
+            raise ValueError(bad("kind", kind, f"{MAP}, or left out"))
+        if kind == MAP:
+            return above("figures.limits_map").limits_map(self, ax=ax)
+        return above("figures.limits").limits_figure(self, ax=ax)
+
+    def _described(self) -> dict[str, str]:
+        shape = " × ".join(str(len(values)) for values in self.axes.values())
+        return {
+            "of": f"{len(self.curves)} disturbances at {shape} points",
+            "computed": share_computed(self.computed),
+            "axes": ", ".join(span(name, values) for name, values in self.axes.items()),
+            "disturbances": ", ".join(f"{d} ({method})" for d, method in self.curves),
+            "criterion": f"kept: {self.criterion}",
+        }
+
+    def _more(self) -> dict[str, str]:
+        curves = {f"{d} ({m})": _curve_line(_curve_facts(self, c), self.mm_s) for c, (d, m) in enumerate(self.curves)}
+        return {"fixed": numbers(self.fixed), **curves}
 
 
 def load_limits(path: str | Path) -> Limits:
@@ -208,7 +260,7 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
         lines.append(("criterion", found.criterion))
         lines += [(curve["disturbance"], _curve_line(curve, found.mm_s)) for curve in curves]
-        return Summary(found.title, float(found.done.mean()), lines, faults, facts)
+        return Summary(found.title, found.computed, lines, faults, facts)
 
 
 def _curve_facts(found: Limits, c: int) -> dict[str, Any]:

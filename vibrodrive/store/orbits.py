@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
 import numpy as np
 
+from vibrodrive.model.above import above
 from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.described import Described
 from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
@@ -24,6 +28,10 @@ from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained
 from vibrodrive.store.file import Summary, axis_facts, axis_line, counted, find_faults, new_file, reading, versions_of
 from vibrodrive.store.layout import Origin, about
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SCHEMA_VERSION = 1
 
@@ -57,7 +65,8 @@ def save_family(path: Path, found: Family, origin: Origin, section_phase: float)
             netcdf.table(file, dimension, columns)
 
 
-class StoredOrbits(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class StoredOrbits(Described):
     """A family as a file holds it. `section_phase` is None, and the marks of bifurcations have no place, in a file
     made before it kept them. `plan` is the sweep of the configuration, None if that is not what the file holds."""
 
@@ -69,6 +78,47 @@ class StoredOrbits(NamedTuple):
     @property
     def title(self) -> str:
         return self.origin.title
+
+    def plot(
+        self,
+        kind: Literal["bifurcation", "multipliers"] = "bifurcation",
+        quantity: Literal["dxi", "xi"] = "dxi",
+        *,
+        ax: Axes | Sequence[Axes] | None = None,
+    ) -> Figure:
+        """The orbits over A with their bifurcations, above what is simulated.
+
+        Parameters
+        ----------
+        kind : str
+            "multipliers": those of the orbits in the place of the section.
+        quantity : str
+            of the section: ξ' or ξ.
+        ax : matplotlib Axes or sequence of them, optional
+            where to draw, one for each panel (two where bifurcations are dense); a new figure unless given.
+
+        Returns
+        -------
+        Figure
+            which shows itself in a notebook; `savefig` writes it.
+
+        Raises
+        ------
+        ValueError
+            for another kind or quantity.
+        """
+        return above("jobs.orbits").drawn(self, kind, quantity, ax=ax)
+
+    def _described(self) -> dict[str, str]:
+        found = self.family
+        kinds = Counter(b.kind for b in found.bifurcations)
+        return {
+            "of": f"{sum(map(len, found.orbits))} orbits at {len(found.A)} values of A",
+            "computed": f"up to period {found.max_period}",
+            "axes": f"A {found.A[0]:g}…{found.A[-1]:g}",
+            "fixed": f"B = {found.B:g}",
+            "bifurcations": ", ".join(f"{n} x {kind}" for kind, n in sorted(kinds.items())),
+        }
 
 
 def load_orbits(path: Path) -> StoredOrbits:

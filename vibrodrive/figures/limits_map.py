@@ -1,0 +1,69 @@
+"""The limit k₂ in ε over two axes as a map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrodrive.figures.colours import paint
+from vibrodrive.figures.limits import shared_by
+from vibrodrive.figures.map import apart, draw
+from vibrodrive.figures.style import explain, note, styled
+from vibrodrive.model.drawing import K2, MAP, Style, Width
+from vibrodrive.model.parameters import Status, bad
+from vibrodrive.store.limits import Limits
+
+
+@styled
+def limits_map(
+    found: Limits,
+    limits: tuple[float, float] | None = None,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+) -> Figure:
+    """Map of the limit k₂ in ε over the two axes of a file of limits, in the order of the file.
+
+    Parameters
+    ----------
+    found : Limits
+        what `load` gives of a file of `vibrodrive limits` over two axes.
+    limits : (float, float), optional
+        range of the colours, as of `map_figure`.
+    ax : Axes, optional
+        where to draw; a new figure unless given.
+    style, width : str, optional
+        as of `map_figure`.
+
+    Returns
+    -------
+    Figure
+        which shows itself in a notebook; `savefig` writes it.
+
+    Raises
+    ------
+    ValueError
+        where there is one axis only, and for limits of starts.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.load("limits_AB.h5", kind="limits")  # made by `vibrodrive limits` over A and B
+    >>> figure = vd.plot.limits_map(found, limits=(1e-6, 1e-2))
+    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+    ('$A$', '$B$')
+    """
+    if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
+        raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
+    c = found.curves.index(("eps", "certified"))
+    status = np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
+    values = found.numbers["k2"][c]
+    painted = paint(K2, values, status, limits)
+    x, y = found.axes
+    fig, ax = draw(found.axes, x, y, painted, values, K2)
+    note(ax, shared_by(found), side="left")
+    explain(fig, apart(painted))
+    return fig

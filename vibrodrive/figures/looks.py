@@ -1,0 +1,114 @@
+"""The colours of every figure, in two looks: `screen`, which the colour-blind tell apart, and `print`, black ink alone.
+
+Whatever differs in colour differs in line style, mark or lightness, too; on `print` in these alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import Colormap, LinearSegmentedColormap
+
+from vibrodrive.model.drawing import Style
+
+INK = "black"
+"""Outlines and marks of both looks."""
+
+
+HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
+"""Ground that shows where there is no value."""
+
+
+class Look(NamedTuple):
+    """The colours of one style."""
+
+    main: str  # of what a figure is about
+    other: str  # of what stands against it: a disturbed motion, an unstable orbit
+    support: str  # of lines that only support: a zero, the excitation, impacts
+    lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
+    bands: tuple[str, ...]  # of the areas that belong to the first, second, … curve
+    bifurcations: dict[str, str]  # of the curves of each kind; of other kinds INK
+    density: Colormap  # from nothing to often
+    classes: tuple[str, ...]  # of a map, each darker than the one before; the last two: all others, and none
+    shades: Colormap  # of a continuous quantity of a map
+    signed: Colormap  # of one that is negative or positive, 0 in the middle
+    nil: str  # what rests, on `signed`
+    beyond: tuple[str, str]  # values below and above a continuous scale
+    kept: tuple[str, str]  # structure kept and lost
+    statuses: tuple[str, str, str, str]  # in the order of figures/colours.py
+    lacking: str | None  # a point that is computed, and has no such value; None: hatched
+
+
+def _ramp(*colours: str | tuple[float, str]) -> Colormap:
+    """From the first to the last, evenly unless a colour has its place, 0 to 1."""
+    return LinearSegmentedColormap.from_list("ink", colours)
+
+
+def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
+    """Greys in steps that look even, from one lightness L* (0 black, 100 white) to another."""
+    linear = ((np.linspace(light, dark, count) + 16.0) / 116.0) ** 3
+    return tuple(f"{1.055 * y ** (1 / 2.4) - 0.055:.4f}" for y in linear)
+
+
+_PATTERNS = ("-", "--", ":", "-.")
+_HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
+
+# Each is darker than the one before by about a tenth of the way from white to black, so that their order survives a
+# copy in grey; and they stay apart for the colour-blind.
+_CLASSES = (
+    "#eff427",
+    "#16e9ea",
+    "#fca579",
+    "#ac92fa",
+    "#e76317",
+    "#06846c",
+    "#6042da",
+    "#7c3502",
+    "#5b057a",
+    "#1f1f1f",
+)
+
+LOOKS: dict[Style, Look] = {
+    "screen": Look(
+        main=_HUES[0],
+        other=_HUES[1],
+        support="0.55",
+        lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
+        bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
+        bifurcations={
+            "onset": "0.45",
+            "period doubling": "#0072b2",
+            "fold": "#d55e00",
+            "grazing": "#009e73",
+            "stick": "#aa3377",
+        },
+        density=_ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
+        classes=_CLASSES,
+        shades=colormaps["cividis"],
+        signed=colormaps["RdBu_r"],
+        nil="#e8c95a",
+        beyond=("#009a7b", "#e0218a"),  # no colour of either scale comes near
+        kept=("#d3e8f5", "#b5430d"),
+        statuses=("#f2f2f2", _CLASSES[1], _CLASSES[4], _CLASSES[8]),
+        lacking="#d0d0d0",
+    ),
+    "print": Look(
+        main=INK,
+        other=INK,
+        support="0.55",
+        lines=tuple((tone, pattern) for tone in (INK, "0.55") for pattern in _PATTERNS),
+        bands=("0.55", "0.8", "0.9"),
+        bifurcations={"onset": "0.45"},
+        density=_ramp("white", "black"),
+        classes=_greys(8, 88.0, 4.0),  # more would not be told apart
+        shades=_ramp(*_greys(6, 86.0, 20.0)),
+        signed=_ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0, which shows the sign
+        nil="white",
+        beyond=("0.94", "black"),
+        kept=("0.9", "0.3"),
+        statuses=("0.95", "0.75", "black", "0.45"),
+        lacking=None,  # no grey is left
+    ),
+}
