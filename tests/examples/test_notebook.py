@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -52,16 +53,29 @@ def test_no_cell_warns_or_prints_what_was_not_asked_for(cells):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("source", ["r.plot()", "motion.plot()", "vd.plot.bifurcation(up"])
+@pytest.mark.parametrize("source", ["r.plot()", "motion.plot()", "diagram.plot(", "carry, ax in zip"])
 def test_figures_are_shown(cells, source):
     png = base64.b64decode(shown(cells, source)["image/png"])
     pixels = matplotlib.image.imread(io.BytesIO(png))
-    assert pixels.shape[1] > 1000
+    assert pixels.shape[1] > 500
     assert 0.01 < (pixels[..., :3].min(axis=-1) < 0.5).mean() < 0.6, "neither empty nor a black block"
 
 
 @pytest.mark.jit
+def test_a_sweep_that_was_stopped_goes_on(cells):
+    (stopped,) = (cell for cell in cells if "press_stop" in "".join(cell["source"]))
+    assert any("stopped\n" in output.get("text", []) for output in stopped["outputs"])
+    (loaded,) = (cell for cell in cells if "".join(cell["source"]) == 'vd.load("diagram.h5")')
+    table = "".join(loaded["outputs"][-1]["data"]["text/html"])
+    (share,) = re.findall(r"<td>([0-9.]+) % computed</td>", table)
+    assert 0 < float(share) < 100
+    assert "<td>computed</td>" in "".join(shown(cells, "diagram = vd.sweep")["text/html"])
+
+
+@pytest.mark.jit
 def test_results_and_tables_are_shown(cells):
+    (one,) = (cell for cell in cells if "one = r.select" in "".join(cell["source"]))
+    assert one["outputs"][0]["text"][0].startswith("OK ")
     assert "<td>251 × 2 points</td>" in "".join(shown(cells, "r = vd.sweep")["text/html"])
     assert "IMPACT" in "".join(shown(cells, "to_dataframe")["text/html"])
     assert "xarray" in "".join(shown(cells, "to_xarray")["text/html"])

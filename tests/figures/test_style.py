@@ -12,7 +12,8 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from vibrodrive.figures import diagrams as figures
-from vibrodrive.figures.style import INCHES, LOOKS, drawn_as, equation, look, new, note, periods_ticks, save
+from vibrodrive.figures.looks import LOOKS
+from vibrodrive.figures.style import INCHES, drawn_as, equation, explain, look, new, note, periods_ticks, save
 from vibrodrive.model.drawing import STYLES, WIDTHS
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import make_plan
@@ -193,6 +194,22 @@ def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
     assert lines[-1] == ""
     assert len(lines) > 2
     assert all(line.endswith(",") for line in lines[:-2])
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("names", [["short"] * 9, ["a label that is longer than the others are", *["short"] * 8]])
+def test_a_legend_has_as_many_columns_as_fit(names, width):
+    with drawn_as(width=width):
+        fig, axes = new(height=3.0)
+        for k, name in enumerate(names):
+            axes[0, 0].plot([0, k], label=f"{name} {k}")
+        explain(fig)
+        fig.draw_without_rendering()
+    (legend,) = fig.legends
+    box = legend.get_window_extent()
+    assert 0 <= box.x0 < box.x1 <= fig.bbox.width
+    columns = len({round(t.get_window_extent().x0) for t in legend.get_texts()})
+    assert columns > 1 or (width, len(names[0]) > 10) == ("single", True)
 
 
 @pytest.mark.parametrize(

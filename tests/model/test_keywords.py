@@ -128,6 +128,11 @@ part.plot("poincare").savefig("figure.png")
 vd.plot.bifurcation(r, "xi", ax=None).savefig("figure.png")
 lengths: list[int] = list(r.to_xarray().sizes.values()) + [len(motion.to_dataframe("impacts"))]
 motion.plot(("phase", "time"))
+vd.load("limits.h5", kind="limits").plot("map", ax=None).savefig("figure.png")
+vd.load("orbits.h5", kind="orbits").plot("multipliers", quantity="xi")
+vd.load("limits.h5", kind="limits").plot("bars")  # wrong: argument 1
+vd.load("orbits.h5", kind="orbits").plot(quantity="eta")  # wrong: quantity
+vd.load("curves.h5", kind="curves").plot(ax="left")  # wrong: "ax"
 vd.simulate(A=3.04, periods="many")  # wrong: periods
 vd.simulate(A=3.04, bogus=3)  # wrong: bogus
 vd.simulate(A=[3.0, 3.1])  # wrong: "A"

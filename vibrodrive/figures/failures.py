@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import LogNorm
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -19,8 +19,8 @@ from vibrodrive.store.failures import FailureMap
 LEAST = 1e-3
 """Smaller shares are of one tone: with a thousand switches compared they hardly occur."""
 
-LESS = 0.1
-"""Ink of what is less than LEAST, and more than none."""
+LEAST_INK, LESS_INK = 0.2, 0.1
+"""Ink of a share of LEAST, and of one that is less, and more than none: white is none alone."""
 
 
 @styled
@@ -33,8 +33,8 @@ def failures_figure(
     """
     rows, cols = (len(KINDS), len(METHODS)) if narrow() else (len(METHODS), len(KINDS))
     fig, axes = new(rows, cols, height=9.4 if narrow() else 5.6, sharex=True, sharey=True)
-    scale = look().density.resampled(256)
-    scale = scale.with_extremes(under=scale(LESS))
+    inks = ListedColormap(look().density(np.linspace(LEAST_INK, 1.0, 256)))
+    scale = inks.with_extremes(under=look().density(LESS_INK))
     scale.colorbar_extend = "min"  # type: ignore[assignment]
     shades = LogNorm(LEAST, 1.0)
     mesh = None

@@ -334,17 +334,23 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
     if not named:
         return
     if in_given_axes():
-        given_axes()[-1].legend(list(named.values()), list(named), loc="best")
+        light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" does not look at images
+        given_axes()[-1].legend(list(named.values()), list(named), loc="best", **light)
         return
+    columns = _columns(list(named), 0.95 * 72 * fig.get_figwidth())  # drawn, letters are a little wider
+    fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
+
+
+def _columns(names: Sequence[str], room: float) -> int:
+    """The most columns of a legend that fit `room` points, without one more than its rows need."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
-    widest = max(extent(name, size) for name in named)
-    each = widest + (LEGEND_LINE + 2.2) * size  # beside the words the line, and space around it
-    columns = int(72 * fig.get_figwidth() / each)
-    columns = max(1, min(len(named), columns))
-    rows = -(-len(named) // columns)
-    fig.legend(
-        list(named.values()), list(named), loc="outside lower center", ncols=-(-len(named) // rows), borderpad=0.2
-    )
+    widths = np.array([extent(name, size) + (LEGEND_LINE + 2.2) * size for name in names])  # with the line and spaces
+    for columns in range(len(names), 1, -1):
+        rows = -(-len(names) // columns)
+        fits = sum(part.max() for part in np.array_split(widths, columns)) <= room  # split as Matplotlib does
+        if fits and -(-len(names) // rows) == columns:
+            return columns
+    return 1
 
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:

@@ -199,7 +199,7 @@ class Results(Described):
     @property
     def status(self) -> np.ndarray:
         """int8 (axes…): `Status` of every point; one of them, by index, is a `Status`."""
-        return self._array("status").view(Statuses)
+        return np.asarray(self._array("status")).view(Statuses)  # of one point, too, which is a number there
 
     @property
     def margin(self) -> np.ndarray:

@@ -25,7 +25,12 @@ class Statuses(np.ndarray):
     def __repr__(self) -> str:
         return f"Statuses({self})"
 
+    def __format__(self, spec: str) -> str:
+        return super().__format__(spec) if spec else str(self)
+
     def __str__(self) -> str:
+        if self.ndim == 0:  # of results at one point
+            return str(as_status(int(self)))
         names = {"int": lambda value: str(as_status(int(value)))}
         return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
 
