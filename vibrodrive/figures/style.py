@@ -45,12 +45,15 @@ RESOLUTION = 250
 LEGEND_LINE = 2.8
 """Length of a line in a legend, in widths of its letters: a whole pattern of dashes."""
 
+BETWEEN = 1.2
+"""Space between columns of a legend, in widths of its letters."""
+
 COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
     "mathtext.fontset": "stix",
     "legend.frameon": False,
     "legend.handlelength": LEGEND_LINE,
-    "legend.columnspacing": 1.2,
+    "legend.columnspacing": BETWEEN,
     "axes.linewidth": 0.6,
     "lines.linewidth": 0.8,
     "xtick.direction": "in",
@@ -337,17 +340,20 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
         light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" does not look at images
         given_axes()[-1].legend(list(named.values()), list(named), loc="best", **light)
         return
-    columns = _columns(list(named), 0.95 * 72 * fig.get_figwidth())  # drawn, letters are a little wider
+    columns = _columns(list(named), 72 * fig.get_figwidth())
     fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
 
 
 def _columns(names: Sequence[str], room: float) -> int:
     """The most columns of a legend that fit `room` points, without one more than its rows need."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
-    widths = np.array([extent(name, size) + (LEGEND_LINE + 2.2) * size for name in names])  # with the line and spaces
+    widths = np.array(
+        [1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names]
+    )  # drawn a little wider
     for columns in range(len(names), 1, -1):
         rows = -(-len(names) // columns)
-        fits = sum(part.max() for part in np.array_split(widths, columns)) <= room  # split as Matplotlib does
+        wide = [part.max() for part in np.array_split(widths, columns)]  # split as Matplotlib does
+        fits = sum(wide) + (columns - 1) * BETWEEN * size + size <= room
         if fits and -(-len(names) // rows) == columns:
             return columns
     return 1
