@@ -266,9 +266,11 @@ def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_p
 
 
 SWEEP_AND_SIMULATE = """
-import sys, vibrodrive as vd
+import sys, numpy as np, vibrodrive as vd
+from vibrodrive.jit.fletcher import fletcher32
 short = {"A": 3.04, "transient": 1, "periods": 1}
 vd.sweep(**short, threads=1), vd.simulate(**short).sample(2)
+fletcher32(np.arange(100.0)), vd.orbits(A=3.04, max_period=1)
 print("numba.cpython.randomimpl" in sys.modules)
 """
 

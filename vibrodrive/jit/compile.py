@@ -37,6 +37,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.ir_utils import build_definitions
 from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
 from numba.core.untyped_passes import IRProcessing
 
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
@@ -172,7 +173,8 @@ class _Cache(FunctionCache):
     """
 
     def load_overload(self, sig, target_context):
-        externals.c_math_functions.install(target_context)  # what machine code may call by name
+        rtsys.initialize(target_context)  # what machine code may call: to count references, and by name
+        externals.c_math_functions.install(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
