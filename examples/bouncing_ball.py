@@ -2,8 +2,8 @@
 
     python -m examples.bouncing_ball
 
-writes docs/validation.md and docs/bouncing_ball.png: five quantities of the one-impact orbit against their laws for the
-ball, over B. `--docs DIR` writes both to another folder.
+writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the one-impact orbit against their laws
+for the ball, over B. `--docs DIR` writes both to another folder.
 """
 
 from __future__ import annotations
@@ -23,12 +23,9 @@ DOCS = Path(__file__).parent.parent / "docs"
 
 MARKS = "os^vD"
 
-PAGE = """# Validation
+PAGE = """# The inelastic bouncing ball
 
-Known results, recomputed. Written by `python -m examples.bouncing_ball`. `vibrodrive validate` recomputes them and much
-else on your machine.
-
-## The inelastic bouncing ball, B → ∞
+For B → ∞ the model is one whose laws are published. Written by `python -m examples.bouncing_ball`.
 
 The steeper the incline, or the smoother, the less friction matters. In units of the friction gravity along the incline
 is B = tan α / μ and the largest acceleration of the excitation A, so the mass becomes a ball that falls onto a
@@ -82,7 +79,7 @@ def main() -> None:
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder to write to")
     folder = parser.parse_args().docs
     found = approach()
-    (folder / "validation.md").write_text(PAGE.format(table="\n".join(table(found))))
+    (folder / "bouncing_ball.md").write_text(PAGE.format(table="\n".join(table(found))))
     save(figure(found), folder / "bouncing_ball.png", dpi=140)
 
 

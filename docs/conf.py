@@ -1,0 +1,99 @@
+"""The site: `sphinx-build -W docs build/site`, then open build/site/index.html. Neither needs a network."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+os.environ["PYTHONPATH"] = str(ROOT)  # of the kernels that run what the pages show
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+
+import vibrodrive  # noqa: E402
+
+project = "vibrodrive"
+author = "the authors of vibrodrive"
+version = release = vibrodrive.__version__
+html_title = f"vibrodrive {version}"
+html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_copyright = html_show_sphinx = html_copy_source = html_show_sourcelink = False
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["validation/*"]
+
+myst_enable_extensions = ["dollarmath"]
+myst_fence_as_directive = ["math"]  # as GitHub has them
+myst_heading_anchors = 3
+html_math_renderer = "mathml"
+
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+nb_output_stderr = "remove-warn"  # a warning of an example is an error
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the docstrings have types, with shapes
+napoleon_numpy_docstring = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_preprocess_types = False
+
+PAGES = {
+    f"../{name}.md": f"{page}.md"
+    for name, page in {
+        "README": "index",
+        "CHANGELOG": "changelog",
+        "CONTRIBUTING": "contributing",
+        "RELEASING": "releasing",
+    }.items()
+}
+"""Documents of the folder above, and the pages that show them."""
+
+LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)")
+
+
+def read_page(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Links to a document that a page shows go to that page."""
+    source[0] = LINK.sub(lambda m: f"]({PAGES.get(m[1], m[1])}", source[0])
+
+
+def read_included(app: Sphinx, path: Path, docname: str, source: list[str]) -> None:
+    """Links of a document of the folder above, as they are from here."""
+    if f"../{path.name}" in PAGES:
+        source[0] = LINK.sub(lambda m: f"]({os.path.relpath(m[1], 'docs').replace(os.sep, '/')}", source[0])
+        read_page(app, docname, source)
+
+
+def formula(tex: str, block: bool) -> str:
+    """A formula as MathML, which browsers draw by themselves; its number beside it."""
+    tag = re.search(r"\\tag\{(.*?)\}", tex)
+    drawn = tex2mathml(tex.replace(tag[0], "") if tag else tex, as_block=block)
+    return f'<div class="numbered">{drawn}<span>({escape(tag[1])})</span></div>' if tag else drawn
+
+
+def visit_inline(page: Any, node: nodes.math) -> None:
+    page.body.append(formula(node.astext(), block=False))
+    raise nodes.SkipNode
+
+
+def visit_block(page: Any, node: nodes.math_block) -> None:
+    page.body.append(formula(node.astext(), block=True))
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("source-read", read_page)
+    app.connect("include-read", read_included)
+    app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))

@@ -1,0 +1,89 @@
+"""A vibratory driver in SI units: at which frequency does it work best, and what does that motion stand?
+
+    python -m examples.driver
+
+writes driver.png: impact power, blows and limit of stability over the frequency of the excitation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import vibrodrive as vd
+
+DRIVER = {"a0": 0.8e-3, "mu": 0.6, "alpha": 3.4, "mass": 250.0}
+"""Amplitude of the excitation (m), friction, angle (degrees) and mass (kg)."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the driver does over its frequency, float64 arrays (n,) in SI units.
+
+    omega0 : frequency of the excitation, rad/s.
+    power : mean power of the impacts, W.
+    speed : speed of the fastest impact, m/s.
+    blows : impacts a second, touches included.
+    period : period of the motion in periods of the excitation; 0: none up to 64.
+    """
+
+    omega0: np.ndarray
+    power: np.ndarray
+    speed: np.ndarray
+    blows: np.ndarray
+    period: np.ndarray
+
+
+def course(omega0: Sequence[float] | np.ndarray) -> Course:
+    """Follow a motion from rest at each frequency (rad/s), all of them in one sweep."""
+    scenes = [vd.Physical(omega0=float(w), **DRIVER) for w in omega0]
+    r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
+    each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
+    return Course(
+        omega0=np.asarray(omega0, dtype=np.float64),
+        power=np.array([s.power(energy) for s, energy, _, _ in each]),
+        speed=np.array([s.velocity(speed) for s, _, speed, _ in each]),
+        blows=np.array([impacts * s.omega0 / (2.0 * np.pi) for s, _, _, impacts in each]),
+        period=r.period,
+    )
+
+
+def stands(omega0: float) -> float:
+    """The limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN where there is none."""
+    scene = vd.Physical(omega0=omega0, **DRIVER)
+    velocity = vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity
+    return float("nan") if velocity is None else float(scene.velocity(velocity))
+
+
+def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:
+    """Power, blows and limit (m/s, at each of `frequencies`) over the frequency."""
+    drawing = Figure(figsize=(7.0, 6.0), layout="constrained")
+    power, blows, limit = drawing.subplots(3, 1, sharex=True)
+    power.plot(found.omega0, found.power, "k-")
+    power.set_ylabel("impact power (W)")
+    blows.plot(found.omega0, found.blows, "k-")
+    blows.set_ylabel("impacts a second")
+    limit.semilogy(frequencies, 1e3 * np.asarray(limits), "ko-", markersize=3)
+    limit.set_ylabel("limit in ε (mm/s)")
+    limit.set_xlabel("Ω₀ (rad/s)")
+    return drawing
+
+
+def main() -> None:
+    found = course(np.linspace(80.0, 200.0, 1201))
+    best = int(np.argmax(found.power))
+    print(
+        f"best at {found.omega0[best]:.0f} rad/s: {found.power[best]:.1f} W, {found.blows[best]:.1f} impacts a second,"
+    )
+    print(f"the fastest at {found.speed[best]:.3f} m/s; period {found.period[best]}")
+    frequencies = np.linspace(104.0, 152.0, 13)
+    limits = [stands(w) for w in frequencies.tolist()]
+    print(f"at {frequencies[6]:.0f} rad/s it stands {1e3 * limits[6]:.1f} mm/s")
+    figure(found, frequencies, limits).savefig("driver.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""README and pages: links lead somewhere, commands can be typed, what is shown runs, what is counted is there.
+
+Cells (`{code-cell}`) run when the site is built (.ci/run); everything else that is shown is checked here.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shlex
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from packaging.requirements import Requirement
+
+import vibrodrive as vd
+from vibrodrive.cli import cli
+from vibrodrive.model import config, plan
+from vibrodrive.model.size import block_bytes, file_bytes
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+TOP = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "RELEASING.md")]
+PAGES = [*TOP, *sorted(DOCS.rglob("*.md"))]
+README = TOP[0].read_text()
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+def blocks(text, language):
+    """Fenced blocks of a page: of a language, or cells of the site."""
+    found = re.findall(r"^```(\S+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    return [content for name, content in found if name == language]
+
+
+def typed(text):
+    """Command lines of a page, as one would type them: in blocks of sh, in cells of %%sh, in words."""
+    shell = blocks(text, "sh") + [cell for cell in blocks(text, "{code-cell}") if "%%sh" in cell]
+    lines = [
+        re.sub(r"\s#.*", "", line) for line in "\n".join(shell).splitlines() if not line.startswith((":tags", "%%"))
+    ]
+    words = re.findall(r"`((?:vibrodrive|python -m) [^`=]+)`", re.sub(r"^```.*?^```", "", text, flags=re.S | re.M))
+    parts = [part.strip() for line in lines + words for part in re.split(r"&&|\s>", line)]
+    return [re.sub(r"^\S*bin/", "", part) for part in parts if part and "…" not in part]
+
+
+def anchors(path):
+    """The names that headings of a page are linked by, as GitHub makes them."""
+    text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
+    titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def links(path):
+    """Targets of the links and pictures of a page or notebook."""
+    text = path.read_text()
+    if path.suffix == ".ipynb":
+        text = "\n".join(
+            "".join(cell["source"]) for cell in json.loads(text)["cells"] if cell["cell_type"] == "markdown"
+        )
+    return re.findall(r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```|`[^`\n]+`", "", text, flags=re.DOTALL | re.MULTILINE))
+
+
+@pytest.mark.parametrize("page", [*PAGES, *sorted(DOCS.glob("*.ipynb"))], ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files_and_headings(page):
+    for target in links(page):
+        if target.startswith(("https://", "http://")):
+            continue
+        name, _, anchor = target.partition("#")
+        path = page.parent / name if name else page
+        assert path.exists(), target
+        assert not anchor or anchor in anchors(path), target
+        if path.suffix == ".png" and path.parent == DOCS:
+            assert path.stat().st_size < 300_000, target
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if p.name != "CHANGELOG.md"], ids=lambda p: str(p.relative_to(ROOT)))
+def test_commands_can_be_typed(page):
+    for line in typed(page.read_text()):
+        program, *arguments = shlex.split(line)
+        if program == "vibrodrive":
+            _parse(line, *arguments)
+        elif program.startswith("python") and "-m" in arguments:
+            module = arguments[arguments.index("-m") + 1]
+            assert module in ("venv", "build", "twine", "pip") or find_spec(module), line
+        else:
+            assert program in {".ci/run", "pip", "pytest", "sphinx-build", "NUMBA_DISABLE_JIT=1"}, line
+
+
+def _parse(line, name, *arguments):
+    """Whether the command takes that; a name alone, or with options alone, stands for the command."""
+    if name.startswith("--"):
+        return
+    assert name in cli.commands, line
+    command = cli.commands[name]
+    known = {option for parameter in command.params for option in parameter.opts} | {"--help"}
+    assert {word for word in arguments if word.startswith("--")} <= known, line
+    whole = any(not word.startswith("-") for word in arguments)
+    command.make_context(name, list(arguments), resilient_parsing=not whole)
+    for word in arguments:
+        if word.startswith(("configs/", "docs/")) and not word.startswith("docs/validation"):
+            assert (ROOT / word).exists(), line
+
+
+def test_every_command_is_in_the_table():
+    shown = {re.match(r"vibrodrive (\w+)", line)[1] for line in typed((DOCS / "commands.md").read_text())}
+    assert shown >= set(cli.commands)
+
+
+@each_page
+def test_options_named_in_the_text_exist(page):
+    known = {name for c in cli.commands.values() for p in c.params for name in p.opts} | {"--help", "--version"}
+    said = re.findall(r"`(?:vibrodrive )?(?:\w+ )?(--[a-z-]+)[^`]*`", page.read_text())
+    assert set(said) <= known
+
+
+@each_page
+def test_configurations_shown_are_accepted(page):
+    text = page.read_text()
+    cells = [cell.partition("\n")[2] for cell in blocks(text, "{code-cell}") if cell.startswith("%%writefile")]
+    for shown in blocks(text, "toml") + cells:
+        assert config.parse(shown).plan().n_points > 0
+
+
+def test_the_configuration_of_the_table_names_every_axis():
+    (text,) = blocks((DOCS / "commands.md").read_text(), "toml")
+    shown = config.parse(text).plan()
+    assert (shown.shape, shown.settings.periods) == ((1000, 2), 500)
+    assert set(re.search(r"any of ([\w, ]+)\n", text)[1].split(", ")) == set(plan.COLUMNS)
+
+
+@pytest.mark.jit
+def test_the_python_of_the_readme_runs_and_gives_what_it_says():
+    (source,) = blocks(README, "python")
+    names, values = {}, []
+    for line in ast.parse(source).body:
+        if isinstance(line, ast.Expr):
+            values.append(eval(ast.unparse(line), names))
+        else:
+            exec(ast.unparse(line), names)
+    assert names["motion"].section.shape == (250, 2)
+    assert names["r"].section.shape == (1000, 2, 500, 2)
+    k2, _, doubling, (A, B, gap) = values
+    assert k2 == pytest.approx(1.76e-4, abs=5e-7)
+    assert doubling == pytest.approx(2.60408063765613, abs=1e-13)
+    assert pytest.approx((3.06, 0.099, 1.7e-3), abs=0.005) == (A, B, gap)
+    assert gap == pytest.approx(1.7e-3, abs=5e-5)
+
+
+@pytest.mark.jit
+def test_the_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
+    """Over fewer values than the page names."""
+    monkeypatch.chdir(tmp_path)
+    few = [word for s in ("A.num=3", "transient=20", "periods=20") for word in ("--set", s)]
+    arguments = [str(ROOT / "configs/limits.toml"), "-o", "limits.h5", "--set", "A.start=2.8", *few]
+    cli.main(["limits", *arguments], standalone_mode=False)
+    shorter = {"4001": "41", "A=(1, 4), B=(0, 1), max_period=2": "A=(1, 2), B=(0.08, 0.12), max_period=1"}
+    for source in blocks((DOCS / "orbits.md").read_text(), "python"):
+        for long, short in shorter.items():
+            source = source.replace(long, short)
+        exec(source, {})
+
+
+def test_python_that_needs_a_cluster_compiles():
+    (source,) = blocks((DOCS / "cluster.md").read_text(), "python")
+    compile(source, "cluster.md", "exec")
+
+
+def test_no_other_page_shows_python_that_nobody_runs():
+    showing = {page.name for page in PAGES if blocks(page.read_text(), "python")}
+    assert showing <= {"README.md", "orbits.md", "cluster.md"}
+
+
+def test_every_page_is_in_the_menu():
+    listed = set(
+        re.findall(r"^([\w/]+)$", "\n".join(blocks((DOCS / "index.md").read_text(), "{toctree}")), re.MULTILINE)
+    )
+    assert listed == {page.stem for page in [*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")]} - {"index"}
+
+
+def test_every_dependency_has_its_reason():
+    table = (DOCS / "installing.md").read_text().split("## What it depends on")[1].split("\n## ")[0]
+    rows = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")][1:]
+    named = {"": set()}
+    for row in rows:
+        extra, packages = re.match(r"(?:\*(\w+):\* )?(.*)", row).groups()
+        named.setdefault(extra or "", set()).update(packages.split(", "))
+    needed = {"": PROJECT["dependencies"], **PROJECT["optional-dependencies"]}
+    assert named == {extra: {Requirement(d).name for d in wanted} for extra, wanted in needed.items()}
+
+
+def test_the_arithmetic_of_a_billion_points():
+    big = plan.make_plan({"A": np.linspace(1, 3, 10**5), "B": np.linspace(0, 1, 10**4), "periods": 250})
+    assert big.n_points == 10**9
+    assert file_bytes(big) == pytest.approx(4.1e12, rel=0.02)
+    page = (DOCS / "cluster.md").read_text()
+    assert "4.1 TB" in page
+    assert "16·250 + 49 = 4049 bytes" in page
+    assert block_bytes(big) >= 1000 * 4049
+
+
+def test_the_validation_kept_is_of_this_version_and_holds():
+    kept = json.loads((DOCS / "validation" / "validation.json").read_text())
+    assert kept["versions"]["vibrodrive"] == vd.__version__
+    assert {check["verdict"] for check in kept["checks"]} == {"holds"}
+    page = (DOCS / "validation" / "validation.md").read_text()
+    assert f"--seed {kept['seed']}" in page
+    assert all(check["title"] in page for check in kept["checks"])
+
+
+def test_the_citation_is_of_this_version():
+    text = (ROOT / "CITATION.cff").read_text()
+    assert f"\nversion: {vd.__version__}\n" in text
+    assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
