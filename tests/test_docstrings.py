@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -65,3 +66,37 @@ def test_docstrings_say_what_goes_in_and_what_is_refused(name):
         if (name, section) in {("limits", "Parameters"), ("limits", "Returns")}:
             continue  # those of `limit`
         assert f"\n{section}\n---" in inspect.getdoc(thing), f"{name}: {section}"
+
+
+def section_of(thing, title):
+    """A section of a docstring in the form of NumPy."""
+    text = inspect.getdoc(thing) or ""
+    found = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    return found[1] if found else ""
+
+
+def entries(thing, *titles):
+    """Names at the beginning of the entries of sections, several of which may share one."""
+    heads = re.findall(r"^(\S.*)$", "\n".join(section_of(thing, title) for title in titles), re.MULTILINE)
+    return {name.strip() for head in heads for name in head.split(" : ")[0].split(",")}
+
+
+FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "limits")  # has those of limit
+DATA = ["Physical", "Results", "Trajectory"]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_argument_is_explained_and_what_may_be_left_out_has_a_default(name):
+    parameters = inspect.signature(NAMES[name]).parameters
+    assert entries(NAMES[name], "Parameters") == set(parameters)
+
+
+@pytest.mark.parametrize("name", DATA)
+def test_every_attribute_is_explained_with_its_type(name):
+    thing = NAMES[name]
+    public = {n for n in getattr(thing, "__annotations__", {}) if not n.startswith("_")}
+    assert public <= entries(thing, "Attributes", "Parameters")
+    assert all(inspect.getdoc(value) for n, value in vars(thing).items() if not n.startswith("_") and callable(value))
+    heads = section_of(thing, "Attributes") + section_of(thing, "Parameters")
+    for line in re.findall(r"^(\S.*)$", heads, re.MULTILINE):
+        assert " : " in line, line

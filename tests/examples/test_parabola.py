@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from examples.parabola import A, B, EPS, ETA, figure, g, search
+from examples.parabola import EPS, ETA, A, B, figure, g, search
 
 
 @pytest.fixture(scope="module")
