@@ -86,7 +86,7 @@ DATA = ["Physical", "Results", "Trajectory"]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_argument_is_explained_and_what_may_be_left_out_has_a_default(name):
+def test_every_argument_is_explained(name):
     parameters = inspect.signature(NAMES[name]).parameters
     assert entries(NAMES[name], "Parameters") == set(parameters)
 
