@@ -41,6 +41,8 @@ nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
+nb_merge_streams = True
+nb_render_markdown_format = "myst"
 nb_output_stderr = "remove-warn"  # a warning of an example is an error
 
 autodoc_member_order = "bysource"

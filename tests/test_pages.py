@@ -45,7 +45,7 @@ def typed(text):
         re.sub(r"\s#.*", "", line) for line in "\n".join(shell).splitlines() if not line.startswith((":tags", "%%"))
     ]
     words = re.findall(r"`((?:vibrodrive|python -m) [^`=]+)`", re.sub(r"^```.*?^```", "", text, flags=re.S | re.M))
-    parts = [part.strip() for line in lines + words for part in re.split(r"&&|\s>", line)]
+    parts = [part.strip() for line in lines + words for part in re.split(r"&&|\s\d?>", line)]
     return [re.sub(r"^\S*bin/", "", part) for part in parts if part and "…" not in part]
 
 
