@@ -42,10 +42,12 @@ def typed(text):
     """Command lines of a page, as one would type them: in blocks of sh, in cells of %%sh, in words."""
     shell = blocks(text, "sh") + [cell for cell in blocks(text, "{code-cell}") if "%%sh" in cell]
     lines = [
-        re.sub(r"\s#.*", "", line) for line in "\n".join(shell).splitlines() if not line.startswith((":tags", "%%"))
+        re.sub(r"\s(#|\d?>).*", "", line)
+        for line in "\n".join(shell).splitlines()
+        if not line.startswith((":tags", "%%"))
     ]
     words = re.findall(r"`((?:vibrodrive|python -m) [^`=]+)`", re.sub(r"^```.*?^```", "", text, flags=re.S | re.M))
-    parts = [part.strip() for line in lines + words for part in re.split(r"&&|\s\d?>", line)]
+    parts = [part.strip() for line in lines + words for part in line.split("&&")]
     return [re.sub(r"^\S*bin/", "", part) for part in parts if part and "…" not in part]
 
 

@@ -31,6 +31,7 @@ def test_what_it_stands_is_the_limit_in_metres_a_second():
     assert stands(150.0) == pytest.approx(k.k2 * vd.ETA * DRIVER["a0"] * 150.0, rel=1e-12)
 
 
+@pytest.mark.jit
 def test_the_figure_shows_millimetres_a_second():
     found = course([85.0, 120.0])
     _, _, limit = figure(found, [120.0, 130.0], [0.012, 0.01]).axes
