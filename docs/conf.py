@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import re
 import sys
+from functools import partialmethod
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from nbclient import NotebookClient
 from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[1]
@@ -41,9 +43,11 @@ nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
-nb_merge_streams = True
 nb_render_markdown_format = "myst"
 nb_output_stderr = "remove-warn"  # a warning of an example is an error
+
+# What a command prints comes in pieces of 100 bytes; myst-nb's own nb_merge_streams would end a line after each.
+NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings have types, with shapes
