@@ -35,6 +35,8 @@ CLICKS = 10
 
 def quantiles(values: list[float]) -> dict[str, float]:
     """Median and 95th percentile, rounded to a tenth."""
+    if not values:  # a machine so busy that no frame came
+        return {"median": math.inf, "p95": math.inf}
     return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
 
 
@@ -58,6 +60,7 @@ def drag(tab: Tab, seconds: float) -> dict[str, Any]:
         "milliseconds": quantiles(latencies),
         "latencies": latencies,
         "settled_seconds": round(settled, 2),
+        "load": round(os.getloadavg()[0], 1),
     }
 
 
@@ -103,7 +106,7 @@ def main() -> None:
                 drag(tab, 1.0)  # the pace is known, and the browser has compiled
                 found["scenes"][name] = drag(tab, seconds)
                 row = found["scenes"][name]
-                say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms")
+                say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms, load {row['load']}")
             tab.open(address + WINDOW)
             found["click_milliseconds"] = click(tab)
             say(f"click to curves: {found['click_milliseconds']} ms")

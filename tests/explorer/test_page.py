@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import fcntl
 import math
+import os
 import random
 
 import numpy as np
@@ -28,6 +30,17 @@ SMALL = "&columns=200&transient=100&periods=40"
 
 LEFT, RIGHT, TOP, BOTTOM = 100, 870, 90, 445
 """Pixels of the frame of the diagram, a few to be on the safe side."""
+
+
+@pytest.fixture(autouse=True)
+def one_browser_at_a_time(tmp_path_factory):
+    """Chromium draws in software and the explorer computes on all cores: two of both are in each other's way."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    with open(tmp_path_factory.getbasetemp().parent / "browser.lock", "w") as file:  # that of all workers
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -176,11 +189,31 @@ def test_methods_side_by_side_and_their_difference(tab, explorer):
     tab.settle()
     assert tab.model(visible) == 4
     assert np.array_equal(image(tab)[0], alone)
+    tab.drag((500, 200), [(480, 200), (460, 200)])
+    tab.settle()
+    ranges = tab.model(
+        "return all.filter((m) => m.type === 'Figure' && m.x_range.type === 'Range1d')"
+        ".map((m) => [m.x_range.start, m.x_range.end, m.y_range.start, m.y_range.end])"
+    )
+    assert len(ranges) == 2
+    assert ranges[0] == ranges[1]
+    assert ranges[0][0] > 3.0
     tab.choose("compare", "difference")
     tab.settle()
     assert tab.model(visible) == 3
     found, _ = image(tab)
     assert {k for k in range(3) if ((found // 64 == k) & (found > 0)).any()} == {0, 1, 2}
+
+
+def test_a_scene_in_SI_units_and_back_to_A(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    tab.choose("x", "omega0")
+    tab.settle()
+    view = shown(tab)
+    assert (view.scene, view.x, view.low, view.high) == ("SI", "omega0", 80.0, 200.0)
+    tab.choose("scene", "dimensionless")
+    tab.settle()
+    assert (shown(tab).scene, shown(tab).x) == ("dimensionless", "A")
 
 
 def test_a_map_and_the_diagram_under_a_click(tab, explorer):
@@ -250,6 +283,19 @@ def test_a_server_that_ends_is_missed_and_its_successor_works(opened):
     finally:
         second.close()
     opened.complaints()  # of the connection that was lost
+
+
+def test_a_page_that_is_left_gives_up_its_work_and_back_restores_it(opened, explorer):
+    worker = explorer._explorer.engine.worker
+    opened.driver.get(explorer.address + "&columns=4000&eps=5e-4&transient=100000&low=3.1")
+    opened.until("!!page && page.begun", "a first picture")
+    assert not worker.idle()
+    opened.driver.get("about:blank")
+    opened.until(worker.idle, "rest")
+    opened.driver.back()
+    opened.until("!!page && page.begun", "a first picture again")
+    assert shown(opened).low == 3.1
+    opened.complaints()  # of the connection that was cut
 
 
 def page_text(tab):

@@ -15,6 +15,7 @@ from vibrodrive.explorer.session import adapted, read_address
 from vibrodrive.explorer.view import RANGES, View, view_of
 from vibrodrive.model import config
 from vibrodrive.model.parameters import PARAMETERS
+from vibrodrive.model.physical import SCENE_AXES, Physical
 
 ROOT = Path(__file__).parents[2]
 
@@ -45,7 +46,7 @@ def test_address_and_configuration_keep_every_bit(**chosen):
     assert plan.settings.periods == view.periods
 
 
-@pytest.mark.parametrize("name", ["fig07", "fig10", "map_AB", "orbits", "limits_eta"])
+@pytest.mark.parametrize("name", ["fig07", "fig10", "map_AB", "orbits", "limits_eta", "map_driver"])
 def test_a_configuration_is_shown_as_it_is(name):
     wanted = config.read(ROOT / "configs" / f"{name}.toml")
     plan, shown = wanted.plan(), view_of(wanted).plan()
@@ -57,9 +58,51 @@ def test_a_configuration_is_shown_as_it_is(name):
     )
 
 
-def test_an_axis_in_SI_units_is_refused():
-    with pytest.raises(ValueError, match="sweep = 'omega0': must be one of A, B, eps"):
-        view_of(config.read(ROOT / "configs/map_driver.toml"))
+def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
+    wanted = config.read(ROOT / "configs/map_driver.toml")
+    view = view_of(wanted)
+    assert (view.scene, view.shade, view.x, view.y) == ("SI", "impact_power", "omega0", "a0")
+    assert read_address(view.address()).state() == view.state()
+    assert np.allclose(view.plan().points(0, 5), wanted.plan().points(0, 5), rtol=1e-15, equal_nan=True)
+
+
+def test_a_scene_with_A_for_itself_is_refused():
+    text = "[physical]\nomega0 = 150.0\nalpha = 3.4\n[sweep]\nmu = [0.5, 0.6]\nA = 3.0"
+    with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis, or left to follow from a0"):
+        view_of(config.parse(text))
+
+
+@pytest.mark.parametrize(
+    ("changed", "to", "scene", "x", "y"),
+    [
+        ("x", "omega0", "SI", "omega0", "a0"),
+        ("x", "a0", "SI", "a0", "omega0"),
+        ("y", "mu", "SI", "A", "mu"),
+        ("scene", "SI", "SI", "A", "mu"),
+        ("x", "eps", "dimensionless", "eps", "B"),
+    ],
+)
+def test_axes_follow_the_scene(changed, to, scene, x, y):
+    state = View.read({"mode": "map", "columns": 3, "rows": 3}).state() | {changed: to}
+    view = adapted(state, changed)
+    assert (view.scene, view.x, view.y) == (scene, x, y)
+    back = adapted(view.state() | {"scene": "dimensionless"}, "scene")
+    assert {back.x, back.y} <= {"A", "B", "eps"}
+    assert adapted(view.state() | {"x": "B", "y": "A"}, "x").scene == "dimensionless"
+
+
+def test_A_and_B_follow_from_a_scene():
+    view = View.read({"scene": "SI", "x": "eps", "columns": 2, "A": 9.0, "B": 9.0})
+    plan = view.plan()
+    scene = Physical(view.a0, view.omega0, view.mu, view.alpha)
+    assert plan.points(0, 1)[0][:2].tolist() == [scene.A, scene.B]
+    over_A = View.read({"scene": "SI", "columns": 2}).plan()
+    assert over_A.points(0, 1)[0][:2].tolist() == [2.4, scene.B]
+    assert view.incline == scene.B
+
+
+def test_every_parameter_and_quantity_of_a_scene_may_be_an_axis():
+    assert {*RANGES} == {*PARAMETERS, *SCENE_AXES}
 
 
 FUZZ = [
@@ -100,7 +143,8 @@ def test_whatever_is_written_is_taken_or_refused_in_one_line(key):
 
 def test_ranges_of_every_parameter_are_views():
     for name, (low, high, _) in RANGES.items():
-        view = View.read({"x": name, "y": "A" if name == "B" else "B", "mode": "map", "columns": 2, "rows": 2})
+        other = "xi0" if name in SCENE_AXES else "A" if name == "B" else "B"
+        view = View.read({"x": name, "y": other, "mode": "map", "columns": 2, "rows": 2})
         assert (view.low, view.high) == (low, high)
         assert [*view.plan().axes] == [name, view.y]
 

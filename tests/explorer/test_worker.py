@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import threading
+from functools import partial
 from time import monotonic, sleep
 
 import numpy as np
@@ -80,6 +82,75 @@ def test_urgent_work_comes_first_and_what_it_has_halted_comes_again(worker):
     assert told == ["long", "motion", "long"]
 
 
+def test_what_a_task_asks_for_comes_after_it_and_does_not_halt_it(worker):
+    told = []
+
+    def picture(halt):
+        worker.follow(halt, Slot(0, Rank.MOTION), lambda halt: told.append("motion"))
+        told.append(("picture", halt.called))
+
+    worker.request(Slot(0, Rank.PICTURE), picture)
+    finished(worker)
+    assert told == [("picture", False), "motion"]
+    assert worker.computations == 2
+
+
+def test_a_task_that_was_halted_asks_for_nothing_and_a_newer_request_stays(worker):
+    told, begun = [], threading.Event()
+
+    def picture(halt):
+        begun.set()
+        while not halt.called and worker.computations == 1:
+            sleep(0.001)
+        worker.follow(halt, Slot(0, Rank.EXACT), lambda halt: told.append("old"))
+
+    worker.request(Slot(0, Rank.PICTURE), picture)
+    assert begun.wait(5)
+    worker.cancel(0)
+    finished(worker)
+    assert told == []
+
+    def other(halt):
+        worker.request(Slot(0, Rank.EXACT), lambda halt: told.append("new"))
+        worker.follow(halt, Slot(0, Rank.EXACT), lambda halt: told.append("old"))
+
+    worker.request(Slot(0, Rank.PICTURE), other)
+    finished(worker)
+    assert told == ["new"]
+
+
+def test_what_was_cancelled_does_not_come_again(worker):
+    told, begun = [], threading.Event()
+
+    def long(halt):
+        told.append("long")
+        begun.set()
+        until_halted(halt)
+
+    worker.request(Slot(0, Rank.EXACT), long)
+    assert begun.wait(5)
+    worker.cancel(0, Rank.EXACT)
+    worker.request(Slot(0, Rank.MOTION), lambda halt: told.append("motion"))
+    finished(worker)
+    assert told == ["long", "motion"]
+
+
+def test_the_page_that_asked_last_comes_first_and_the_other_goes_on(worker):
+    told, begun = [], threading.Event()
+
+    def long(halt):
+        told.append("first page")
+        begun.set()
+        if told.count("first page") == 1:
+            until_halted(halt)
+
+    worker.request(Slot(0, Rank.PICTURE), long)
+    assert begun.wait(5)
+    worker.request(Slot(1, Rank.PICTURE), lambda halt: told.append("second page"))
+    finished(worker)
+    assert told == ["first page", "second page", "first page"]
+
+
 def test_less_urgent_work_waits(worker):
     told, begun, go_on = [], threading.Event(), threading.Event()
 
@@ -142,7 +213,7 @@ def test_a_pause_ends_with_the_next_request(worker):
 
 @pytest.fixture(scope="module")
 def aside():
-    found = Aside()
+    found = Aside(os.getpid)
     yield found
     found.close()
 
@@ -161,9 +232,25 @@ def test_a_search_that_nobody_waits_for_ends_and_the_process_stays(aside):
     began = monotonic()
     with pytest.raises(Halted):
         aside.call(halt, sleep, 60)
-    assert monotonic() - began < 5
+    assert monotonic() - began < 1
     assert aside.call(Halt(), abs, -2) == 2
+    assert monotonic() - began < 5
     assert aside._process is process
+
+
+def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
+    aside, halt = Aside(partial(sleep, 2.0)), Halt()
+    try:
+        threading.Timer(0.2, halt.call).start()
+        began = monotonic()
+        with pytest.raises(Halted):
+            aside.call(halt, (tmp_path / "there").touch)
+        assert monotonic() - began < 1
+        assert aside.call(Halt(), abs, -2) == 2
+        assert monotonic() - began > 2
+        assert list(tmp_path.iterdir()) == []
+    finally:
+        aside.close()
 
 
 def test_a_process_that_was_killed_is_started_again(aside):
@@ -189,3 +276,11 @@ def test_orbits_and_bifurcations_of_a_window():
     assert {(line.stable, line.period) for line in lines} == {(True, 1), (False, 1), (True, 2)}
     for line in lines:
         assert len(line.A) == len(line.values)
+
+
+@pytest.mark.jit
+def test_curves_of_phases_are_cut_at_a_full_turn_and_follow_one_impact():
+    lines, _ = exact.orbit_lines(2.6, 2.8, 0.1, 2, "impact_phase", 0.0)
+    steps = np.concatenate([np.abs(np.diff(line.values, axis=0)).ravel() for line in lines])
+    assert np.nanmax(steps) < 0.3
+    assert any(np.nanmin(line.values) < 0.1 and np.nanmax(line.values) > 6.2 for line in lines)

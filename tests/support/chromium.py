@@ -68,9 +68,7 @@ class Tab:
 
     def settle(self):
         """Wait until what was asked for last is painted completely, and stands in the address."""
-        self.until("!!page && page.settled && page.begun", "a settled picture")
-        sleep(0.4)  # the address follows when the mouse has rested
-        self.until("page.settled", "a settled picture")
+        self.until("!!page && page.settled && page.begun && !page.waiting", "a settled picture")
 
     def state(self):
         return self.ask("page.state()")

@@ -4,9 +4,11 @@ const page = {
   busy: false, // a view has been asked for, and nothing of it painted yet
   pending: false, // the view has changed since
   known: {}, // values of widgets and ranges that have been dealt with: scripts hear of a change later than it is made
-  motion: false, // the next request is for the curves of a motion alone
+  tapped: false, // another motion has been chosen since
   settled: false, // what is painted is complete, and what was asked for last
-  begun: false, // the address is in step: from now on each change of it is a step of "back"
+  begun: false, // the first view stands in the address: from now on each change of it is a step of "back"
+  waiting: 0, // timer of an address that is going to be kept
+  asked: 0, // number of the request for the picture that is wanted
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
   scales: {}, // of both axes, as they are drawn
   kept: {}, // ends of ranges as they were given
@@ -19,6 +21,7 @@ const page = {
 };
 window.explorer = page;
 const PATIENCE = 250; // ms that a newer view waits for an older one at most
+const REST = 300; // ms for which a view stands before it is a step of "back"
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
 fields = plain(fields);
@@ -53,17 +56,22 @@ page.state = () => {
 
 page.send = () => {
   page.began = page.pending ? page.changed : performance.now();
-  Object.assign(page, {busy: true, pending: false, settled: page.settled && page.motion, sent: performance.now()});
-  page.seq += 1;
+  const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
+  Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
   if (page.refused) say(page.refused = "", notice);
-  const view = page.state();
-  page.last = JSON.stringify(view);
-  request.data = {message: [JSON.stringify({seq: page.seq, view, only_motion: page.motion})]};
-  page.motion = false;
+  tell({view, only_motion});
+  if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
+};
+
+const but_for_motion = (view) => JSON.stringify({...view, at: null});
+
+const tell = (message) => {
+  page.seq += 1;
+  request.data = {message: [JSON.stringify({seq: page.seq, heard: page.heard, ...message})]};
 };
 
 page.ask = (again) => {
-  if (!again && page.last === JSON.stringify(page.state())) return;
+  if (!again && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return page.send();
   if (!page.pending) page.changed = performance.now();
   page.pending = true;
@@ -78,9 +86,8 @@ const free = () => {
 };
 
 page.command = (message) => {
-  page.settled = page.settled && "file" in message;
-  page.seq += 1;
-  request.data = {message: [JSON.stringify({seq: page.seq, view: page.state(), ...message})]};
+  if (!("file" in message)) Object.assign(page, {asked: 0, settled: false}); // what is under way is not that any more
+  tell({view: page.state(), ...message});
 };
 
 // Whether a value is another one than that dealt with last; then it is now.
@@ -111,7 +118,7 @@ const follow = (name) => {
   slider.value = page.known["slider " + name];
 };
 
-const REARRANGE = ["x", "y", "mode", "quantity", "scale", "y_scale"];
+const REARRANGE = ["x", "y", "mode", "quantity", "scale", "y_scale", "scene"];
 page.enter = (name) => {
   if (!is_new(name, fields[name].value)) return;
   if (REARRANGE.includes(name)) return page.command({changed: name});
@@ -152,8 +159,11 @@ const arrange = () => {
   for (const axis of axes.y) axis.axis_label = label(over_plane ? "y" : "quantity");
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   second.visible = two;
+  first.height = second.height = heights[two ? 1 : 0];
+  mirror(x_range, x2);
+  mirror(y_range, y2);
   for (const [name, items] of Object.entries(only)) {
-    for (const item of items) item.visible = over_plane === (name === "map");
+    for (const item of items) item.visible = name === fields.mode.value || name === fields.scene.value;
   }
 };
 
@@ -161,37 +171,39 @@ const arrange = () => {
 // the browser takes its frames one after the other.
 page.painted = (frame) => {
   const head = JSON.parse(frame.data.head[0]), began = page.began, first = page.busy;
-  if (head.fit && page.fit && head.seq === page.seq) {
-    put_span(y_range, "", ...head.fit);
-    page.fit = false;
+  if (head.fit && page.fit && head.seq === page.asked) {
+    put_span(y_range, "", ...head.fit); // of a coarse picture the range may still grow
+    page.fit = !head.complete;
+    if (head.complete && !page.pending) page.last = but_for_motion(page.state());
   }
   say(head.status);
-  if (head.seq === page.seq) remember(head.address);
+  if (head.seq === page.asked) remember(head.address);
   free();
   requestAnimationFrame(() => setTimeout(() => {
     const now = performance.now();
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
     page.frames.push(now);
     if (first) page.latencies.push(now - began);
-    page.settled = head.complete && head.seq === page.seq && !page.pending;
+    page.settled = head.complete && head.seq === page.asked && !page.pending;
   }, 0));
 };
 
 // Past Bokeh's models: a change of theirs lays the whole page out anew.
+const said = {};
 const say = (text, where = status) => {
-  const place = Bokeh.index.find_one_by_id(where.id)?.shadow_el.querySelector(".bk-clearfix");
-  if (place) place.innerHTML = text;
+  const place = said[where.id] !== text && Bokeh.index.find_one_by_id(where.id)?.shadow_el.querySelector(".bk-clearfix");
+  if (place) place.innerHTML = said[where.id] = text;
 };
 
 // The address holds the view, a step of "back" for every one at which the mouse has rested.
-let waiting = 0;
 const remember = (address) => {
-  clearTimeout(waiting);
-  waiting = setTimeout(() => {
+  clearTimeout(page.waiting);
+  page.waiting = setTimeout(() => {
     const url = "?token=" + token + (address ? "&" + address : "");
     if (url !== location.search) history[page.begun ? "pushState" : "replaceState"](null, "", url);
     page.begun = true;
-  }, 300);
+    page.waiting = 0;
+  }, REST);
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
 
@@ -213,7 +225,10 @@ page.hear = () => {
     if (item.file) download(item.file);
     if (item.refused !== undefined) say(page.refused = item.refused, notice);
     if (item.words !== undefined) words.text = item.words;
-    if (item.done === page.seq) { page.settled = page.settled || !!item.settled; free(); }
+    if (item.done === page.seq) {
+      if (item.address !== undefined) remember(item.address);
+      free();
+    }
   }
 };
 
@@ -224,7 +239,7 @@ page.tap = (event) => {
   }
   page.extra.at = shown(event.x, "scale");
   cursor.location = event.x;
-  page.motion = true;
+  page.tapped = true;
   page.ask(true);
 };
 
@@ -233,10 +248,23 @@ page.lost = (gone) => {
   if (!gone) { page.busy = false; page.ask(true); }
 };
 
+// A browser may keep a page that was left, for "back", with its connection open or cut: the address holds all of it.
+window.addEventListener("pagehide", () => tell({left: true}));
+window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
+
+// The second diagram moves as the first one does, while it is there.
+const mirror = (from, to) => {
+  const moved = to.start !== from.start || to.end !== from.end;
+  if (second.visible && moved) to.setv({start: from.start, end: from.end});
+};
+
 page.moved = (range) => {
+  if (range === x2) return mirror(x2, x_range);
+  if (range === y2) return mirror(y2, y_range);
+  mirror(...(range === x_range ? [x_range, x2] : [y_range, y2]));
   if (!is_new(range.id, range.start + " " + range.end)) return;
   if (range === y_range) page.fit = false;
   page.ask();
 };
 
-request.data = {message: [JSON.stringify({seq: 0, hello: true})]};
+tell({hello: true});

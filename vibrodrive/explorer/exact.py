@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.periodic.curves import curves
-from vibrodrive.periodic.family import family, section, traces
+from vibrodrive.periodic.family import Branch, family, section, traces
 from vibrodrive.periodic.search import Orbit, orbits
 from vibrodrive.stability.limit import limit
 
@@ -40,6 +40,12 @@ class Mark(NamedTuple):
     period: int
 
 
+def warm() -> None:
+    """Load, or compile, what the functions below need."""
+    orbit_lines(2.58, 2.6, 0.1, 1, "xi", 0.0)  # with one bifurcation
+    limit(1.5, transient=50, periods=50, threads=1)
+
+
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Line], list[Mark]]:
@@ -53,12 +59,28 @@ def orbit_lines(
             return orbit.speeds
         return section(orbit, phase)[:, ("xi", "dxi").index(quantity)]
 
-    lines = [Line(b.A, traces(b, values), not b.unstable, b.orbits[0].period) for b in found.branches()]
+    lines = []
+    for b in found.branches():
+        curves = phase_traces(b) if quantity == "impact_phase" else traces(b, values)
+        lines.append(Line(b.A, curves, not b.unstable, b.orbits[0].period))
     marks = [
         Mark(b.A, values(b.orbit) if len(b.orbit.phases) else np.empty(0), b.kind, b.orbit.period)
         for b in found.bifurcations
     ]
     return lines, marks
+
+
+def phase_traces(branch: Branch) -> np.ndarray:
+    """Phases of the impacts as `traces` has them, but each curve that of one impact, and cut where it passes 2π."""
+    rows = [branch.orbits[0].phases]
+    for orbit in branch.orbits[1:]:
+        turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]
+        n = min(len(orbit.phases), len(rows[-1]))
+        rows.append(min(turned, key=lambda row: float(np.abs(np.sin(0.5 * (row[:n] - rows[-1][:n]))).sum())))
+    width = max(map(len, rows))
+    curves = np.array([np.pad(row, (0, width - len(row)), constant_values=math.nan) for row in rows])
+    curves[1:][np.abs(np.diff(curves, axis=0)) > math.pi] = math.nan
+    return curves
 
 
 def plane_curves(

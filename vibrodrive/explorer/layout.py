@@ -35,23 +35,27 @@ from vibrodrive.explorer.view import (
     BESIDE,
     DIAGRAM,
     DIFFERENCE,
+    DIMENSIONLESS,
     LINEAR,
     LOG,
     METHODS,
     OF_MAPS,
     QUANTITIES,
+    RANGES,
+    SI,
     View,
 )  # fmt: skip
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.parameters import PARAMETERS
+from vibrodrive.model.physical import SCENE
 
 HERE = Path(__file__).parent
 
 SYMBOLS = {
     "A": "A", "B": "B", "eps": "ε", "eta": "η", "dtau": "Δτ", "tol": "tol", "xi0": "ξ₀", "dxi0": "ξ′₀", "tau0": "τ₀",
-    "section_phase": "φ_s", "xi": "ξ", "dxi": "ξ′", "impact_speed": "impact speed", "impact_phase": "impact phase",
+    "section_phase": "φ_s", "a0": "a₀ (m)", "omega0": "Ω₀ (rad/s)", "mu": "μ", "alpha": "α (°)", "mass": "mass (kg)",
+    "g": "g (m/s²)", "xi": "ξ", "dxi": "ξ′", "impact_speed": "impact speed", "impact_phase": "impact phase",
 }  # fmt: skip
-"""The paper's symbol for every parameter and ordinate, in letters that a page has."""
+"""The paper's symbol for every parameter, quantity of a scene and ordinate, in letters that a page has."""
 
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
 """Full ink of what both ways to find switches show, of what only the chosen one does, of what only the certified one
@@ -81,8 +85,8 @@ EXPONENTS = ("dtau",)
 
 PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
 
-WIDE, TALL = 900, 440
-"""Pixels of the diagram."""
+WIDE, TALL, LOW = 900, 440, 280
+"""Pixels of the diagram, and its height where there are two."""
 
 
 def palette() -> list[str]:
@@ -134,12 +138,12 @@ def build(document: Document, view: View, token: str) -> Page:
     """All models for a view, and the scripts that join them in the browser."""
     frame, other, plane = (ColumnDataSource(BLANK) for _ in range(3))
     request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
-    x_range, y_range = Range1d(view.low, view.high), Range1d(-1.0, 1.0)
+    # the second diagram has ranges of its own: one that is hidden would still be laid out anew whenever these move
+    (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
     inputs = _inputs(view)
     sliders = {name: _slider(name, view) for name in SLIDERS}
-    format_x = _ticks(inputs["scale"], None)
-    format_y = _ticks(inputs["y_scale"], inputs["mode"])
-    one, two = (_diagram(x_range, y_range, format_x, format_y) for _ in range(2))
+    format_x, format_y = _ticks(inputs["scale"], None), _ticks(inputs["y_scale"], inputs["mode"])
+    one, two = (_diagram(x, y, format_x, format_y) for x, y in ((x_range, y_range), (x2, y2)))
     ink = LinearColorMapper(palette=palette(), low=0, high=3 * SHADES - 1)
     colours = LinearColorMapper(palette=["#ffffff", "#000000"], low=0, high=1)
     place = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh", "level": "image"}
@@ -169,19 +173,24 @@ def build(document: Document, view: View, token: str) -> Page:
     top = [
         inputs[n] for n in ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
     ]
-    side = [row(sliders[n], inputs[n]) for n in SLIDERS]
+    side = {n: row(sliders[n], inputs[n]) for n in SLIDERS}
+    scene = [row(*(inputs[n] for n in names)) for names in (SCENE[:3], SCENE[3:])]
     only = {
+        DIMENSIONLESS: [side["A"], side["B"]],
+        SI: scene,
         "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], cells, named],
         "diagram": [inputs["quantity"], inputs["compare"], image, *lines, cursor],
     }
     root = column(
         row(*top),
         row(
-            column(notice, row(one, two), status, row(phase, time)),
+            column(notice, one, two, status, row(phase, time)),
             column(
                 row(*list(buttons.values())[:3]),
                 row(*list(buttons.values())[3:]),
-                *side,
+                *side.values(),
+                inputs["scene"],
+                *scene,
                 row(*(inputs[n] for n in PLAIN_FIELDS[:3])),
                 row(*(inputs[n] for n in PLAIN_FIELDS[3:])),
                 words,
@@ -193,11 +202,12 @@ def build(document: Document, view: View, token: str) -> Page:
         "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
         "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
         "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor,
+        "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW],
     }  # fmt: skip
     document.js_on_event("document_ready", CustomJS(args=args, code=(HERE / "browser.js").read_text()))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
-    for axis in (x_range, y_range):
+    for axis in (x_range, y_range, x2, y2):
         for end in ("start", "end"):
             axis.js_on_change(end, _call("moved(cb_obj)"))
     for name, field in inputs.items():
@@ -273,24 +283,25 @@ def _time_curve(motion: ColumnDataSource) -> Any:
 
 def _inputs(view: View) -> dict[str, Any]:
     """A widget for every field of a view that is no range."""
-    parameters = [(name, SYMBOLS[name]) for name in PARAMETERS]
+    parameters = [(name, SYMBOLS[name]) for name in RANGES]
     choices = {
         "mode": ("mode", [DIAGRAM, MAP], 95),
         "quantity": ("ordinate", [(q, SYMBOLS[q]) for q in QUANTITIES], 115),
         "shade": ("colour", list(OF_MAPS), 150),
-        "x": ("abscissa", parameters, 75),
+        "x": ("abscissa", parameters, 105),
         "scale": ("axis", [LINEAR, LOG], 80),
-        "y": ("ordinate", parameters, 75),
+        "y": ("ordinate", parameters, 105),
         "y_scale": ("axis", [LINEAR, LOG], 80),
         "method": ("switches by", list(METHODS), 105),
         "compare": ("certified too", [ALONE, BESIDE, DIFFERENCE], 110),
+        "scene": ("A and B", [(DIMENSIONLESS, "given"), (SI, "of a scene in SI units")], 165),
     }
     state = view.state()
     found: dict[str, Any] = {
         name: Select(title=title, options=options, value=state[name], width=width)
         for name, (title, options, width) in choices.items()
     }
-    for name in (*SLIDERS, *PLAIN_FIELDS, "orbits"):
+    for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
         title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else SYMBOLS.get(name, name)
         width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
         found[name] = TextInput(title=title, value=repr(state[name]), width=width)

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrodrive.batch.sweep import compute
 from vibrodrive.batch.trajectory import Trajectory, follow
-from vibrodrive.explorer.view import View
+from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan, make_plan
@@ -39,25 +39,26 @@ class Motion(NamedTuple):
     summary: dict[str, Any]
 
 
-def nearest(view: View) -> Plan:
-    """The sweep of the one motion that the column nearest to `view.at` shows."""
+def nearest(view: View) -> tuple[float, Plan]:
+    """The value of x nearest to `view.at` that has a column, and the sweep of the one motion that it shows."""
     plan = view.plan()
     index = [0] * len(plan.shape)
     names = list(plan.axes)
     across = plan.axes[view.x]
-    index[names.index(view.x)] = int(np.argmin(np.abs(across - view.at)))
+    column = int(np.argmin(np.abs(across - view.at)))
+    index[names.index(view.x)] = column
     arguments = plan.arguments(int(np.ravel_multi_index(index, plan.shape)))
-    return make_plan({name: value for name, value in arguments.items() if value is not None})
+    return float(across[column]), make_plan({name: value for name, value in arguments.items() if value is not None})
 
 
 def motion_at(view: View, halt: Halt) -> Motion:
     """The motion at `view.at`, as `simulate` follows it. Raises Halted."""
-    whole = nearest(view)
+    x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)
     block = compute(replace(whole, record=(SUMMARY,)), 0, 1, 1, halt)
     summary = {name: values[0].item() for name, values in block.records.items()}
-    return Motion(whole.scalars[view.x], trajectory, summary)
+    return Motion(x, trajectory, summary)
 
 
 def lines(trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -93,7 +94,10 @@ def words(motion: Motion, view: View) -> list[str]:
     t, found = motion.trajectory, motion.summary
     period = found["period"]
     status = Status(t.status)
-    said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>", f"{status.name}: {html.escape(status.advice)}"]
+    said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
+    if view.scene == SI:
+        said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
+    said += [f"{status.name}: {html.escape(status.advice)}"]
     said.append(f"closest decision {t.margin:.3g} away")
     if status == Status.OK:
         cycle = f"period {period}" if period > 0 else "no period up to 64"

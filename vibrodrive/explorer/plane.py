@@ -19,9 +19,9 @@ class Plane(NamedTuple):
 
 def painted(level: Level, quantity: str) -> Plane:
     """The picture of a quantity: coarse cells where points are still to be computed."""
-    from matplotlib.colors import to_hex  # for which the page does not wait
+    from matplotlib.colors import LogNorm, to_hex  # for which the page does not wait
 
-    from vibrodrive.figures.colours import paint
+    from vibrodrive.figures.colours import SHADES, paint
     from vibrodrive.figures.map import recorded
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
@@ -34,7 +34,8 @@ def painted(level: Level, quantity: str) -> Plane:
     names = [*zip(palette, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     if not found.labels:
         low, high = (float(found.norm.inverse(share)) for share in (0.0, 1.0))
-        names = [(palette[0], f"{low:.4g}"), (palette[len(palette) - 1 - len(found.apart)], f"{high:.4g}"), *names]
+        spaced = "logarithmically to " if isinstance(found.norm, LogNorm) else "to "
+        names = [(palette[0], f"{low:.4g}"), (palette[SHADES - 1], f"{spaced}{high:.4g}"), *names]
     legend = " ".join(f"<span style='background:{c};border:1px solid #888'>&emsp;</span> {name}" for c, name in names)
     return Plane(found.cells.filled(0).T.astype(np.uint16), palette, legend)
 

@@ -6,7 +6,6 @@ import base64
 import html
 import itertools
 import json
-from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -22,19 +21,20 @@ from vibrodrive.explorer.image import difference, fitting_range, pictures
 from vibrodrive.explorer.layout import KIND_COLOURS, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
 from vibrodrive.explorer.motion import Motion, lines, motion_at, words
 from vibrodrive.explorer.plane import Plane, painted
-from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIAGRAM, DIFFERENCE, DIMENSIONLESS, LOG, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Pace, Work
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
+from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12
 """How long a first picture stands before finer ones are computed: while the mouse moves, the next request comes
 earlier than that."""
 
-TOLD_AGAIN = 16
-"""Items of news that are sent with each new one: of two that arrive together, scripts of the page see the last only."""
+PENDING = "multiplier and k₂ are being computed …"
+"""What stands in their place."""
 
 NUMBERS = itertools.count()
 
@@ -48,7 +48,7 @@ class Engine:
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.worker = Worker(self._failed)
-        self.aside = Aside()
+        self.aside = Aside(exact.warm)
         self.pace = Pace()
         self.pages: dict[int, Session] = {}
         self.worker.request(Slot(NOBODY, Rank.EXPORT), self._warm)
@@ -84,7 +84,8 @@ class Session:
         self.view, self.seq = base, 0
         self.refused = ""
         self.unpainted = 0
-        self.recent: deque[dict[str, Any]] = deque(maxlen=TOLD_AGAIN)
+        self.unheard: list[dict[str, Any]] = []
+        self.overlay: Overlay | None = None
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -97,8 +98,12 @@ class Session:
         document.on_session_destroyed(lambda context: self._closed())
 
     def _closed(self) -> None:
-        self.engine.worker.cancel(self.number)
+        self._left()
         self.engine.pages.pop(self.number, None)
+
+    def _left(self) -> None:
+        """Nobody looks at the page: give up its work. A browser that keeps it for "back" leaves its session open."""
+        self.engine.worker.cancel(self.number)
         self.work = None
 
     # -- what the page says ------------------------------------------------------------------------------------
@@ -106,6 +111,7 @@ class Session:
     def _heard(self, message: str) -> None:
         asked = json.loads(message)
         self.seq = asked["seq"]
+        self.unheard = [item for item in self.unheard if item["number"] > asked["heard"]]
         try:
             self._answer(asked)
         except ValueError as error:
@@ -114,6 +120,8 @@ class Session:
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("hello"):
             self._tell({"apply": self.view.state()}, {"refused": self.refused})
+        elif asked.get("left"):
+            self._left()
         elif asked.get("reset"):
             self._tell({"apply": self.base.state()})
         elif "address" in asked:
@@ -132,6 +140,9 @@ class Session:
     def _show(self, view: View, only_motion: bool) -> None:
         """Compute a view, or the curves of its motion alone."""
         self.view, seq = view, self.seq
+        wanted = overlay_of(view)
+        if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):
+            self._clear()
         worker = self.engine.worker
         if only_motion:
             worker.cancel(self.number, Rank.EXACT)
@@ -139,6 +150,10 @@ class Session:
             return
         worker.cancel(self.number, Rank.EXACT, Rank.MOTION)
         self._request(Rank.PICTURE, partial(self._picture, view, seq))
+
+    def _follow(self, halt: Halt, rank: Rank, task: Callable[[Halt], None]) -> None:
+        """Ask, from a task, for what comes after it."""
+        self.engine.worker.follow(halt, Slot(self.number, rank), task)
 
     def _request(self, rank: Rank, task: Callable[[Halt], None]) -> None:
         self.engine.worker.request(Slot(self.number, rank), task)
@@ -149,10 +164,12 @@ class Session:
         """What has been computed of this sweep already, if that was the last one."""
         views = [view, view.certified()] if view.compared else [view]
         made_from = [v.toml().partition("\n[figure]")[0] for v in views]
-        if self.work is None or made_from != self.made_from:
-            self.work, self.made_from = None, made_from  # the old one is let go before the new one is made
-            self.work = Work([v.plan() for v in views], self.engine.threads)
-        return self.work
+        work = self.work
+        if work is None or made_from != self.made_from:
+            work = self.work = None  # the old one is let go before the new one is made
+            self.made_from = made_from
+            work = self.work = Work([v.plan() for v in views], self.engine.threads)
+        return work
 
     def _picture(self, view: View, seq: int, halt: Halt) -> None:
         for count, level in enumerate(self._work_of(view).levels(self.engine.pace, halt)):
@@ -160,13 +177,15 @@ class Session:
                 self._draw(view, seq, level)
             if count == 0 and not level.complete:
                 self.engine.worker.pause(halt, REST_SECONDS)
-        if view.at == view.at and view.mode != MAP:
-            self._request(Rank.MOTION, partial(self._motion, view, seq))
+        latest = self.view  # a click since then has changed `at` alone
+        if latest.at == latest.at and latest.mode != MAP:
+            self._follow(halt, Rank.MOTION, partial(self._motion, latest, seq))
         else:
-            self._exact(view)
+            self._follow(halt, Rank.EXACT, partial(self._exact, latest, None, []))
 
     def _draw(self, view: View, seq: int, level: Level) -> None:
-        head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": view.address()}
+        # of the latest view: it differs by `at`, or the page is not going to keep this address
+        head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": self.view.address()}
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None and not level.complete:
             s = level.sketch.results[0].settings
@@ -194,9 +213,9 @@ class Session:
     @staticmethod
     def _legend(view: View) -> str:
         """What the colours of a diagram mean."""
-        said = ""
+        said = f" · above {view.method}, below certified" if view.compared else ""
         if view.compared and view.compare == DIFFERENCE:
-            said += " · black: what both show, "
+            said = " · black: what both show, "
             said += f"<span style='color:#D55E00'>vermilion: what {view.method} alone shows</span>, "
             said += "<span style='color:#0072B2'>blue: what certified alone shows</span>"
         if view.orbits and view.mode != MAP:
@@ -221,37 +240,38 @@ class Session:
 
         def show() -> None:
             self.page.motion.data = {name: columns[name] for name in NO_MOTION}
-            self._tell({"words": "<br>".join(said), "done": seq})
+            self._tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
 
         self._later(show)
-        self._exact(view, motion, said)
+        self._follow(halt, Rank.EXACT, partial(self._exact, view, motion, said))
 
-    def _exact(self, view: View, motion: Motion | None = None, said: list[str] | None = None) -> None:
-        """Ask for what is exact, in the background."""
-        self._request(Rank.EXACT, partial(self._exact_work, view, motion, list(said or [])))
-
-    def _exact_work(self, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
+    def _exact(self, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
+        """What is exact about a view and its motion, in the background."""
+        self.engine.aside.start()  # before it is needed: the next click finds it warm
         call = partial(self.engine.aside.call, halt)
         if motion is not None:
+            found = list(said)
             for line in exact_words(call, motion):
-                said.append(line)
-                self._later(partial(self._tell, {"words": "<br>".join(said)}))
-        if not view.orbits:
-            self._later(self._clear)
+                found.append(line)
+                self._later(partial(self._tell, {"words": "<br>".join(found)}))
+        wanted = overlay_of(view)
+        if wanted is None or wanted == self.overlay:
             return
-        if view.mode == MAP and {view.x, view.y} == {"A", "B"}:
+        if view.mode == MAP:
             spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
-            found = call(exact.plane_curves, spans["A"], spans["B"], view.orbits)
-            self._later(partial(self._show_curves, view, found))
-        elif view.mode != MAP and view.x == "A":
-            window = view.low, view.high, view.B, view.orbits, view.quantity, view.section_phase
+            curves = call(exact.plane_curves, spans["A"], spans["B"], view.orbits)
+            self._later(partial(self._show_curves, view, curves))
+        else:
+            window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
             self._later(partial(self._show_orbits, view, *call(exact.orbit_lines, *window)))
 
     def _clear(self) -> None:
+        self.overlay = None
         self.page.stable.data = self.page.unstable.data = dict(NO_LINES)
         self.page.marks.data, self.page.curves.data = dict(NO_MARKS), dict(NO_CURVES)
 
     def _show_orbits(self, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
+        self.overlay = overlay_of(view)
         for source, stable in ((self.page.stable, True), (self.page.unstable, False)):
             curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
                       for column in line.values.T]  # fmt: skip
@@ -267,6 +287,7 @@ class Session:
         }
 
     def _show_curves(self, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
+        self.overlay = overlay_of(view)
         across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
         self.page.curves.data = {
             "x": [place(x, view.scale) for x, _ in across],
@@ -299,9 +320,25 @@ class Session:
             self.document.add_next_tick_callback(change)
 
     def _tell(self, *items: Mapping[str, Any]) -> None:
-        for item in items:
-            self.recent.append({"number": next(self.numbers), **item})
-        self.page.news.data = {"items": [json.dumps(list(self.recent))]}
+        """Send this, and again what the page has not yet said to have heard: of two that arrive together, its scripts
+        see the last only."""
+        self.unheard += [{"number": next(self.numbers), **item} for item in items]
+        self.page.news.data = {"items": [json.dumps(self.unheard)]}
+
+
+Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
+"""Which exact curves lie over a view, and the window for which they were sought: those of an older one stay right."""
+
+
+def overlay_of(view: View) -> Overlay | None:
+    """What a view asks for; None: nothing, as there is nothing exact over other axes."""
+    if not view.orbits:
+        return None
+    if view.mode != MAP:
+        what = DIAGRAM, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
+        return (what, (view.low, view.high)) if view.x == "A" else None
+    where = view.low, view.high, view.y_low, view.y_high
+    return ((MAP, view.x, view.scale, view.y_scale, view.orbits), where) if {view.x, view.y} == {"A", "B"} else None
 
 
 def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
@@ -342,10 +379,26 @@ def read_address(address: str) -> View:
     return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
+def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
+    """Of axes and scene keep what was changed: B is no axis where it follows from a scene, which else has no axes."""
+    if known.get(changed) in SCENE_AXES:
+        known["scene"] = SI
+    elif changed in ("x", "y") and known[changed] == "B":
+        known["scene"] = DIMENSIONLESS
+    strangers = ("B",) if known["scene"] == SI else SCENE_AXES
+    for axis, other, keys in (("x", "y", (*SPAN, "at")), ("y", "x", Y_SPAN)):
+        if known[axis] in strangers:
+            usual = ("A", "B") if known["scene"] != SI else ("mu",) if known[other] == "A" else ("a0", "omega0")
+            known[axis] = next(name for name in usual if name != known[other])
+            for key in keys:
+                known.pop(key, None)
+
+
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """The view after one of its choices has changed: what stood on the old one makes room. Raises ValueError."""
     drop = {"x": (*SPAN, "at"), "y": Y_SPAN, "mode": ("bottom", "top"), "quantity": ("bottom", "top")}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
+    _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):
         if changed == scale and known[scale] == LOG and float(known[low]) <= 0.0 < float(known[high]):
             known[low] = float(known[high]) / 1000.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 from urllib.parse import urlencode
@@ -19,13 +19,16 @@ from vibrodrive.model import config
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
+    IMPACT_POWER,
     MAP,
     MAP_QUANTITIES,
     OF_EVERY_SWEEP,
     OF_SUMMARY,
     SECTION_QUANTITIES,
+    choose_drawing,
 )
 from vibrodrive.model.parameters import ETA, PARAMETERS, Method, Parameter, bad, check_count
+from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
@@ -35,12 +38,15 @@ DIAGRAM = "diagram"
 QUANTITIES = DIAGRAM_QUANTITIES
 """Ordinates of a diagram: those of the section, and those of the main impacts."""
 
-OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, *OF_EVERY_SWEEP))
+OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, IMPACT_POWER, *OF_EVERY_SWEEP))
 
 ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"
 """The chosen way to find switches alone, beside the certified one, or what the two differ in."""
 
 LINEAR, LOG = "linear", "log"
+
+DIMENSIONLESS, SI = "dimensionless", "SI"
+"""A and B given, or following from a scene in SI units."""
 
 METHODS = tuple(m.name.lower() for m in Method)
 
@@ -64,8 +70,13 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "dxi0": (-3.0, 3.0, LINEAR),
     "tau0": (0.0, 2.0 * math.pi, LINEAR),
     "section_phase": (0.0, 2.0 * math.pi, LINEAR),
+    "a0": (3e-4, 1.2e-3, LINEAR),
+    "omega0": (80.0, 200.0, LINEAR),
+    "mu": (0.2, 1.0, LINEAR),
+    "alpha": (0.5, 12.0, LINEAR),
+    "mass": (50.0, 500.0, LINEAR),
 }
-"""Where an axis of each parameter lies, and how it is spaced, unless it is said."""
+"""Where an axis of each parameter, and of each quantity of a scene, lies, and how it is spaced, unless it is said."""
 
 
 MAY_LACK = ("bottom", "top", "at")
@@ -95,6 +106,11 @@ def _parameter(key: str, value: object) -> float:
     if not p.low <= found <= p.high or (p.open_low and found == p.low):
         raise ValueError(bad(key, value, p.allowed))
     return found + 0.0
+
+
+def _of_scene(key: str, value: object) -> float:
+    """A quantity of the scene, in its range."""
+    return check_scene(key, _number(key, value))
 
 
 def _count(key: str, value: object, low: int, high: int) -> int:
@@ -127,7 +143,9 @@ class View:
     x from `low` to `high` (RANGES unless given) in `columns` values lies along the abscissa of both modes. Over it a
     diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
     to `y_high` in `rows` values, and `shade` as its colour. `at` is the value of x whose motion is drawn beside (NaN:
-    none), `orbits` the longest period of the exact orbits drawn over it (0: none). The rest is as in `simulate`.
+    none), `orbits` the longest period of the exact orbits drawn over it (0: none). With `scene` "SI", the default where
+    an axis is a quantity of it, a0 to g are those of `Physical`, from which B follows, and A unless it is an axis. The
+    rest is as in `simulate`.
 
     Examples
     --------
@@ -140,7 +158,7 @@ class View:
     """
 
     mode: str = _set(DIAGRAM, _choice, names=(DIAGRAM, MAP))
-    x: str = _set("A", _choice, names=tuple(PARAMETERS))
+    x: str = _set("A", _choice, names=tuple(RANGES))
     low: float = _set(RANGES["A"][0], _number)
     high: float = _set(RANGES["A"][1], _number)
     scale: str = _set(RANGES["A"][2], _choice, names=(LINEAR, LOG))
@@ -148,7 +166,7 @@ class View:
     quantity: str = _set("dxi", _choice, names=QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
     top: float = _set(NOWHERE, _number)
-    y: str = _set("B", _choice, names=tuple(PARAMETERS))
+    y: str = _set("B", _choice, names=tuple(RANGES))
     y_low: float = _set(RANGES["B"][0], _number)
     y_high: float = _set(RANGES["B"][1], _number)
     y_scale: str = _set(RANGES["B"][2], _choice, names=(LINEAR, LOG))
@@ -170,6 +188,13 @@ class View:
     section_phase: float = _set(0.5 * math.pi, _parameter)
     transient: int = _set(500, _count, low=0, high=LONGEST)
     periods: int = _set(200, _count, low=1, high=LONGEST)
+    scene: str = _set(DIMENSIONLESS, _choice, names=(DIMENSIONLESS, SI))
+    a0: float = _set(8e-4, _of_scene)
+    omega0: float = _set(150.0, _of_scene)
+    mu: float = _set(0.6, _of_scene)
+    alpha: float = _set(3.4, _of_scene)
+    mass: float = _set(250.0, _of_scene)
+    g: float = _set(Physical.g, _of_scene)
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
@@ -192,6 +217,8 @@ class View:
             if axis in values:
                 values = dict(zip(keys, RANGES[values[axis]], strict=True)) | values
         view = cls(**values)
+        if "scene" not in values:
+            view = replace(view, scene=view._usual_scene)
         view._check()
         return view
 
@@ -208,7 +235,24 @@ class View:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
             if self.columns * self.rows > MOST_CELLS:
                 raise ValueError(bad("rows", self.rows, f"<= {MOST_CELLS // self.columns} at {self.columns} columns"))
-        self.plan()
+        plan = self.plan()
+        if self.mode == MAP:
+            choose_drawing(plan, MAP, self.shade)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The parameters along the axes of the sweep."""
+        return (self.x, self.y) if self.mode == MAP else (self.x,)
+
+    @property
+    def incline(self) -> float:
+        """The B of a view in which it is no axis."""
+        return incline(self.mu, self.alpha) if self.scene == SI else self.B
+
+    @property
+    def _usual_scene(self) -> str:
+        """What `scene` is unless it is said."""
+        return SI if {*self.axes} & {*SCENE_AXES} else DIMENSIONLESS
 
     def address(self) -> str:
         """The fields that are not at their defaults, as they stand in the address of the page."""
@@ -217,6 +261,7 @@ class View:
     def _chosen(self) -> dict[str, Any]:
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
+        defaults["scene"] = self._usual_scene
         values = ((name, getattr(self, name)) for name in defaults)
         return {name: v for name, v in values if v != defaults[name] and v == v}
 
@@ -240,28 +285,29 @@ class View:
 
     def toml(self) -> str:
         """The configuration of this view for `vibrodrive sweep`: it fixes every number, whatever the defaults."""
-        grid = self.method != "certified"
-        axes = {self.x: (self.low, self.high, self.columns, self.scale)}
+        over = {self.x: (self.low, self.high, self.columns, self.scale)}
         if self.mode == MAP:
-            axes[self.y] = (self.y_low, self.y_high, self.rows, self.y_scale)
-        homes = {
-            "model": config.HOMES["model"],
-            "switching": ("dtau", "tol") if grid else (),
-            "run": ("section_phase",),
-        }
-        lines = ['title = "A view of the explorer"']
-        for table, names in homes.items():
-            lines += ["", f"[{table}]"]
-            lines += [f"{name} = {getattr(self, name)!r}" for name in names if name not in axes]
-            if table == "model":
-                lines += ["", "[sweep]"]
-                for name, (low, high, num, scale) in axes.items():
-                    lines.append(f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}')
-            elif table == "switching":
-                lines.append(f'method = "{self.method}"')
-            else:
-                lines += [f"transient = {self.transient}", f"periods = {self.periods}", f'record = "{self.record}"']
-        return "\n".join([*lines, *self._figure(), ""])
+            over[self.y] = (self.y_low, self.y_high, self.rows, self.y_scale)
+
+        def numbers(names: Iterable[str]) -> list[str]:
+            return [f"{name} = {getattr(self, name)!r}" for name in names if name not in over]
+
+        model, scene = config.HOMES["model"], SCENE if self.scene == SI else ()
+        if scene:
+            scene = tuple(name for name in scene if name != "a0" or "A" not in over)
+            model = tuple(name for name in model if name != "B" and (name != "A" or "a0" not in scene))
+        tables = {
+            "model": numbers(model),
+            "physical": numbers(scene),
+            "sweep": [f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}'
+                      for name, (low, high, num, scale) in over.items()],
+            "switching": [f'method = "{self.method}"', *numbers(() if self.method == "certified" else ("dtau", "tol"))],
+            "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.periods}",
+                    f'record = "{self.record}"'],
+            "figure": self._figure(),
+        }  # fmt: skip
+        lines = [line for name, table in tables.items() if table for line in ("", f"[{name}]", *table)]
+        return "\n".join(['title = "A view of the explorer"', *lines, ""])
 
     @property
     def record(self) -> str:
@@ -273,15 +319,8 @@ class View:
     def _figure(self) -> list[str]:
         """What `plot` is to draw of it."""
         if self.mode == MAP:
-            return [
-                "",
-                "[figure]",
-                f'kind = "{MAP}"',
-                f'quantity = "{self.shade}"',
-                f'x = "{self.x}"',
-                f'y = "{self.y}"',
-            ]
-        lines = ["", "[figure]", f'kind = "{BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
+            return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"']
+        lines = [f'kind = "{BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
         return lines if math.isnan(self.top) else [*lines, f"limits = [{self.bottom!r}, {self.top!r}]"]
 
 
@@ -293,13 +332,17 @@ def view_of(settings: config.Config) -> View:
     Raises
     ------
     ValueError
-        with one sentence, for an axis of a scene in SI units, and for what a view does not hold.
+        with one sentence, for what a view does not hold.
     """
     plan = settings.plan()
     for name in plan.axes:
-        if name not in PARAMETERS:
-            raise ValueError(bad("sweep", name, "one of " + ", ".join(PARAMETERS) + " where it is to be explored"))
-    values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in PARAMETERS}
+        if name not in RANGES:
+            raise ValueError(bad("sweep", name, "one of " + ", ".join(RANGES) + " where it is to be explored"))
+    values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
+    if {*plan.axes} & {*SCENE_AXES}:
+        values["scene"] = SI
+        if "A" in values:
+            raise ValueError(bad("A", values["A"], "an axis, or left to follow from a0, where it is to be explored"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if math.isnan(values["dtau"]):
         del values["dtau"]

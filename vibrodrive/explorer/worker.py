@@ -1,12 +1,14 @@
 """One thread that computes one thing at a time: the newest request wins, and the dearer waits for the cheaper.
 
 Requests stand in slots, one for each kind of work of each page. A new request takes the place of the one in its slot,
-whether that waits or is under way. What is under way is halted, too, by a request for a slot of a higher rank, and
-begun again afterwards: what it has computed stays in the Work that it goes on with.
+whether that waits or is under way. What is under way is halted, too, by a request of the same or a higher rank from
+another page, and begun again afterwards: what it has computed stays in the Work that it goes on with. What a task
+itself asks for follows it, and halts nothing.
 """
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable
 from enum import IntEnum
@@ -35,6 +37,14 @@ Task = Callable[[Halt], None]
 """Work that ends early, with Halted or not, once the flag is set, and may be called again then."""
 
 
+class Request(NamedTuple):
+    """A task in its slot; later ones have higher numbers."""
+
+    slot: Slot
+    number: int
+    task: Task
+
+
 class Worker:
     """The thread, and what waits for it.
 
@@ -46,9 +56,10 @@ class Worker:
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
         self._failed = failed
-        self._waiting: dict[Slot, Task] = {}
-        self._current: tuple[Slot, Task, Halt] | None = None
+        self._waiting: dict[Slot, Request] = {}
+        self._current: tuple[Request, Halt] | None = None
         self._changed = threading.Condition()
+        self._numbers = itertools.count()
         self._closed = False
         self._at_once = 0
         self.computations = self.most_at_once = 0
@@ -58,15 +69,19 @@ class Worker:
     def request(self, slot: Slot, task: Task) -> None:
         """Compute this, instead of what was asked for in this slot before."""
         with self._changed:
-            self._waiting[slot] = task
+            self._waiting[slot] = Request(slot, next(self._numbers), task)
             if self._current is not None:
-                running, work, halt = self._current
-                if slot == running:
-                    halt.call()
-                elif slot.rank < running.rank:
-                    self._waiting.setdefault(running, work)
+                running, halt = self._current
+                if slot.rank <= running.slot.rank and not halt.called:  # one that was cancelled must not come again
+                    self._waiting.setdefault(running.slot, running)
                     halt.call()
             self._changed.notify_all()
+
+    def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
+        """Compute this after the running task, which calls this with its flag; not where something newer is wanted."""
+        with self._changed:
+            if not halt.called:
+                self._waiting.setdefault(slot, Request(slot, next(self._numbers), task))
 
     def cancel(self, page: int, *ranks: Rank) -> None:
         """Forget these kinds of work of a page, all of them unless named."""
@@ -74,8 +89,9 @@ class Worker:
             chosen = {Slot(page, rank) for rank in ranks or Rank}
             for slot in chosen:
                 self._waiting.pop(slot, None)
-            if self._current is not None and self._current[0] in chosen:
-                self._current[2].call()
+            if self._current is not None and self._current[0].slot in chosen:
+                self._current[1].call()
+                self._changed.notify_all()
 
     def pause(self, halt: Halt, seconds: float) -> None:
         """Wait, in a task, whether somebody asks for something newer. Raises Halted as soon as that is so."""
@@ -95,31 +111,31 @@ class Worker:
             self._closed = True
             self._waiting.clear()
             if self._current is not None:
-                self._current[2].call()
+                self._current[1].call()
             self._changed.notify_all()
         self._thread.join(seconds)
 
     def _run(self) -> None:
         while (chosen := self._next()) is not None:
-            slot, task, halt = chosen
+            request, halt = chosen
             self._at_once += 1
             self.computations += 1
             self.most_at_once = max(self.most_at_once, self._at_once)
             try:
-                task(halt)
+                request.task(halt)
             except Halted:
                 pass
             except BaseException as error:
-                self._failed(slot, error)
+                self._failed(request.slot, error)
             finally:
                 self._at_once -= 1
 
-    def _next(self) -> tuple[Slot, Task, Halt] | None:
+    def _next(self) -> tuple[Request, Halt] | None:
         with self._changed:
             self._current = None
             self._changed.wait_for(lambda: self._waiting or self._closed)
             if self._closed:
                 return None
-            slot = min(self._waiting, key=lambda s: s.rank)  # the oldest of those
-            self._current = slot, self._waiting.pop(slot), Halt()
+            first = min(self._waiting.values(), key=lambda r: (r.slot.rank, -r.number))
+            self._current = self._waiting.pop(first.slot), Halt()
             return self._current
