@@ -137,7 +137,7 @@ def fill(
         memory = new_history(threads, summary is not None)
         records = [(main, *own, sums if summary is None else summary) for own in zip(*memory, strict=True)]
     results = status, margin, counts, np.empty(n)
-    more = (True, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64)) if literal else ()
+    more = (True, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64), None) if literal else ()
     kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points)]
 
     def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:

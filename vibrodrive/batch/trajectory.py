@@ -11,6 +11,7 @@ import numpy as np
 from vibrodrive.batch.frames import Table, frame
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
+from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
+
+SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
+"""A row of `Trajectory.switch_errors`, that of the same switch in `Trajectory.switches`."""
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
 """A row of `Trajectory.impacts`; `row` is that of the same impact in `Trajectory.switches`."""
@@ -112,6 +116,9 @@ class Trajectory:
     impacts: np.ndarray
     status: Status
     margin: float
+    error: np.ndarray
+    switch_errors: np.ndarray
+    certain_until: float
     evaluations: int
     arguments: dict[str, Any]
     _plan: Plan
@@ -124,8 +131,11 @@ class Trajectory:
         """
         if not isinstance(other, Trajectory):
             return NotImplemented
-        arrays = [(getattr(self, a), getattr(other, a)) for a in ("switches", "section", "impacts", "_start")]
-        numbers = [(t.status, t.margin, t.evaluations, *t.arguments.values()) for t in (self, other)]
+        arrays = [
+            (getattr(self, a), getattr(other, a))
+            for a in ("switches", "section", "impacts", "_start", "error", "switch_errors")
+        ]
+        numbers = [(t.status, t.margin, t.certain_until, t.evaluations, *t.arguments.values()) for t in (self, other)]
         return same_array(*numbers) and all(same_array(a, b) for a, b in arrays)
 
     __hash__ = None  # type: ignore[assignment]  # arrays may change
@@ -327,12 +337,14 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         status, margin = np.empty(1, np.int8), np.empty(1)
         counts, work = np.zeros((1, 5), np.int64), np.empty(1)
         rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
+        shapes = (1, s.periods, 2), (capacity, 3), (1,)
+        errors = Errors(*(np.full(shape, np.nan if s.method == Method.FIXED else 0.0) for shape in shapes))
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
         arguments = (
             w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.transient, s.periods,
             s.budget, section, impacts, None, None, None, status, margin, counts, work, s.scan == Scan.LITERAL,
-            rows_int, rows_float, stored,
+            rows_int, rows_float, stored, None if s.method == Method.FIXED else errors,
         )  # fmt: skip
 
         def advance(passes: int, k=k, arguments=arguments) -> bool:
@@ -348,8 +360,10 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     rows = np.empty(n, SWITCH)
     rows["period"], rows["before"], rows["after"] = rows_int[:n].T
     rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T
+    off = np.empty(n, SWITCH_ERROR)
+    off["tau"], off["xi"], off["dxi"] = errors.switches[:n].T
     known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
     return Trajectory(
-        rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]), int(work[0]), known,
-        plan, rows[:1],
+        rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]),
+        errors.section[0], off[1:], float(errors.until[0]), int(work[0]), known, plan, rows[:1],
     )  # fmt: skip

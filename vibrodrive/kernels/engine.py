@@ -154,7 +154,7 @@ def batch(method: int, disturbed: bool):
                 todo[PAUSED], todo[IN_USE], todo[DRAWN] = 1, n, c
                 return False
             while c < order.shape[0] and n < LANES:
-                if load(w, k, n, points, order[c], method, transient, periods, section, None, None, None):
+                if load(w, k, n, points, order[c], method, transient, periods, section, None, None, None, None):
                     n += 1
                 else:
                     finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
@@ -194,7 +194,7 @@ def batch(method: int, disturbed: bool):
                     continue
                 if not process_event(
                     w, k, i, method, repeats, False, transient, periods, budget, section, impacts, history, totals,
-                    summary, None, None, None,
+                    summary, None, None, None, None,
                 ):  # fmt: skip
                     finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work)
                     todo[ended] = i  # never ahead of j

@@ -10,6 +10,14 @@ import math
 
 from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.certainty import (
+    NO_END,
+    end_of_segment,
+    heed_status,
+    judge_end_of_record,
+    judge_tangency,
+    pass_errors_on,
+)
 from vibrodrive.kernels.codes import (
     AT_ONCE,
     BOTH,
@@ -174,10 +182,12 @@ def begin_state(w, k, i, state, x, v, force, at_boundary, x_off, v_off, method):
 
 
 @part
-def finish_at_rest(w, k, i, transient, section):
+def finish_at_rest(w, k, i, transient, section, errors):
     """The mass never moves again."""
-    emit_rest(w, k, i, transient, section)
     record_margin_of_rest(w, k, i, k[r.STATE + i] == STICK)
+    if errors is not None:
+        heed_status(w, k, i)
+    emit_rest(w, k, i, transient, section, errors)
 
 
 @inline
@@ -257,7 +267,7 @@ def grid_event(w, k, i, fixed):
 @inline_each("method", "repeats")
 def process_event(
     w, k, i, method, repeats, literal, transient, periods, budget, section, impacts, history, totals, summary,
-    rows_int, rows_float, stored,
+    rows_int, rows_float, stored, errors,
 ):  # fmt: skip
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
@@ -271,7 +281,7 @@ def process_event(
     fixed = method == FIXED or method == FIXED_BRACKETED
     undisturbed = certified and w[r.AF + i] == 0.0
     state = k[r.STATE + i]
-    there = NOWHERE
+    there, end_error = NOWHERE, NO_END
     phase, later, side, late = 0.0, False, w[r.SIG + i], 0.0
     if undisturbed and waits(state):
         h, phase, later, down = wait_end(w, i, state, w[r.PHI + i])
@@ -280,6 +290,8 @@ def process_event(
         wait_ends = waits(state) and w[r.OUTCOME + i] == ZERO
         there, late = propagate(w, k, i, wait_ends, -1.0 if side > 0.0 else 1.0)
         record_margin_of_tangency(w, k, i, w[r.CURSOR + i])
+        if errors is not None:
+            judge_tangency(w, k, i)
         if w[r.SEARCH_MODE + i] == BRACKETED and k[r.SEARCH + i] != S1:
             s = direction(state)
             rate = rate_of(w[r.A0 + i], adhesive_force(w, i, there.q, 0.0) - s)
@@ -293,7 +305,9 @@ def process_event(
         if event == CONTINUE:
             return True
         if event == END or h > w[r.LEFT + i]:
-            emit_rest(w, k, i, transient, section)
+            if errors is not None:
+                judge_end_of_record(w, k, i)
+            emit_rest(w, k, i, transient, section, errors)
             return False
         state = k[r.STATE + i]
         sliding = not waits(state)
@@ -302,7 +316,14 @@ def process_event(
             x, v = there.x, there.v
             if not certified:
                 x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
-        emit_sections(w, k, i, h, transient, section)
+        if undisturbed and not sliding:
+            p, q = (w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]), w[r.B + i] - side
+            there = Arrival(x, v, 1.0 if later else 0.0, phase, 0.0, p, q, 0.0, 0.0, 0.0)
+        elif not (certified or fixed):
+            there = arrive_later(w, k, i, x, v, h)
+        if errors is not None:
+            end_error = end_of_segment(w, k, i, method, event, h, x, v, side, there)
+        emit_sections(w, k, i, h, transient, section, errors, end_error)
         x_off, v_off = w[r.X_OFF + i], 0.0
         if event == S1:
             x_off = 0.0
@@ -321,12 +342,8 @@ def process_event(
         # advance to the switch
         if undisturbed and not sliding:
             record_margin(w, k, i, wait_end_distance(w, i, side > 0.0), ROUNDING * magnitude_scale(w, i))
-            p, q = (w[r.P_DOWN + i] if side > 0.0 else w[r.P_UP + i]), w[r.B + i] - side
-            there = Arrival(x, v, 1.0 if later else 0.0, phase, 0.0, p, q, 0.0, 0.0, 0.0)
         elif fixed:
             there = arrive_on_grid(w, k, i, x, v, w[r.CURSOR + i])
-        elif not certified:
-            there = arrive_later(w, k, i, x, v, h)
         period = k[r.PERIOD + i] + int(there.turned)
         end = k[r.PERIOD0 + i] + transient + periods
         left = time_between(period, there.phi, there.low, end, w[r.PHI0 + i])
@@ -336,12 +353,17 @@ def process_event(
 
         if event == STRETCHED:
             begin_state(w, k, i, state, x, v, force, False, x_off, v_off, method)
+            if errors is not None:
+                pass_errors_on(w, k, i, method, event, end_error)
             return True
         # decide
         to = decide(event, side, force)
         if event == S1:
             x = 0.0 if certified else x
-            record(w, k, i, state, IMPACT, x, v, transient, impacts, history, totals, rows_int, rows_float, stored)
+            record(
+                w, k, i, state, IMPACT, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors,
+                end_error,
+            )  # fmt: skip
             record_margin_of_impact(w, k, i, h, force, v)
             state, x, v = IMPACT, 0.0, 0.0
         elif sliding:
@@ -351,17 +373,24 @@ def process_event(
             if certified and x <= 0.0:
                 x = SMALLEST  # it has gone up, by less than a double can tell
             record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
-        record(w, k, i, state, to, x, v, transient, impacts, history, totals, rows_int, rows_float, stored)
+        record(
+            w, k, i, state, to, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors,
+            end_error,
+        )  # fmt: skip
         waiting = waits(to)
         if waiting and not can_leave(w, i, to):
             commit_wait(w, k, i, to, x, x_off)
-            finish_at_rest(w, k, i, transient, section)
+            if errors is not None:
+                pass_errors_on(w, k, i, method, event, end_error)
+            finish_at_rest(w, k, i, transient, section, errors)
             return False
         if not (undisturbed and waiting):
             if undisturbed and state == REST:
                 clear_guesses(w, i)
             at_boundary = certified and (state == STICK or state == REST)
             begin_state(w, k, i, to, x, 0.0, force, at_boundary, x_off, v_off, method)
+            if errors is not None:
+                pass_errors_on(w, k, i, method, event, end_error)
             if state == REST or state == IMPACT:
                 commit_departure(k, i, True)
                 if repeats:
@@ -370,5 +399,7 @@ def process_event(
                     )  # fmt: skip
             return True
         commit_wait(w, k, i, to, x, x_off)
+        if errors is not None:
+            pass_errors_on(w, k, i, method, event, end_error)
         h, phase, later, down = wait_end(w, i, to, w[r.PHI + i])
         event, side = terminating_function(to), 1.0 if down else -1.0

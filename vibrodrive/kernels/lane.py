@@ -15,13 +15,13 @@ from vibrodrive.jit.compile import inline
 
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 91 × 8 B = 52 kB,
-of which a search touches a third)."""
+of which a search touches a third; the last eight rows belong to single trajectories alone)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 91
+ROWS_W = 99
 ROWS_K = 36
 
 LINE = 64
@@ -60,6 +60,9 @@ LINE = 64
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
     # where a batch of switches has come to, and the last main impact at the reference (see impacts.py)
     END_PHI, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
+    # what the segment under way is off by from its start on, and from which period on that is not known
+    # (see certainty.py)
+    V_SHARE, X_SHARE, V_MORE, X_MORE, SHIFT, BEGUN_LATE, BEGUN_JUMP, CERTAIN_UNTIL,
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (

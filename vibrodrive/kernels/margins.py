@@ -50,8 +50,13 @@ def gap_rounding(w, i, h):
 
     What the start was off by, and the rounding of what has been added up since: little, where little time passed.
     """
+    return gap_rounding_beside(w, i, h, fma(w[r.V_OFF + i], h, w[r.X_OFF + i]))
+
+
+@inline
+def gap_rounding_beside(w, i, h, off):
+    """The same where what the start was off by makes `off` at h."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
-    off = fma(w[r.V_OFF + i], h, w[r.X_OFF + i])
     second, third = start_terms(w, i)
     sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
     near = fma(ROUNDING, sums, off)
@@ -84,6 +89,12 @@ def far_rounding(w, i, h, off, fast, inverse):
 @inline
 def velocity_rounding(w, i, h):
     """How far rounding can have put ξ' off at h after the last switch."""
+    return velocity_rounding_beside(w, i, h, w[r.V_OFF + i])
+
+
+@inline
+def velocity_rounding_beside(w, i, h, off):
+    """The same where the start was off by `off`."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         second, third = start_terms(w, i)
@@ -91,7 +102,7 @@ def velocity_rounding(w, i, h):
     else:
         fast = w[r.AF + i] / eta if eta > 0.0 else 0.0
         sums = abs(w[r.V0 + i]) + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * h + w[r.A + i] + fast
-    return w[r.V_OFF + i] + ROUNDING * sums
+    return off + ROUNDING * sums
 
 
 @inline

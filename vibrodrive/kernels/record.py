@@ -11,6 +11,7 @@ import math
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.certainty import NO_END, write_section_error, write_switch_error
 from vibrodrive.kernels.codes import (
     DOWN,
     IMPACT,
@@ -44,22 +45,24 @@ def write_point(w, k, i, count, hs, section):
 
 
 @inline
-def emit_sections(w, k, i, h, transient, section):
-    """Write the section points that lie within h of the present time."""
+def emit_sections(w, k, i, h, transient, section, errors, end):
+    """Write the section points that lie within h of the present time; the state ends there, off by `end`."""
     count = k[r.SECTIONS + i]
     while count < section.shape[1]:
         hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
         if hs > h:
             break
         write_point(w, k, i, count, hs, section)
+        if errors is not None:
+            write_section_error(w, k, i, count, hs, h, end, errors)
         count += 1
     k[r.SECTIONS + i] = count
 
 
 @part
-def emit_rest(w, k, i, transient, section):
+def emit_rest(w, k, i, transient, section, errors):
     """The section points that are left: nothing switches any more."""
-    emit_sections(w, k, i, INFINITY, transient, section)
+    emit_sections(w, k, i, INFINITY, transient, section, errors, NO_END)
 
 
 @inline
@@ -74,7 +77,9 @@ def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
 
 
 @inline
-def record(w, k, i, before, after, x, v, transient, impacts, history, totals, rows_int, rows_float, stored):
+def record(
+    w, k, i, before, after, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors, end
+):  # fmt: skip
     """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
 
     Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
@@ -87,7 +92,10 @@ def record(w, k, i, before, after, x, v, transient, impacts, history, totals, ro
     if totals is not None and totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
         write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
     if rows_int is not None:
-        write_row(w, k, i, stored[0] if recorded else 0, before, after, x, v, rows_int, rows_float)
+        row = stored[0] if recorded else 0
+        write_row(w, k, i, row, before, after, x, v, rows_int, rows_float)
+        if errors is not None:
+            write_switch_error(w, i, row, before, end, errors)
         stored[0] += 1 if recorded else 0
 
 

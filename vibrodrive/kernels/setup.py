@@ -7,6 +7,7 @@ import math
 from vibrodrive.jit.compile import inline, part, part_each
 from vibrodrive.jit.trig import TWO_PI, turns
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.certainty import heed_status, start_errors
 from vibrodrive.kernels.codes import (
     CERTIFIED,
     DOWN,
@@ -77,7 +78,7 @@ def is_disturbed(points, row):
 
 @part_each("method")
 def load(
-    w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored
+    w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored, errors
 ):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
@@ -112,8 +113,11 @@ def load(
     if rows_int is not None:
         stored[0] = 1
         write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
+    if errors is not None:
+        start_errors(w, i)
+        heed_status(w, k, i)
     if waits(state) and not can_leave(w, i, state):
-        finish_at_rest(w, k, i, transient, section)
+        finish_at_rest(w, k, i, transient, section, errors)
         return False
     begin_state(w, k, i, state, x, v, force, False, 0.0, 0.0, method)
     return True

@@ -11,6 +11,7 @@ from functools import cache
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
 from vibrodrive.jit.counter import next_index
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.certainty import end_errors
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.event import process_event
 from vibrodrive.kernels.first_zero import search
@@ -74,12 +75,14 @@ def single(method: int):
     def run(
         lanes_w, lanes_k, points, order, counter, transient, periods, budget,
         section, impacts, history, totals, summary, status, margin, counts, work, literal, rows_int, rows_float, stored,
+        errors,
     ):  # fmt: skip
         """As the kernels of `batch`, and:
 
         literal : whether every point of the grid is visited
         rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches behind the last one before
         the record, as many as fit, and how many there were
+        errors : where bounds of their errors are written (certainty.py), or None
         """
         w, table, k, todo = lanes_w[0], lanes_w[1], lanes_k[0], lanes_k[1]
         under_way = False
@@ -99,9 +102,12 @@ def single(method: int):
                     todo[PAUSED] = 0
                     return True
                 if not load(
-                    w, k, 0, points, order[c], method, transient, periods, section, rows_int, rows_float, stored
+                    w, k, 0, points, order[c], method, transient, periods, section, rows_int, rows_float, stored,
+                    errors,
                 ):  # fmt: skip
                     finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                    if errors is not None:
+                        end_errors(w, k, 0, periods, errors)
                     continue
                 under_way = True
                 if method != CERTIFIED and literal:
@@ -111,10 +117,12 @@ def single(method: int):
                 continue
             under_way = process_event(
                 w, k, 0, method, False, literal, transient, periods, budget, section, impacts, history, totals, summary,
-                rows_int, rows_float, stored,
+                rows_int, rows_float, stored, errors,
             )  # fmt: skip
             if not under_way:
                 finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                if errors is not None:
+                    end_errors(w, k, 0, periods, errors)
 
     return run
 
@@ -131,7 +139,7 @@ def next_switches(lanes_w, lanes_k, points, states, periods, section, rows_int, 
     """
     w, k = lanes_w[0], lanes_k[0]
     for n in range(points.shape[0]):
-        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows_int, rows_float, stored)
+        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows_int, rows_float, stored, None)
         ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0
         row = 1
         while going and row < rows_int.shape[0]:
@@ -140,7 +148,7 @@ def next_switches(lanes_w, lanes_k, points, states, periods, section, rows_int, 
                 continue
             going = process_event(
                 w, k, 0, CERTIFIED, False, False, 0, periods, rows_int.shape[0], section, None, None, None, None,
-                rows_int, rows_float, stored,
+                rows_int, rows_float, stored, None,
             )  # fmt: skip
             while row < min(stored[0], rows_int.shape[0]):
                 if rows_int[row, 1] == states[n]:

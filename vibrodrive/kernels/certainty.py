@@ -1,0 +1,334 @@
+"""What a motion is off by, from its start on: a bound that is carried from switch to switch (docs/certainty.md).
+
+In absolute time a slide is linear in its errors: ξ'' = H(τ) - s depends on τ alone. So the computed ξ' is off by the
+same amount all along a slide, but for what rounding adds, and ξ by X + E h. Either consists of a share of one common
+cause, the instant of the last impact, which keeps its sign and may cancel (V_SHARE, X_SHARE), and of a bound of all
+else (V_MORE, X_MORE). The end of the slide is off by the error there over the slope; an impact leaves nothing but
+that, and the end of a wait not even that.
+
+A decision that an error may have turned ends the certainty: the trajectory is TOO_CLOSE, and from the period on in
+which the state began that has met it (CERTAIN_UNTIL), all errors are infinite.
+
+Nothing here changes the motion. Kernels that do not ask for it pass None for `errors`, and have none of it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrodrive.jit.branchless import choose, fma
+from vibrodrive.jit.compile import inline, part
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE
+from vibrodrive.kernels.margins import (
+    ROUNDING,
+    gap_rounding_beside,
+    magnitude_scale,
+    velocity_rounding_beside,
+    wait_end_distance,
+)
+from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, state_at
+from vibrodrive.kernels.switch import direction, smaller, waits
+
+HALF_LAST_BIT = 2.0**-51
+"""Half the last bit of a phase: what is lost where φ is rounded."""
+
+
+class Errors(NamedTuple):
+    """Where bounds are written.
+
+    section float64 (n, periods, 2): of ξ and ξ' at each section point; (n, 1, 2): the largest of the record
+    switches float64 (cap, 3): of time, ξ and ξ' at each switch, in the rows of `single`
+    until float64 (n,): the period from which on nothing is certain; inf where all is
+    """
+
+    section: np.ndarray
+    switches: np.ndarray
+    until: np.ndarray
+
+
+class End(NamedTuple):
+    """What the end of a segment is off by: its instant, by `late`, of which share · (a common cause), and the rest by
+    `more`; ξ and ξ' just before it by x, v; what goes on with ξ (x_share, x_more). A point within `late` of it may
+    belong to the other state, and its ξ' be off by `jump`."""
+
+    late: float
+    share: float
+    more: float
+    x: float
+    v: float
+    x_share: float
+    x_more: float
+    jump: float
+
+
+NO_END = End(*8 * [0.0])
+LOST = End(*8 * [INFINITY])
+
+
+@inline
+def certain(w, i):
+    """Whether no decision so far can have been wrong."""
+    return w[r.CERTAIN_UNTIL + i] == INFINITY
+
+
+@inline
+def start_errors(w, i):
+    """A motion begins where it is told to: nothing is off."""
+    for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BEGUN_LATE, r.BEGUN_JUMP):
+        w[row + i] = 0.0
+    w[r.CERTAIN_UNTIL + i] = INFINITY
+
+
+@inline
+def lose_certainty(w, k, i):
+    """What comes after the last switch may not be so. Returns what its end is off by, then."""
+    if certain(w, i):
+        w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
+    if k[r.STATUS + i] == OK:
+        k[r.STATUS + i] = TOO_CLOSE
+    return LOST
+
+
+@inline
+def heed_status(w, k, i):
+    """Where rounding alone leaves a decision open, certainty ends too."""
+    if k[r.STATUS + i] == TOO_CLOSE and certain(w, i):
+        w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
+
+
+@inline
+def delay(value, slope, bend):
+    """How far from an instant a function has its zero, if its size there is at most `value`, that of its derivative at
+    least `slope`, and that of its second derivative at most `bend`; inf where it may have none."""
+    square = fma(slope, slope, -2.0 * bend * value)
+    if slope > 0.0 and square > 0.0:
+        return 2.0 * value / (slope + math.sqrt(square))
+    return INFINITY
+
+
+@inline
+def change_of_force(w, i):
+    """A bound of |H'|."""
+    return fma(w[r.AF + i], w[r.ETA + i], w[r.A + i])
+
+
+@inline
+def velocity_error(w, k, i, h):
+    """(share, bound of the rest) of what ξ' is off by at h after the last switch, sliding.
+
+    What started at the end of a wait is computed from the instant at which H is ±1 (`begin`), SHIFT off at most. On a
+    grid its ξ'' may be put right by the slope.
+    """
+    turned = smaller(change_of_force(w, i) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
+    bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
+    return w[r.V_SHARE + i], velocity_rounding_beside(w, i, h, w[r.V_MORE + i] + turned + bent * h)
+
+
+@inline
+def gap_error(w, k, i, h):
+    """(share, bound of the rest) of what ξ is off by at h after the last switch, sliding."""
+    turned = smaller(0.5 * change_of_force(w, i) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
+    bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
+    off = w[r.X_MORE + i] + (w[r.V_MORE + i] + turned + 0.5 * bent * h) * h
+    return fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), gap_rounding_beside(w, i, h, off)
+
+
+@part
+def judge_tangency(w, k, i):
+    """A search for the end of a slide has met something: how close did ξ' come to 0 before?
+
+    Twice the error: how far a dip stayed from 0 is known from close by, not from its bottom.
+    """
+    under = w[r.DIP_DENOMINATOR + i]
+    if certain(w, i) and under > 0.0 and not waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
+        share, more = velocity_error(w, k, i, w[r.CURSOR + i])
+        if w[r.DIP_NUMERATOR + i] <= 2.0 * (abs(share) + more) * under:
+            lose_certainty(w, k, i)
+
+
+@part
+def judge_end_of_record(w, k, i):
+    """The record ends before the state does: could the state have ended within?"""
+    heed_status(w, k, i)
+    if certain(w, i) and not waits(k[r.STATE + i]):
+        h = w[r.LEFT + i]
+        x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
+        v_share, v_more = velocity_error(w, k, i, h)
+        x_share, x_more = gap_error(w, k, i, h)
+        ended = k[r.STATE + i] == DOWN and x <= abs(x_share) + x_more
+        if ended or abs(v) <= abs(v_share) + v_more:
+            lose_certainty(w, k, i)
+
+
+@part
+def end_of_segment(w, k, i, method, event, h, x, v, side, there):
+    """What the state under way is off by where it ends, at h, with ξ = x and ξ' = v as computed; `there` is where.
+
+    Whether it ends there at all, and whether what follows is certain, is judged by that: before anything is committed.
+    """
+    heed_status(w, k, i)
+    if not certain(w, i):
+        return LOST
+    if waits(k[r.STATE + i]):
+        return end_of_wait(w, k, i, method, event, h, side, there)
+    v_share, v_more = velocity_error(w, k, i, h)
+    x_share, x_more = gap_error(w, k, i, h)
+    force = adhesive_force(w, i, there.q, there.qf)
+    if event == S1:
+        return end_by_impact(w, k, i, x, v, abs(v_share) + v_more, x_share, x_more, force)
+    if event >= S2:
+        return end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force)
+    rounded = choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
+    a = abs(force - direction(k[r.STATE + i]))
+    return End(
+        0.0, v_share, fma(a, rounded, v_more), abs(x_share) + x_more, abs(v_share) + v_more, x_share,
+        fma(abs(v), rounded, x_more), 0.0,
+    )  # fmt: skip
+
+
+@inline
+def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force):
+    """ξ' is off by `wrong` at most. What is left of all that is the instant."""
+    off = abs(x_share) + x_more + abs(x)
+    speed = abs(v) - wrong
+    usual = magnitude_scale(w, i)
+    bend = usual
+    if speed > 0.0:
+        # as far as the zero can be from there, if |ξ''| is no more than this
+        bend = smaller(usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + ROUNDING * usual))
+    late = delay(off, speed, bend) + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
+    if not is_decided(w, i, abs(force - 1.0), late):
+        return lose_certainty(w, k, i)
+    faster = fma(bend, late, wrong)
+    return End(late, 0.0, late, abs(x), faster, 0.0, 0.0, abs(v) + faster)
+
+
+@inline
+def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force):
+    """A slide ends by ξ' = 0, in the air."""
+    a = force - direction(k[r.STATE + i])
+    steep = abs(a) - ROUNDING * magnitude_scale(w, i)
+    bend, off = change_of_force(w, i), abs(v_share) + v_more + abs(v)
+    before = delay(off, steep, bend)
+    late = before + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
+    if not is_decided(w, i, abs(abs(force) - 1.0), late):
+        return lose_certainty(w, k, i)
+    x_more += (off + fma(bend * late, late, abs(a) * late)) * late
+    if event == S2 and x <= abs(x_share) + x_more:
+        return lose_certainty(w, k, i)
+    more = (off / steep - abs(v_share / a)) + 0.5 * bend * before * before / steep + (late - before)
+    jump = fma(bend * late, late, 2.0 * (abs(a) + 1.0) * late)
+    return End(late, -v_share / a, more, abs(x_share) + x_more, abs(v), x_share, x_more, jump)
+
+
+@inline
+def is_decided(w, i, distance, late):
+    """Whether H is on its side of a boundary at a distance, at any instant that close."""
+    return distance > fma(change_of_force(w, i), late, ROUNDING * magnitude_scale(w, i)) and late < INFINITY
+
+
+@inline
+def end_of_wait(w, k, i, method, event, h, side, there):
+    """A wait ends where H = ±1, whatever was before: at a known phase, at ε = 0, or where it is found."""
+    x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
+    if event < S4:
+        return End(0.0, 0.0, 0.0, abs(x_share) + x_more, 0.0, x_share, x_more, 0.0)
+    usual = magnitude_scale(w, i)
+    if method == CERTIFIED and w[r.AF + i] == 0.0:
+        if h <= 0.0 or wait_end_distance(w, i, side > 0.0) <= ROUNDING * usual:
+            return lose_certainty(w, k, i)
+        late = HALF_LAST_BIT + delay(0.125 * ROUNDING * usual, abs(there.p), w[r.A + i])
+    else:
+        period = k[r.PERIOD + i] + int(there.turned)
+        p, q, _, pf, qf = evaluate_excitation(w, i, period, there.phi, there.low)
+        off = abs(adhesive_force(w, i, q, qf) + choose(side > 0.0, 1.0, -1.0)) + ROUNDING * usual
+        rate = change_of_force(w, i)
+        steep = abs(p + w[r.ETA + i] * pf) - ROUNDING * rate
+        late = delay(off, steep, fma(w[r.AF + i] * w[r.ETA + i], w[r.ETA + i], w[r.A + i]))
+    if late == INFINITY:
+        return lose_certainty(w, k, i)
+    jump = 2.0 * change_of_force(w, i) * late * late
+    return End(late, 0.0, late, abs(x_share) + x_more, 0.0, x_share, x_more, jump)
+
+
+@part
+def pass_errors_on(w, k, i, method, event, end):
+    """What the state that has just begun at the end of another is off by."""
+    w[r.X_SHARE + i], w[r.X_MORE + i] = end.x_share, end.x_more
+    w[r.BEGUN_LATE + i], w[r.BEGUN_JUMP + i] = end.late, end.jump
+    w[r.SHIFT + i] = 0.0
+    w[r.V_SHARE + i], w[r.V_MORE + i] = 0.0, 0.0
+    if event == STRETCHED:
+        w[r.V_SHARE + i], w[r.V_MORE + i] = end.share, end.more
+        return
+    if waits(k[r.STATE + i]):
+        return
+    bend, late = change_of_force(w, i), end.late
+    second = 0.5 * bend * late * late
+    a = w[r.A0 + i]
+    w[r.V_MORE + i] = second
+    if event >= S4:
+        w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
+    elif event == S1:  # from now on its instant is the common cause
+        w[r.V_SHARE + i] = a * late
+        w[r.X_MORE + i] += 0.5 * abs(a) * late * late
+    else:
+        w[r.V_SHARE + i] = -a * end.share
+        w[r.V_MORE + i] += abs(a) * end.more
+        w[r.X_MORE + i] += 0.5 * abs(a) * late * late
+    w[r.V_MORE + i] += ROUNDING * magnitude_scale(w, i) * late
+    w[r.X_MORE + i] += second * late
+
+
+@part
+def write_section_error(w, k, i, count, hs, h, end, errors):
+    """The bounds of section point number `count`, hs after the last switch; the next one comes after h."""
+    x = v = INFINITY
+    if certain(w, i):
+        x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0
+        usual, moved = magnitude_scale(w, i), ROUNDING * (2.0 + hs)
+        if not waits(k[r.STATE + i]):
+            x_share, x_more = gap_error(w, k, i, hs)
+            v_share, v_more = velocity_error(w, k, i, hs)
+            # the closed form of `section_at`, and hs itself, are rounded as if hs were not small
+            fast = w[r.AF + i] * w[r.INVERSE + i]
+            wave = w[r.A + i] + fast
+            speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs
+            x = abs(x_share) + x_more + ROUNDING * fma(fast, w[r.INVERSE + i], w[r.A + i]) + speed * moved
+            v = abs(v_share) + v_more + ROUNDING * wave + usual * moved
+        if hs <= w[r.BEGUN_LATE + i] + moved:
+            v += w[r.BEGUN_JUMP + i]
+            x += 2.0 * w[r.BEGUN_JUMP + i] * (w[r.BEGUN_LATE + i] + moved)
+        if h - hs <= end.late + moved:
+            v += end.jump
+            x += 2.0 * end.jump * (end.late + moved)
+    rows = errors.section
+    slot = min(count, rows.shape[1] - 1)
+    row = k[r.POINT + i]
+    rows[row, slot, 0] = max(rows[row, slot, 0], x)
+    rows[row, slot, 1] = max(rows[row, slot, 1], v)
+
+
+@inline
+def write_switch_error(w, i, row, before, end, errors):
+    """The bounds of a switch in a row of `single`: `end` is that of the state that it has ended."""
+    if row < errors.switches.shape[0]:
+        known = certain(w, i)
+        errors.switches[row, 0] = choose(known, end.late + HALF_LAST_BIT, INFINITY)
+        errors.switches[row, 1] = choose(known, choose(before == IMPACT, 0.0, end.x), INFINITY)
+        errors.switches[row, 2] = choose(known, choose(before == IMPACT, 0.0, end.v), INFINITY)
+
+
+@inline
+def end_errors(w, k, i, periods, errors):
+    """Bounds of section points never reached are NaN."""
+    rows, row = errors.section, k[r.POINT + i]
+    for m in range(k[r.SECTIONS + i], periods):
+        slot = min(m, rows.shape[1] - 1)
+        rows[row, slot, 0] = math.nan
+        rows[row, slot, 1] = math.nan
+    errors.until[row] = w[r.CERTAIN_UNTIL + i]
