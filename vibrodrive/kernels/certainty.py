@@ -117,13 +117,21 @@ def change_of_force(w, i):
 
 
 @inline
+def change_nearby(w, i, p, pf, d):
+    """A bound of |H'| within d of an instant at which A cos φ = p and AF cos θ = pf."""
+    eta, most = w[r.ETA + i], change_of_force(w, i)
+    here = fma(ROUNDING, most, abs(fma(eta, pf, p)))
+    return smaller(most, fma(fma(w[r.AF + i] * eta, eta, w[r.A + i]), d, here))
+
+
+@inline
 def velocity_error(w, k, i, h):
     """(share, bound of the rest) of what ξ' is off by at h after the last switch, sliding.
 
     What started at the end of a wait is computed from the instant at which H is ±1 (`begin`), SHIFT off at most. On a
     grid its ξ'' may be put right by the slope.
     """
-    turned = smaller(change_of_force(w, i) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
+    turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
     bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
     return w[r.V_SHARE + i], velocity_rounding_beside(w, i, h, w[r.V_MORE + i] + turned + bent * h)
 
@@ -131,7 +139,7 @@ def velocity_error(w, k, i, h):
 @inline
 def gap_error(w, k, i, h):
     """(share, bound of the rest) of what ξ is off by at h after the last switch, sliding."""
-    turned = smaller(0.5 * change_of_force(w, i) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
+    turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
     bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
     off = w[r.X_MORE + i] + (w[r.V_MORE + i] + turned + 0.5 * bent * h) * h
     return fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), gap_rounding_beside(w, i, h, off)
@@ -179,9 +187,9 @@ def end_of_segment(w, k, i, method, event, h, x, v, side, there):
     x_share, x_more = gap_error(w, k, i, h)
     force = adhesive_force(w, i, there.q, there.qf)
     if event == S1:
-        return end_by_impact(w, k, i, x, v, abs(v_share) + v_more, x_share, x_more, force)
+        return end_by_impact(w, k, i, x, v, abs(v_share) + v_more, x_share, x_more, force, there)
     if event >= S2:
-        return end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force)
+        return end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force, there)
     rounded = choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
     a = abs(force - direction(k[r.STATE + i]))
     return End(
@@ -191,7 +199,7 @@ def end_of_segment(w, k, i, method, event, h, x, v, side, there):
 
 
 @inline
-def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force):
+def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force, there):
     """ξ' is off by `wrong` at most. What is left of all that is the instant."""
     off = abs(x_share) + x_more + abs(x)
     speed = abs(v) - wrong
@@ -201,21 +209,23 @@ def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force):
         # as far as the zero can be from there, if |ξ''| is no more than this
         bend = smaller(usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + ROUNDING * usual))
     late = delay(off, speed, bend) + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
-    if not is_decided(w, i, abs(force - 1.0), late):
+    if not is_decided(w, i, abs(force - 1.0), late, there):
         return lose_certainty(w, k, i)
     faster = fma(bend, late, wrong)
     return End(late, 0.0, late, abs(x), faster, 0.0, 0.0, abs(v) + faster)
 
 
 @inline
-def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force):
+def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force, there):
     """A slide ends by ξ' = 0, in the air."""
     a = force - direction(k[r.STATE + i])
     steep = abs(a) - ROUNDING * magnitude_scale(w, i)
-    bend, off = change_of_force(w, i), abs(v_share) + v_more + abs(v)
+    off = abs(v_share) + v_more + abs(v)
+    # as far as the zero can be from there, if |H'| is no more than this
+    bend = change_nearby(w, i, there.p, there.pf, choose(steep > 0.0, 2.0 * off / choose(steep > 0.0, steep, 1.0), 1.0))
     before = delay(off, steep, bend)
     late = before + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
-    if not is_decided(w, i, abs(abs(force) - 1.0), late):
+    if not is_decided(w, i, abs(abs(force) - 1.0), late, there):
         return lose_certainty(w, k, i)
     x_more += (off + fma(bend * late, late, abs(a) * late)) * late
     if event == S2 and x <= abs(x_share) + x_more:
@@ -226,14 +236,34 @@ def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, forc
 
 
 @inline
-def is_decided(w, i, distance, late):
-    """Whether H is on its side of a boundary at a distance, at any instant that close."""
-    return distance > fma(change_of_force(w, i), late, ROUNDING * magnitude_scale(w, i)) and late < INFINITY
+def is_decided(w, i, distance, late, there):
+    """Whether H, at a distance from its boundary, is on the same side of it at any instant that close."""
+    change = change_nearby(w, i, there.p, there.pf, late)
+    return late < INFINITY and distance > fma(change, late, ROUNDING * magnitude_scale(w, i))
+
+
+@inline
+def difference(a, b):
+    """(a - b as rounded, what is lost by that), exactly."""
+    d = a - b
+    back = a - d
+    return d, (a - (d + back)) + (back - b)
+
+
+@inline
+def lost_bits(a, b, down):
+    """What rounding has done to A - 1 - B, or `down` to A - |1 - B|, on which the ends of waits depend (release.py)."""
+    short, first = difference(choose(down, 1.0, a), choose(down, b, 1.0))
+    _, second = difference(choose(down, a, short), choose(down, abs(short), b))
+    return abs(first) + abs(second)
 
 
 @inline
 def end_of_wait(w, k, i, method, event, h, side, there):
-    """A wait ends where H = ±1, whatever was before: at a known phase, at ε = 0, or where it is found."""
+    """A wait ends where H = ±1, whatever was before: at a known phase, at ε = 0, or where it is found.
+
+    The arcsine and its root are good to three last bits of φ, beside what is lost before (release.py).
+    """
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
         return End(0.0, 0.0, 0.0, abs(x_share) + x_more, 0.0, x_share, x_more, 0.0)
@@ -241,7 +271,7 @@ def end_of_wait(w, k, i, method, event, h, side, there):
     if method == CERTIFIED and w[r.AF + i] == 0.0:
         if h <= 0.0 or wait_end_distance(w, i, side > 0.0) <= ROUNDING * usual:
             return lose_certainty(w, k, i)
-        late = HALF_LAST_BIT + delay(0.125 * ROUNDING * usual, abs(there.p), w[r.A + i])
+        late = 2.0 * HALF_LAST_BIT + delay(lost_bits(w[r.A + i], w[r.B + i], side > 0.0), abs(there.p), w[r.A + i])
     else:
         period = k[r.PERIOD + i] + int(there.turned)
         p, q, _, pf, qf = evaluate_excitation(w, i, period, there.phi, there.low)
@@ -267,10 +297,11 @@ def pass_errors_on(w, k, i, method, event, end):
         return
     if waits(k[r.STATE + i]):
         return
-    bend, late = change_of_force(w, i), end.late
+    late = end.late
+    bend = change_nearby(w, i, w[r.P + i], w[r.PF + i], late)
     second = 0.5 * bend * late * late
     a = w[r.A0 + i]
-    w[r.V_MORE + i] = second
+    w[r.V_MORE + i] = second + choose(event >= S4, 0.0, ROUNDING * magnitude_scale(w, i) * late)
     if event >= S4:
         w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
     elif event == S1:  # from now on its instant is the common cause
@@ -280,7 +311,6 @@ def pass_errors_on(w, k, i, method, event, end):
         w[r.V_SHARE + i] = -a * end.share
         w[r.V_MORE + i] += abs(a) * end.more
         w[r.X_MORE + i] += 0.5 * abs(a) * late * late
-    w[r.V_MORE + i] += ROUNDING * magnitude_scale(w, i) * late
     w[r.X_MORE + i] += second * late
 
 
