@@ -6,11 +6,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrodrive.model.records import MAIN_IMPACTS, SUMMARIES
+from vibrodrive.kernels.certainty import Errors
+from vibrodrive.model.parameters import Method
+from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
 
-def as_quantities(summary: np.ndarray | None, impacts: np.ndarray | None) -> dict[str, np.ndarray]:
-    """What the kernels have written, float64 (points, columns) and (points, 2 periods, 4), as named arrays."""
+def new_errors(method: int, points: int, instants: int, rows: int) -> Errors:
+    """Memory for bounds of `points` motions: NaN for a fixed grid, whose kernels write none."""
+    shapes = (points, instants, 2), (rows, 3), (points,)
+    return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
+
+
+def as_quantities(
+    summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
+) -> dict[str, np.ndarray]:
+    """What the kernels have written, float64 (points, columns), (points, 2 periods, 4) and bounds, as named arrays."""
     found: dict[str, np.ndarray] = {}
     if summary is not None:
         for column, q in enumerate(SUMMARIES):
@@ -26,4 +36,6 @@ def as_quantities(summary: np.ndarray | None, impacts: np.ndarray | None) -> dic
             if np.dtype(q.dtype).kind == "i":
                 values = np.where(missing | np.isnan(values), q.fill, values)
             found[q.name] = values.astype(q.dtype)
+    if errors is not None:
+        found.update(zip((q.name for q in ERRORS), (*errors.section[:, 0].T, errors.until), strict=True))
     return found

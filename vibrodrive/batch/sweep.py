@@ -23,8 +23,9 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.carry import Carried, States, continued, layers
-from vibrodrive.batch.records import as_quantities
+from vibrodrive.batch.records import as_quantities, new_errors
 from vibrodrive.jit.slices import Halt, in_slices
+from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import LANES, PASSES, new_lanes
@@ -33,7 +34,7 @@ from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
 from vibrodrive.model.parameters import COLUMNS, Method, Scan, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings
-from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
+from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
 RETRIES = 3
@@ -95,18 +96,20 @@ def fill_records(
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
+    errors = new_errors(plan.settings.method, n, 1, 0) if ERROR in plan.record else None
     if not plan.carry or section is None:
-        fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary)
-        return as_quantities(summary, impacts)
+        fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary, errors)
+        return as_quantities(summary, impacts, errors)
     for first, end in layers(plan, start, start + n):
         at = slice(first - start, end - start)
         fill(
             plan.settings, continued(points[at], states), min(threads, -(-(end - first) // LANES)), halt,
             section[at], status[at], margin[at], counts[at],
             None if impacts is None else impacts[at], None if summary is None else summary[at],
+            None if errors is None else Errors(errors.section[at], errors.switches, errors.until[at]),
         )  # fmt: skip
         states = section[at, -1]
-    return as_quantities(summary, impacts)
+    return as_quantities(summary, impacts, errors)
 
 
 def fill(
@@ -120,25 +123,32 @@ def fill(
     counts: np.ndarray,
     impacts: np.ndarray | None = None,
     summary: np.ndarray | None = None,
+    errors: Errors | None = None,
 ) -> None:
     """Compute points (rows of COLUMNS) into arrays with a row for each.
 
     section float64 (points, periods, 2), or None where it is not wanted.
     impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/impacts.py).
     summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
+    errors: bounds of what each motion is off by, where they are wanted (kernels/certainty.py); such motions are
+    followed one by one, not in lanes.
     """
     s, n = settings, len(points)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0))
     literal = s.scan == Scan.LITERAL and s.method != Method.CERTIFIED
-    records: list[tuple[np.ndarray | None, ...]] = [(main if literal else None, None, None, None)] * threads
+    bounded = errors if s.method != Method.FIXED else None
+    alone = literal or bounded is not None
+    records: list[tuple[np.ndarray | None, ...]] = [(main if alone else None, None, None, None)] * threads
     if impacts is not None or summary is not None:
         memory = new_history(threads, summary is not None)
         records = [(main, *own, sums if summary is None else summary) for own in zip(*memory, strict=True)]
     results = status, margin, counts, np.empty(n)
-    more = (True, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64), None) if literal else ()
-    kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points)]
+    more: tuple[Any, ...] = ()
+    if alone:
+        more = literal, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64), bounded
+    kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points, alone)]
 
     def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:
         own = sections[thread], *records[thread]
@@ -160,12 +170,13 @@ def fill(
     _in_threads(work, threads, halt)
 
 
-def _kernels(settings: Settings, points: np.ndarray) -> list[tuple[Any, np.ndarray]]:
+def _kernels(settings: Settings, points: np.ndarray, alone: bool) -> list[tuple[Any, np.ndarray]]:
     """What computes which points: kernels, and for each the numbers of its points, int64 (m,).
 
     Disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap.
+    `alone`: one motion at a time.
     """
-    if settings.scan == Scan.LITERAL and settings.method != Method.CERTIFIED:
+    if alone:
         return [(single(settings.method), np.arange(len(points)))]
     disturbed = _disturbed(points)
     parts = (batch(settings.method, kind) for kind in (True, False)), (disturbed, ~disturbed)

@@ -62,9 +62,10 @@ def sweep(
         are in the order in which the keywords are written. A must be given, here or among the points.
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
-    record : "section", "impacts" or "summary", or several of them
+    record : "section", "impacts", "summary" or "error", or several of them
         what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
-        Lyapunov exponent, …), computed while it is followed, however long that is.
+        Lyapunov exponent, …), computed while it is followed, however long that is; bounds of what it is off by, for
+        which every motion is followed by itself to its end: some times the work, and many times where it repeats.
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name: point k has the k-th value of each. They make one axis, `point`,
         whose values count from 0; a table of pandas will do.

@@ -5,7 +5,7 @@ reversal at an impact; ||H| - 1| where H decides in the air and |H - 1| at the o
 H < -1; and how far a switching function stayed from a zero it did not have, or passed one it did (a
 tangency). `margin` is the smallest of them. Below the rounding of the distance itself the trajectory
 is TOO_CLOSE to call: it goes on, but the other branch would be as good. Both are said of each switch from the state
-it starts from; the error which that state has inherited is not carried along.
+it starts from; what that state is off by is carried along in certainty.py, where it is asked for.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@
     [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
-                           # "summary", or a list of some of them; carry: "up" or "down" along the first axis
+                           # "summary", "error", or a list of some of them; carry: "up" or "down" along the first axis
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws

@@ -83,8 +83,8 @@ class Status(Named):
 
 _ADVICE = {
     Status.OK: "every switch was located and decided, from the state that it starts from",
-    Status.TOO_CLOSE: "a decision was closer than rounding can tell: the motion before it stands, "
-    "after it the other branch is as good; move a parameter slightly to see both",
+    Status.TOO_CLOSE: "a decision was closer than rounding, or what it has grown to, can tell: the motion before it "
+    "stands, after it the other branch is as good; move a parameter slightly to see both",
     Status.BUDGET: "the switch budget of one period is spent (chatter): what follows is not computed; "
     "raise `budget` if so many switches are meant",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "

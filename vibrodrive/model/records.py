@@ -1,4 +1,4 @@
-"""What a sweep records of each motion: its section, its main impacts, or a summary in a few numbers."""
+"""What a sweep records of each motion: its section, its main impacts, a summary in a few numbers, or its error."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 from vibrodrive.model.parameters import bad
 
-SECTION, IMPACTS, SUMMARY = "section", "impacts", "summary"
+SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 
-RECORDS = (SECTION, IMPACTS, SUMMARY)
+RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
 """In the order in which a plan holds them."""
 
 
@@ -61,6 +61,13 @@ MAIN_IMPACTS = (
 )
 """Each for the main impacts of a point, one behind the other: at most two a period."""
 
+ERRORS = (
+    Quantity("error_xi", "<f8", math.nan, "1", "bound of the error of ξ at all points of the section, inf: none"),
+    Quantity("error_dxi", "<f8", math.nan, "1", "bound of the error of ξ' at all points of the section, inf: none"),
+    Quantity("certain_until", "<f8", math.nan, "1", "period from which on a decision may be wrong, inf: none"),
+)
+"""NaN on a fixed grid, and where the section was not computed to its end."""
+
 
 def check_record(record: object) -> tuple[str, ...]:
     """What is to be recorded, one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
@@ -75,11 +82,13 @@ def check_record(record: object) -> tuple[str, ...]:
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """The arrays that these records have, beside the section."""
-    return (SUMMARIES if SUMMARY in record else ()) + (MAIN_IMPACTS if IMPACTS in record else ())
+    some = (SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS), (ERROR, ERRORS)
+    return tuple(quantity for name, known in some if name in record for quantity in known)
 
 
 def point_bytes(record: tuple[str, ...], periods: int) -> int:
     """Bytes that these records take for each point."""
     size = 16 * periods if SECTION in record else 0
     size += sum(q.itemsize for q in SUMMARIES) if SUMMARY in record else 0
+    size += sum(q.itemsize for q in ERRORS) if ERROR in record else 0
     return size + (2 * periods * sum(q.itemsize for q in MAIN_IMPACTS) if IMPACTS in record else 0)

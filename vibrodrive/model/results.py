@@ -13,7 +13,16 @@ from vibrodrive.model.described import Described, numbers, share_computed, span
 from vibrodrive.model.parameters import Method, Status, bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan, Settings
-from vibrodrive.model.records import IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY, quantities
+from vibrodrive.model.records import (
+    ERROR,
+    ERRORS,
+    IMPACTS,
+    MAIN_IMPACTS,
+    SECTION,
+    SUMMARIES,
+    SUMMARY,
+    quantities,
+)
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.statuses import Statuses, count_statuses
 
@@ -40,8 +49,9 @@ class Results(Described):
     What else there is depends on `record`. A summary has, over the axes, and per excitation period where it adds up:
     period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
     xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
-    (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. What each of
-    them is stands in records.py and in the files.
+    (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. Errors have,
+    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. What each of them is stands in
+    records.py and in the files.
 
     Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 
@@ -58,7 +68,7 @@ class Results(Described):
     settings : Settings
         method, scan, transient, periods, budget.
     record : tuple of str
-        what was recorded: "section", "impacts", "summary".
+        what was recorded: "section", "impacts", "summary", "error".
     carry : str
         "up" or "down" where the values of the first axis start from the last state of their neighbour, else "".
     title : str
@@ -66,9 +76,13 @@ class Results(Described):
     section : float64 (axes…, periods, 2)
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
-        `Status` of every point; printed, it shows their names.
+        `Status` of every point; printed, it shows their names. With "error" in the record OK holds for the whole
+        motion, as in `Trajectory`; without it for each switch, from the state that it starts from, as computed.
     margin : float64 (axes…)
         how close the closest decision of a point came to going the other way.
+    error : float64 (axes…, 2)
+        with "error" in the record: bounds of what ξ and ξ' of the computed section points are off by, the largest of
+        each motion; inf from where a decision may be wrong, NaN on a fixed grid.
     switches : int64 (axes…, 5)
         how often each `State` was entered within the recorded periods.
     shape : tuple of int
@@ -205,6 +219,11 @@ class Results(Described):
     def margin(self) -> np.ndarray:
         """float64 (axes…): how close the closest decision came to going the other way."""
         return self._array("margin")
+
+    @property
+    def error(self) -> np.ndarray:
+        """float64 (axes…, 2): bounds of ξ and ξ' at all points of the section. AttributeError if not recorded."""
+        return np.stack([self.error_xi, self.error_dxi], axis=-1)
 
     @property
     def switches(self) -> np.ndarray:
@@ -376,7 +395,9 @@ class Results(Described):
         return {"fixed": numbers({name: value for name, value in self.scalars.items() if name not in self.axes})}
 
 
-_WHERE = {q.name: record for record, known in ((SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS)) for q in known}
+_KNOWN = (SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS), (ERROR, ERRORS)
+
+_WHERE = {q.name: record for record, known in _KNOWN for q in known}
 """The record that each quantity is of."""
 
 
