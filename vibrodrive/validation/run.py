@@ -18,6 +18,7 @@ CHECKS = (
     Check("hash", "A small sweep has the hash that it has on every machine", "fingerprint", "small_sweep"),
     Check("digits", "Switches of fixed scenes against a 50-digit reference", "digits", "fixed_scenes", ("mpmath",)),
     Check("drawn", "Freshly drawn scenes against the reference", "digits", "drawn_scenes", ("mpmath",), drawn=True),
+    Check("bounds", "Bounds of errors against the reference", "certainty", "bounds_of_drawn", ("mpmath",), drawn=True),
     Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", "grazing", "grazing_ladder", ("mpmath",)),
     Check("million", "Phase after a million periods", "clocks", "million_periods", ("mpmath",)),
     Check("energy", "Energy balance: excitation = friction + impacts", "energy", "energy_balance"),

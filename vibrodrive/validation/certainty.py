@@ -1,0 +1,205 @@
+"""Bounds of errors against the 50-digit reference: no error above its bound, no wrong state where all is certain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.batch.trajectory import Trajectory, simulate
+from vibrodrive.model.parameters import ETA
+from vibrodrive.validation.check import Finding
+from vibrodrive.validation.reference import Reference, mp, reference
+
+Scene = dict[str, Any]
+
+MOST = 400
+"""Switches of a scene that the reference is asked for."""
+
+BUDGET = 3000
+"""Switches of a period, for scenes that chatter."""
+
+DRAWN = 60
+"""Scenes drawn by `vibrodrive validate`."""
+
+WITHIN = 1000.0
+"""How much larger than the error the bound may be, in half of the scenes."""
+
+BELOW_REFERENCE = 1e-30
+"""An error that the reference itself may have where gaps are as small as 1e-100."""
+
+
+class Pair(NamedTuple):
+    """One number of a motion: what it is, its error, and the bound of that."""
+
+    what: str
+    number: int
+    error: float
+    bound: float
+
+
+class Held(NamedTuple):
+    """A motion beside the reference: every number that has a finite bound, and how many switches are certain and yet
+    have other states than those of the reference."""
+
+    motion: Trajectory
+    pairs: list[Pair]
+    others: int
+
+    @property
+    def broken(self) -> list[Pair]:
+        """Bounds that do not hold."""
+        return [p for p in self.pairs if not p.error <= p.bound + BELOW_REFERENCE]
+
+    @property
+    def looseness(self) -> float:
+        """The largest bound over the largest error; NaN where nothing is off, or nothing certain."""
+        error, bound = (max((getattr(p, name) for p in self.pairs), default=0.0) for name in ("error", "bound"))
+        return bound / error if error > 0.0 else math.nan
+
+
+def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
+    """A motion and its bounds held against the reference, from the start on.
+
+    Raises ArithmeticError where the reference meets a zero of order three.
+    """
+    exact = reference(**scene, max_switches=most)
+    motion = simulate(**scene, transient=0, budget=BUDGET, **settings)
+    return compare(motion, exact, most)
+
+
+def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
+    """A motion recorded from its start on, and as much of it as the reference has."""
+    pairs: list[Pair] = []
+    others = 0
+    for n, (row, bound, s) in enumerate(zip(motion.switches, motion.switch_errors, exact.switches, strict=False)):
+        if not math.isfinite(bound["tau"]):
+            break
+        if (row["before"], row["after"]) != (s.before, s.after):
+            others += 1
+            break
+        turns = 2 * mp.pi * (int(row["period"]) - s.period)
+        late = turns + (mp.mpf(float(row["phase"])) - s.phase)
+        found = ("tau", late), ("xi", mp.mpf(float(row["xi"])) - s.xi), ("dxi", mp.mpf(float(row["dxi"])) - s.dxi)
+        pairs += [Pair(f"{name} of a switch", n, float(abs(error)), float(bound[name])) for name, error in found]
+    if math.isinf(motion.certain_until) and len(exact.switches) < most:
+        others += len(motion.switches) != len(exact.switches)
+    for n, (point, bounds, there) in enumerate(zip(motion.section, motion.error, exact.section, strict=False)):
+        for name, ours, bound, true in zip(("xi", "dxi"), point, bounds, there, strict=True):
+            if math.isfinite(bound):
+                pairs.append(Pair(f"{name} of the section", n, float(abs(mp.mpf(float(ours)) - true)), float(bound)))
+    return Held(motion, pairs, others)
+
+
+def _of_paper(draw: np.random.Generator) -> Scene:
+    return {"A": draw.uniform(1.12, 3.25), "periods": 60}
+
+
+def _undisturbed(draw: np.random.Generator) -> Scene:
+    scene = {"A": draw.uniform(1.05, 9.0), "B": draw.choice([0.0, 0.1, 0.5, draw.uniform(0.0, 1.5)]), "periods": 40}
+    return scene | _thrown(draw)
+
+
+def _thrown(draw: np.random.Generator) -> Scene:
+    scene = {"tau0": draw.uniform(-10.0, 10.0)} if draw.random() < 0.5 else {}
+    scene |= {"xi0": draw.uniform(0.0, 5.0)} if draw.random() < 0.5 else {}
+    return scene | ({"dxi0": 3.0 * draw.normal()} if draw.random() < 0.5 else {})
+
+
+def _long(draw: np.random.Generator) -> Scene:
+    return {"A": draw.uniform(3.0, 9.0), "B": draw.choice([0.1, 0.6]), "periods": 120}
+
+
+def _violent(draw: np.random.Generator) -> Scene:
+    return {"A": 10.0 ** draw.uniform(1.0, 6.0), "B": draw.choice([0.0, 0.1, 0.6]), "periods": 10}
+
+
+def _onset(draw: np.random.Generator) -> Scene:
+    b = draw.choice([0.0, 0.1, 0.6])
+    return {"A": (1.0 + b) * (1.0 + 10.0 ** draw.uniform(-8.0, -1.0)), "B": b, "periods": 10}
+
+
+def _disturbed(draw: np.random.Generator) -> Scene:
+    return {"A": draw.uniform(1.2, 9.0), "eps": 10.0 ** draw.uniform(-6.0, -2.5), "periods": 5}
+
+
+def _any_disturbance(draw: np.random.Generator) -> Scene:
+    eta = 10.0 ** draw.uniform(-0.5, 3.0)
+    scene = {"A": draw.uniform(1.05, 9.0), "B": draw.choice([0.0, 0.1, 0.5, 1.3]), "eta": eta, "periods": 4}
+    return scene | {"eps": 10.0 ** draw.uniform(-8.0, 0.5) / eta**2} | _thrown(draw)
+
+
+def _slow(draw: np.random.Generator) -> Scene:
+    scene = {"A": draw.uniform(1.05, 9.0), "eta": draw.uniform(0.05, 3.0), "eps": 10.0 ** draw.uniform(-6.0, 0.0)}
+    return scene | {"periods": 30} | _thrown(draw)
+
+
+def _ripple(draw: np.random.Generator) -> Scene:
+    eta = 10.0 ** draw.uniform(2.0, 4.0)
+    return {"A": draw.uniform(1.2, 6.0), "eta": eta, "eps": 10.0 ** draw.uniform(-1.0, 2.0) / eta**2, "periods": 1}
+
+
+def _fast(draw: np.random.Generator) -> Scene:
+    speed = 10.0 ** draw.uniform(1.0, 5.0)
+    return {
+        "A": draw.uniform(1.2, 6.0), "xi0": speed * draw.uniform(0.1, 12.0), "dxi0": -speed * draw.choice([1.0, 0.01]),
+        "eps": draw.choice([0.0, 1e-4]), "periods": 8,
+    }  # fmt: skip
+
+
+def _boundary(draw: np.random.Generator) -> Scene:
+    a, b = draw.uniform(1.7, 9.0), draw.choice([0.0, 0.1, 0.6])
+    off = draw.choice([0.0, 1e-12, -1e-10, 1e-6])
+    scene = {"A": a, "B": b, "tau0": math.pi - math.asin((b + 1.0) / a) + off, "xi0": draw.choice([0.0, 1.0])}
+    return scene | {"eps": draw.choice([0.0, 1e-9, 1e-6]), "periods": 5}
+
+
+def _small_gap(draw: np.random.Generator) -> Scene:
+    return {
+        "A": draw.uniform(1.2, 9.0), "xi0": 10.0 ** draw.uniform(-60.0, 0.0), "tau0": draw.uniform(0.0, 7.0),
+        "eta": 10.0 ** draw.uniform(0.0, 3.0), "eps": draw.choice([0.0, 1e-7]), "periods": 5,
+    }  # fmt: skip
+
+
+BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
+    "from rest, A to 3.25": _of_paper,
+    "any start, ε = 0": _undisturbed,
+    "long": _long,
+    "A to 10⁶": _violent,
+    "next to the onset": _onset,
+    "disturbed, η of the paper": _disturbed,
+    "disturbed, any η": _any_disturbance,
+    "slow disturbance": _slow,
+    "ripple, A ε η² to 100 A": _ripple,
+    "fast impact": _fast,
+    "start where H falls to 1": _boundary,
+    "small gap": _small_gap,
+}
+"""Kinds of scenes, and how one is drawn."""
+
+
+def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
+    """Scenes of all bands in turn, each with any phase of the section: (band, arguments)."""
+    generator = np.random.default_rng(seed)
+    bands = list(BANDS.items())
+    scenes = []
+    for k in range(number):
+        name, drawn = bands[k % len(bands)]
+        scene = {"B": 0.1, "eps": 0.0, "eta": ETA} | drawn(generator)
+        scene["section_phase"] = generator.choice([0.0, generator.uniform(0.0, 2.0 * math.pi)])
+        scenes.append((name, {key: int(v) if key == "periods" else float(v) for key, v in scene.items()}))
+    return scenes
+
+
+def bounds_of_drawn(seed: int) -> list[Finding]:
+    """Of scenes drawn: bounds that do not hold, states that are others though certain, and how loose bounds are."""
+    held = [hold(scene) for _, scene in draw(seed)]
+    known = [h.looseness for h in held if not math.isnan(h.looseness)]
+    drawn = f"scenes of {DRAWN} (seed {seed})"
+    return [
+        Finding(f"{drawn} with an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
+        Finding(f"{drawn} whose certain states are others", sum(h.others > 0 for h in held), 0),
+        Finding("largest bound over largest error, median", float(np.median(known)), WITHIN),
+    ]
