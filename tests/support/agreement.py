@@ -23,7 +23,7 @@ from vibrodrive.validation.agreement import (
 
 __all__ = [
     "ROUNDING", "check_above_obstacle", "check_decisions", "check_order", "flagged", "follow", "oscillator", "residual",
-    "segments", "slide", "switching_functions",
+    "same_status", "segments", "slide", "switching_functions",
 ]  # fmt: skip
 
 
@@ -92,3 +92,10 @@ def check_order(trajectory: vd.Trajectory) -> None:
     for a, b in itertools.pairwise(rows):
         assert a["after"] == b["before"]
         assert (a["period"], a["phase"]) <= (b["period"], b["phase"])
+
+
+def same_status(alone: vd.Trajectory, swept: int) -> bool:
+    """Whether a motion ends alone as in a sweep, which judges each switch by itself: alone it is TOO_CLOSE, too, where
+    what a switch has inherited may have turned its decision."""
+    inherited = alone.status == vd.Status.TOO_CLOSE and math.isfinite(alone.certain_until)
+    return alone.status == swept or (inherited and swept in (vd.Status.OK, vd.Status.NEVER_LEAVES))

@@ -15,7 +15,7 @@ from vibrodrive.validation.reference import Reference, mp, reference
 
 Scene = dict[str, Any]
 
-MOST = 400
+MOST = 100
 """Switches of a scene that the reference is asked for."""
 
 BUDGET = 3000
@@ -203,3 +203,20 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
         Finding(f"{drawn} whose certain states are others", sum(h.others > 0 for h in held), 0),
         Finding("largest bound over largest error, median", float(np.median(known)), WITHIN),
     ]
+
+
+def table(found: Mapping[str, list[Held]]) -> list[str]:
+    """Markdown: scenes of each band, bounds that do not hold, states that are others, and how loose the bounds are."""
+    lines = [
+        "| scenes | number | an error above its bound | certain, but other states | certainty ends "
+        "| bound / error: median | 9 of 10 below |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, held in {**found, "all": [h for several in found.values() for h in several]}.items():
+        broken, others = sum(len(h.broken) > 0 for h in held), sum(h.others > 0 for h in held)
+        ends = sum(math.isfinite(h.motion.certain_until) for h in held)
+        loose = np.array([h.looseness for h in held])
+        some = np.quantile(loose[~np.isnan(loose)], [0.5, 0.9]) if not np.isnan(loose).all() else (math.nan, math.nan)
+        numbers = " | ".join(f"{value:.0f}" for value in some)
+        lines.append(f"| {name} | {len(held)} | {broken} | {others} | {ends} | {numbers} |")
+    return lines

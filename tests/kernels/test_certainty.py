@@ -1,0 +1,208 @@
+"""Bounds of what a motion is off by, against 50 digits and against themselves (kernels/certainty.py)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.support.reference import SCENES, reference, scene
+from vibrodrive.validation import certainty
+from vibrodrive.validation.certainty import compare, draw, hold
+
+TOO_CLOSE = vd.Status.TOO_CLOSE
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", SCENES)
+def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
+    held = compare(vd.simulate(transient=0, **SCENES[name]), scene(name), most=10**9)
+    assert not held.broken
+    assert held.others == 0
+    assert math.isinf(held.motion.certain_until)
+
+
+@pytest.mark.parametrize(("band", "arguments"), draw(17, 36))
+def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
+    held = hold(arguments, most=120)
+    assert not held.broken, band
+    assert held.others == 0, band
+
+
+@pytest.mark.jit
+def test_bounds_say_something():
+    """Half of all motions have bounds within 1000 times their errors."""
+    known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 48)]
+    assert np.nanmedian(known) < 1000
+
+
+def test_a_bound_that_is_too_small_is_seen(monkeypatch):
+    arguments = {"A": 3.04, "B": 0.1, "eps": 2e-4, "eta": vd.ETA, "periods": 3, "section_phase": 2.0}
+    plain = certainty.simulate
+
+    def braver(**given):
+        motion = plain(**given)
+        motion.error[:] *= 1e-6
+        return motion
+
+    assert not hold(arguments).broken
+    monkeypatch.setattr(certainty, "simulate", braver)
+    assert {p.what for p in hold(arguments).broken} == {"xi of the section", "dxi of the section"}
+
+
+CHAOTIC = [({"A": 12.0}, 430), ({"A": 9.0, "xi0": 1.0}, 310), ({"A": 9.5}, 360)]
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("arguments", "most"), CHAOTIC)
+def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most):
+    """From rest the computed word departs from the true one after some 400 switches, with every margin above 0.01."""
+    motion = vd.simulate(**arguments, transient=0, periods=250)
+    certain = np.isfinite(motion.switch_errors["tau"])
+    number = int(certain.sum())
+    assert motion.status == TOO_CLOSE
+    assert motion.margin > 0.01
+    assert certain[:number].all()
+    exact = reference(**arguments, periods=250, max_switches=most)
+    words = [(s.before, s.after) for s in exact.switches], motion.switches[["before", "after"]][:most].tolist()
+    departs = next(n for n, (true, ours) in enumerate(zip(*words, strict=True)) if true != ours)
+    assert 0.7 * departs < number <= departs
+    held = compare(motion, exact, most)
+    assert not held.broken
+    assert held.others == 0
+
+
+@pytest.mark.jit
+def test_certainty_ends_where_hops_in_the_air_triple_errors():
+    """Sixty in a row, each period: switch 1171 is another one than the exact motion's, with no margin below 1e-7."""
+    scene = dict(A=1.2207337005962078, B=1.5638725555830817, eps=2.444604789503143e-4, eta=196.35606314394815)
+    held = hold(scene | {"periods": 4}, most=600)
+    assert not held.broken
+    assert held.others == 0
+    assert held.motion.status == TOO_CLOSE
+    assert held.motion.certain_until == 1
+    assert 500 < np.isfinite(held.motion.switch_errors["tau"]).sum() < 1171
+
+
+@pytest.mark.jit
+def test_once_lost_certainty_does_not_come_back():
+    motion = vd.simulate(A=12.0, transient=0, periods=250)
+    switches, until = motion.switches, motion.certain_until
+    known = np.isfinite(motion.switch_errors["tau"])
+    first = int(np.argmin(known))
+    assert switches["period"][first - 1] <= until <= switches["period"][first]
+    for name in ("tau", "xi", "dxi"):
+        assert np.array_equal(np.isfinite(motion.switch_errors[name]), known)
+    at = np.arange(1, 251)
+    assert np.isfinite(motion.error[at < until]).all()
+    assert np.isinf(motion.error[at > until + 1]).all()
+    later = vd.simulate(A=12.0, transient=230, periods=20)
+    assert later.certain_until == until
+    assert np.isinf(later.error).all()
+    assert np.isinf(later.switch_errors["tau"]).all()
+
+
+STABLE = [1.5, 3.04, *np.linspace(1.12, 3.25, 40)]
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("transient", "disturbed"), [(3000, 300), pytest.param(999_900, 99_900, marks=pytest.mark.slow)]
+)
+def test_stable_motions_stay_certain(transient, disturbed):
+    scenes = [dict(A=A, transient=transient) for A in STABLE] + [dict(A=3.04, eps=2e-4, transient=disturbed)]
+    for arguments in scenes:
+        motion = vd.simulate(**arguments, periods=100, section_phase=2.0)
+        assert motion.status == vd.Status.OK, arguments
+        assert math.isinf(motion.certain_until)
+        assert motion.error.max() < 1e-10, arguments
+        assert motion.switch_errors["tau"].max() < 1e-10, arguments
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("tol", [1e-4, 1e-9])
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+def test_error_bars_of_muller_reach_the_certified_motion(tol, eps):
+    arguments = dict(A=3.04, eps=eps, transient=20, periods=20, section_phase=2.0)
+    exact = vd.simulate(**arguments)
+    found = vd.simulate(**arguments, method="muller", dtau=1e-3, tol=tol)
+    assert math.isinf(found.certain_until)
+    apart = np.abs(found.section - exact.section)
+    assert (apart <= found.error + exact.error).all()
+    assert apart.max() > 1e-15
+    late = np.abs(found.switches["phase"] - exact.switches["phase"])
+    assert (late <= found.switch_errors["tau"] + exact.switch_errors["tau"]).all()
+
+
+@pytest.mark.jit
+def test_what_a_tolerance_may_turn_is_not_certain():
+    """Steps of 0.1 end when they change by less than 0.1: ||H| - 1| is 0.33 where UP ends."""
+    motion = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=0.1)
+    fine = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=1e-9)
+    assert fine.status == vd.Status.OK
+    assert math.isinf(fine.certain_until)
+    assert motion.switch_errors["tau"][1] > 1e4 * fine.switch_errors["tau"][1]
+
+
+def test_a_fixed_grid_has_no_bounds():
+    motion = vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=3)
+    assert np.isnan(motion.error).all()
+    assert np.isnan(motion.switch_errors["tau"]).all()
+    assert math.isnan(motion.certain_until)
+
+
+def test_nothing_is_certain_where_the_start_is_undecided():
+    """H falls through 1 at τ0 = 4π + …: whether the mass is thrown up there is decided by rounding."""
+    start = 4 * math.pi + math.pi - math.asin(1.1 / 3.0)
+    motion = vd.simulate(3.0, tau0=start, transient=0, periods=2)
+    assert motion.status == TOO_CLOSE
+    assert motion.certain_until == 2
+    assert np.isinf(motion.error).all()
+
+
+def test_at_rest_for_ever_nothing_is_off():
+    motion = vd.simulate(0.5, transient=0, periods=3)
+    assert motion.status == vd.Status.NEVER_LEAVES
+    assert math.isinf(motion.certain_until)
+    assert not motion.error.any()
+
+
+def test_a_spent_budget_leaves_no_bounds_behind_it():
+    motion = vd.simulate(3.04, eps=2e-4, transient=0, periods=5, budget=5, section_phase=1.0)
+    assert motion.status == vd.Status.BUDGET
+    assert np.array_equal(np.isnan(motion.error), np.isnan(motion.section))
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("settings", [{}, dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=1e-2)])
+def test_a_sweep_records_the_largest_bounds_of_its_motions(settings):
+    axes = dict(A=[0.5, 1.5, 2.9, 3.2, 12.0], eps=[0.0, 2e-4])
+    run = dict(transient=20, periods=15, section_phase=2.0, **settings)
+    swept = vd.sweep(**axes, **run, record=("section", "summary", "error"))
+    plain = vd.sweep(**axes, **run, record=("section", "summary"))
+    for name in ("section", "margin", "switches", "impact_speed_max", "period"):
+        assert np.array_equal(getattr(swept, name), getattr(plain, name), equal_nan=True), name
+    for index in np.ndindex(swept.shape):
+        point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}
+        alone = vd.simulate(**point, **run)
+        assert np.array_equal(swept.error[index], alone.error.max(axis=0), equal_nan=True)
+        assert np.array_equal(swept.certain_until[index], alone.certain_until, equal_nan=True)
+        assert swept.status[index] == alone.status
+    one = vd.sweep(**axes, **run, record="error", threads=1)
+    assert np.array_equal(one.error, swept.error, equal_nan=True)
+
+
+@pytest.mark.jit
+def test_bounds_lie_in_a_file(tmp_path):
+    arguments = dict(A=[1.5, 3.04], transient=5, periods=4, section_phase=2.0, record="error")
+    stored = vd.sweep(**arguments, path=tmp_path / "bounds.h5")
+    again = vd.load(tmp_path / "bounds.h5")
+    here = vd.sweep(**arguments)
+    for results in (stored, again):
+        assert np.array_equal(results.error, here.error)
+        assert np.isinf(results.certain_until).all()
+    assert 0 < here.error.max() < 1e-11
+    with pytest.raises(AttributeError, match='record = section: must be with "error"'):
+        vd.sweep(A=1.5, transient=0, periods=1).error  # noqa: B018
