@@ -162,6 +162,15 @@ def test_nothing_is_certain_where_the_start_is_undecided():
     assert np.isinf(motion.error).all()
 
 
+def test_a_record_may_end_with_a_rest():
+    """From the instant on at which a rest ends, in each period: where the record ends, too, the next slide has begun."""
+    start = math.asin(1.1 / 1.5)
+    motion = vd.simulate(1.5, tau0=start, dxi0=1e-14, transient=0, periods=3, section_phase=start)
+    assert motion.status == vd.Status.OK
+    assert math.isinf(motion.certain_until)
+    assert motion.error.max() < 1e-12
+
+
 def test_at_rest_for_ever_nothing_is_off():
     motion = vd.simulate(0.5, transient=0, periods=3)
     assert motion.status == vd.Status.NEVER_LEAVES

@@ -22,7 +22,7 @@ import numpy as np
 from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE
+from vibrodrive.kernels.codes import CERTIFIED, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE, UP
 from vibrodrive.kernels.margins import (
     ROUNDING,
     gap_rounding_beside,
@@ -159,17 +159,22 @@ def judge_tangency(w, k, i):
 
 
 @part
-def judge_end_of_record(w, k, i):
-    """The record ends before the state does: could the state have ended within?"""
+def end_of_record(w, k, i):
+    """What the record's end is off by, if the state may have ended just before it."""
     heed_status(w, k, i)
-    if certain(w, i) and not waits(k[r.STATE + i]):
-        h = w[r.LEFT + i]
-        x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
-        v_share, v_more = velocity_error(w, k, i, h)
-        x_share, x_more = gap_error(w, k, i, h)
-        ended = k[r.STATE + i] == DOWN and x <= abs(x_share) + x_more
-        if ended or abs(v) <= abs(v_share) + v_more:
-            lose_certainty(w, k, i)
+    if not certain(w, i) or waits(k[r.STATE + i]):
+        return NO_END
+    h = w[r.LEFT + i]
+    x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
+    v_share, v_more = velocity_error(w, k, i, h)
+    x_share, x_more = gap_error(w, k, i, h)
+    near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
+    if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
+        return NO_END
+    if w[r.V0 + i] == 0.0:  # whatever has happened since it was at rest
+        late = h + w[r.BEGUN_LATE + i]
+        return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * magnitude_scale(w, i) * late)
+    return lose_certainty(w, k, i)
 
 
 @part
@@ -316,7 +321,8 @@ def pass_errors_on(w, k, i, method, event, end):
 
 @part
 def write_section_error(w, k, i, count, hs, h, end, errors):
-    """The bounds of section point number `count`, hs after the last switch; the next one comes after h."""
+    """The bounds of section point number `count`, hs after the last switch; the next one, or the end of the record,
+    comes after h."""
     x = v = INFINITY
     if certain(w, i):
         x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0
@@ -333,7 +339,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
         if hs <= w[r.BEGUN_LATE + i] + moved:
             v += w[r.BEGUN_JUMP + i]
             x += 2.0 * w[r.BEGUN_JUMP + i] * (w[r.BEGUN_LATE + i] + moved)
-        if h - hs <= end.late + moved:
+        if min(h, w[r.LEFT + i]) - hs <= end.late + moved:
             v += end.jump
             x += 2.0 * end.jump * (end.late + moved)
     rows = errors.section

@@ -12,9 +12,9 @@ from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.certainty import (
     NO_END,
+    end_of_record,
     end_of_segment,
     heed_status,
-    judge_end_of_record,
     judge_tangency,
     pass_errors_on,
 )
@@ -187,7 +187,7 @@ def finish_at_rest(w, k, i, transient, section, errors):
     record_margin_of_rest(w, k, i, k[r.STATE + i] == STICK)
     if errors is not None:
         heed_status(w, k, i)
-    emit_rest(w, k, i, transient, section, errors)
+    emit_rest(w, k, i, transient, section, errors, NO_END)
 
 
 @inline
@@ -306,8 +306,8 @@ def process_event(
             return True
         if event == END or h > w[r.LEFT + i]:
             if errors is not None:
-                judge_end_of_record(w, k, i)
-            emit_rest(w, k, i, transient, section, errors)
+                end_error = end_of_record(w, k, i)
+            emit_rest(w, k, i, transient, section, errors, end_error)
             return False
         state = k[r.STATE + i]
         sliding = not waits(state)

@@ -11,7 +11,7 @@ import math
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.certainty import NO_END, write_section_error, write_switch_error
+from vibrodrive.kernels.certainty import write_section_error, write_switch_error
 from vibrodrive.kernels.codes import (
     DOWN,
     IMPACT,
@@ -60,9 +60,9 @@ def emit_sections(w, k, i, h, transient, section, errors, end):
 
 
 @part
-def emit_rest(w, k, i, transient, section, errors):
+def emit_rest(w, k, i, transient, section, errors, end):
     """The section points that are left: nothing switches any more."""
-    emit_sections(w, k, i, INFINITY, transient, section, errors, NO_END)
+    emit_sections(w, k, i, INFINITY, transient, section, errors, end)
 
 
 @inline
