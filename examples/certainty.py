@@ -112,7 +112,7 @@ missed no zero is assumed. A fixed grid has no bounds: its lateness is the distu
 each value starts from a computed state, and its bounds begin anew.
 
 In a sweep without `record="error"` the status OK says of each switch that it is right from the state it starts from, as
-computed. The bounds cost one pass over each motion by itself: see the README.
+computed. With it each motion is followed by itself to the end of its record: PRICE
 
 ## Against 50 digits
 

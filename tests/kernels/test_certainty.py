@@ -163,7 +163,7 @@ def test_nothing_is_certain_where_the_start_is_undecided():
 
 
 def test_a_record_may_end_with_a_rest():
-    """From the instant on at which a rest ends, in each period: where the record ends, too, the next slide has begun."""
+    """Begun where a rest ends, it ends where the last rest does: the next slide has just begun there."""
     start = math.asin(1.1 / 1.5)
     motion = vd.simulate(1.5, tau0=start, dxi0=1e-14, transient=0, periods=3, section_phase=start)
     assert motion.status == vd.Status.OK

@@ -125,6 +125,22 @@ def change_nearby(w, i, p, pf, d):
 
 
 @inline
+def rounding_of_slide(w, i, h):
+    """(ξ, ξ'): what the rounding of the closed form adds at h.
+
+    With a disturbance its slow part is as small as h, however large ηh, where margins.py allows for the whole of A.
+    """
+    if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
+        return gap_rounding_beside(w, i, h, 0.0), velocity_rounding_beside(w, i, h, 0.0)
+    fast = w[r.AF + i] * w[r.INVERSE + i]
+    slow = 2.0 * w[r.A + i] * smaller(h, 1.0)
+    pull = abs(w[r.L + i]) + 1.0 + w[r.B + i]
+    speed = abs(w[r.V0 + i]) + w[r.A + i] + fast
+    gap = fma(fma(pull, h, speed), h, abs(w[r.X0 + i]) + slow + 3.0 * fast * w[r.INVERSE + i])
+    return ROUNDING * gap, ROUNDING * (fma(pull, h, abs(w[r.V0 + i])) + slow + 2.0 * fast)
+
+
+@inline
 def velocity_error(w, k, i, h):
     """(share, bound of the rest) of what ξ' is off by at h after the last switch, sliding.
 
@@ -133,7 +149,8 @@ def velocity_error(w, k, i, h):
     """
     turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
     bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
-    return w[r.V_SHARE + i], velocity_rounding_beside(w, i, h, w[r.V_MORE + i] + turned + bent * h)
+    _, rounding = rounding_of_slide(w, i, h)
+    return w[r.V_SHARE + i], w[r.V_MORE + i] + turned + bent * h + rounding
 
 
 @inline
@@ -142,7 +159,8 @@ def gap_error(w, k, i, h):
     turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
     bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
     off = w[r.X_MORE + i] + (w[r.V_MORE + i] + turned + 0.5 * bent * h) * h
-    return fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), gap_rounding_beside(w, i, h, off)
+    rounding, _ = rounding_of_slide(w, i, h)
+    return fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), off + rounding
 
 
 @part
