@@ -112,8 +112,8 @@ missed no zero is assumed. A fixed grid has no bounds: its lateness is the distu
 each value starts from a computed state, and its bounds begin anew.
 
 In a sweep without `record="error"` the status OK says of each switch that it is right from the state it starts from,
-as computed. With it each motion is followed by itself to the end of its record; without it many are side by side, and what
-repeats is copied.
+as computed. With it each motion is followed by itself to the end of its record; without it many are followed side by
+side, and what repeats is copied.
 
 ## Against 50 digits
 

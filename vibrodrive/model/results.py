@@ -222,7 +222,9 @@ class Results(Described):
 
     @property
     def error(self) -> np.ndarray:
-        """float64 (axes…, 2): bounds of ξ and ξ' at all points of the section. AttributeError if not recorded."""
+        """float64 (axes…, 2): bounds of ξ and ξ' at all points of the section. ValueError if they are not recorded."""
+        if ERROR not in self.record:
+            raise ValueError(bad("record", ", ".join(self.record), f'with "{ERROR}" for the error to be known'))
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
 
     @property
