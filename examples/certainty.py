@@ -113,7 +113,8 @@ each value starts from a computed state, and its bounds begin anew.
 
 In a sweep without `record="error"` the status OK says of each switch that it is right from the state it starts from,
 as computed. With it each motion is followed by itself to the end of its record; without it many are followed side by
-side, and what repeats is copied.
+side, and what repeats is copied. On one thread that is six times as fast with a disturbance (A from 2 to 3.25,
+ε = 2e-4, 200 periods) and fifty times at ε = 0 (300 periods). `simulate` takes a sixth to a quarter longer for bounds.
 
 ## Against 50 digits
 
