@@ -15,8 +15,11 @@ from vibrodrive.validation.certainty import compare, draw, hold
 TOO_CLOSE = vd.Status.TOO_CLOSE
 
 
+LONG = ("one-periodic", "two-periodic", "fast disturbance")
+
+
 @pytest.mark.jit
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in SCENES])
 def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
     held = compare(vd.simulate(transient=0, **SCENES[name]), scene(name), most=10**9)
     assert not held.broken
@@ -24,9 +27,9 @@ def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
     assert math.isinf(held.motion.certain_until)
 
 
-@pytest.mark.parametrize(("band", "arguments"), draw(17, 36))
+@pytest.mark.parametrize(("band", "arguments"), draw(17, 24))
 def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
-    held = hold(arguments, most=120)
+    held = hold(arguments, most=60)
     assert not held.broken, band
     assert held.others == 0, band
 
@@ -34,7 +37,7 @@ def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
 @pytest.mark.jit
 def test_bounds_say_something():
     """Half of all motions have bounds within 1000 times their errors."""
-    known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 48)]
+    known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 24)]
     assert np.nanmedian(known) < 1000
 
 
