@@ -42,7 +42,7 @@ def test_figures_have_the_units(results):
     figure = from_results(results)
     assert figure.axes[-1].get_xlabel() == r"$\Omega_0$ in rad/s"
     assert figure.axes[0].get_title(loc="left") == r"a) $\varepsilon = 0$, $\alpha = 2$°"
-    assert r"$a_0 = 8\cdot10^{-4}$ m" in figure.axes[0].get_title(loc="right")
+    assert r"$a_0 = 0.8$ mm" in figure.axes[0].get_title(loc="right")
     low, high = figure.axes[0].get_xlim()
     assert (low, high) == pytest.approx((120.0, 160.0), abs=1.3), "with room for the first and the last mark"
     over = from_results(results.select("nearest", omega0=150, eps=0), kind="bifurcation")
@@ -50,7 +50,7 @@ def test_figures_have_the_units(results):
     assert r"$\Omega_0 = 149.091$ rad/s" in over.axes[0].get_title(loc="right")
     single = from_results(results.select("nearest", omega0=150, eps=0, alpha=2))
     A = vd.Physical(a0=8e-4, omega0=float(results.axes["omega0"][8]), mu=0.6, alpha=2.0).A
-    assert f"$A = {A:.6g}$" in single.axes[0].get_title(loc="left")
+    assert f"$A = {A:.6g}$" in single.axes[0].get_title(loc="right")
 
 
 @pytest.mark.jit
