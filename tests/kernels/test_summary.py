@@ -196,7 +196,7 @@ def of_switches(motion):
     x = 0.0 if last["after"] == vd.State.IMPACT else float(last["xi"])
     point = np.array([a["A"], a["B"], fast, eta, eta - math.floor(eta)])
     summarised(rows, len(s), int(last["after"]), x, point, np.empty(TOTALS), out)
-    return {name: values[0] for name, values in as_quantities(out[None], None).items()}
+    return {name: values[0] for name, values in as_quantities(out[None], None, None).items()}
 
 
 def assert_same(swept, index, motion):
