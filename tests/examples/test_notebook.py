@@ -33,6 +33,7 @@ def cells(tmp_path_factory):
     """The code cells as they are after they ran, in order."""
     folder = tmp_path_factory.mktemp("notebook")
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "default", "IPYTHONDIR": str(folder)}
+    environment.pop("MPLBACKEND", None)  # or cells would show no figures
     command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder / "ran.ipynb")]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

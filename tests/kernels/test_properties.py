@@ -128,7 +128,8 @@ def test_energy_never_rises_at_an_impact(scene):
     t = motion(scene)
     rows = t.switches
     before = np.flatnonzero(rows["after"] == State.IMPACT)
-    assert (rows["dxi"][before] <= 0).all()
+    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # what rounding makes of a speed of 0
+    assert (rows["dxi"][before] <= touch).all()
     assert (rows["xi"][before] == 0).all()
     leaving = np.flatnonzero(rows["before"] == State.IMPACT)
     assert (rows["dxi"][leaving] == 0).all()
