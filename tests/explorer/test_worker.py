@@ -66,20 +66,25 @@ def test_of_many_requests_the_last_is_answered_and_never_two_at_once(worker):
     assert worker.most_at_once == 1
 
 
-def test_urgent_work_comes_first_and_what_it_has_halted_comes_again(worker):
+@pytest.mark.parametrize(
+    ("running", "later"),
+    [(Slot(0, Rank.EXACT), Slot(1, Rank.MOTION)), (Slot(0, Rank.PICTURE), Slot(1, Rank.PICTURE))],
+    ids=["urgent work", "the page that asked last"],
+)
+def test_what_comes_first_halts_what_runs_and_that_comes_again(worker, running, later):
     told, begun = [], threading.Event()
 
     def long(halt):
-        told.append("long")
+        told.append("running")
         begun.set()
-        if told.count("long") == 1:
+        if told.count("running") == 1:
             until_halted(halt)
 
-    worker.request(Slot(0, Rank.EXACT), long)
+    worker.request(running, long)
     assert begun.wait(5)
-    worker.request(Slot(1, Rank.MOTION), lambda halt: told.append("motion"))
+    worker.request(later, lambda halt: told.append("later"))
     finished(worker)
-    assert told == ["long", "motion", "long"]
+    assert told == ["running", "later", "running"]
 
 
 def test_what_a_task_asks_for_comes_after_it_and_does_not_halt_it(worker):
@@ -133,22 +138,6 @@ def test_what_was_cancelled_does_not_come_again(worker):
     worker.request(Slot(0, Rank.MOTION), lambda halt: told.append("motion"))
     finished(worker)
     assert told == ["long", "motion"]
-
-
-def test_the_page_that_asked_last_comes_first_and_the_other_goes_on(worker):
-    told, begun = [], threading.Event()
-
-    def long(halt):
-        told.append("first page")
-        begun.set()
-        if told.count("first page") == 1:
-            until_halted(halt)
-
-    worker.request(Slot(0, Rank.PICTURE), long)
-    assert begun.wait(5)
-    worker.request(Slot(1, Rank.PICTURE), lambda halt: told.append("second page"))
-    finished(worker)
-    assert told == ["first page", "second page", "first page"]
 
 
 def test_less_urgent_work_waits(worker):
