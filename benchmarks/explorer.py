@@ -1,7 +1,7 @@
 """The explorer under the mouse: frames a second while dragging, and the time from an event to its painted picture.
 
 A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. Latencies are
-those of the page itself: from the change of the window to behind the animation frame that shows it.
+those of the page itself: from the movement that a picture shows to behind the animation frame in which it is painted.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
 
 CLICKS = 10
 
+MOVEMENTS = 60
+"""Of the mouse, a second: a browser passes on one for each refresh of a screen."""
+
 
 def quantiles(values: list[float]) -> dict[str, float]:
     """Median and 95th percentile, rounded to a tenth."""
@@ -47,7 +50,8 @@ def drag(tab: Tab, seconds: float) -> dict[str, Any]:
     began, k = time.perf_counter(), 0
     while time.perf_counter() - began < seconds:
         k += 1
-        tab.mouse("Moved", 500 + round(150 * math.sin(k / 40)), 300)
+        tab.mouse("Moved", 500 + round(150 * math.sin(k / 20)), 300)
+        time.sleep(max(0.0, began + k / MOVEMENTS - time.perf_counter()))
     took = time.perf_counter() - began
     frames, latencies = tab.ask("[page.frames.length, page.latencies]")
     tab.mouse("Released", 500, 300)

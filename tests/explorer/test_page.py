@@ -64,14 +64,33 @@ def tab(opened):
     assert opened.complaints() == []
 
 
-def image(tab, name="frame"):
+def image(tab):
     """What is painted: (rows, columns) of shades, and where (x, y, dw, dh)."""
     found = tab.model(
-        "const s = all.filter((m) => m.type === 'ColumnDataSource' && m.data.image && m.data.image[0].shape[0] > 2);"
+        "const s = all.filter((m) => m.type === 'ColumnDataSource' && m.data.image && m.data.image[0].shape);"
         "const d = s[0].data, i = d.image[0];"
         "return [Array.from(i.data ?? i), i.shape, d.x[0], d.y[0], d.dw[0], d.dh[0]]"
     )
     return np.array(found[0], np.uint8).reshape(found[1]), found[2:]
+
+
+def canvas(tab, figure=0):
+    """What the canvas of a diagram holds, red, green, blue: uint8 (rows, columns, 3), the lowest row first; and where
+    it begins and ends from left to right, as shares of the frame."""
+    found = tab.model(
+        "const figures = all.filter((m) => m.type === 'Figure' && m.x_range.type === 'Range1d');"
+        f"const view = Bokeh.index.find_one_by_id(figures[{figure}].id);"
+        "const canvas = view.canvas_view.underlays_el.querySelector('canvas'), {width, height} = canvas;"
+        "const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});"
+        "copy.drawImage(canvas, 0, 0);"
+        "const data = copy.getImageData(0, 0, width, height).data;"
+        "const box = canvas.getBoundingClientRect(), {left} = view.canvas_view.el.getBoundingClientRect();"
+        "const share = (x) => (x - left - view.frame.bbox.left) / view.frame.bbox.width;"
+        "return [Array.from(data), [height, width, 4], [share(box.left), share(box.right)], canvas.hidden]"
+    )
+    pixels = np.array(found[0], np.uint8).reshape(found[1])
+    assert not found[3]
+    return pixels[::-1, :, :3], found[2]
 
 
 def shown(tab):
@@ -97,6 +116,9 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     spots[rows, np.arange(200)[:, None]] = True
     spots[1:] |= spots[:-1].copy()
     assert np.array_equal(painted > 0, spots)
+    pixels, _ = canvas(tab)
+    assert np.array_equal(pixels[..., 0] < 255, spots)
+    assert (pixels == pixels[..., :1]).all()  # grey
 
 
 def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explorer):
@@ -114,6 +136,9 @@ def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explor
     moved = (places[-1][0] - 500) / 770 * (3.25 - 2.4)
     assert state["low"] == pytest.approx(2.4 - moved, abs=5e-3)
     _, (x, _, dw, _) = image(tab)
+    _, share = canvas(tab)
+    places = state["low"] + np.array(share) * (state["high"] - state["low"])
+    assert places == pytest.approx((x, x + dw), abs=1e-5)
     assert (x, x + dw) == pytest.approx((state["low"], state["high"]), abs=0.01)
 
 
@@ -189,6 +214,8 @@ def test_methods_side_by_side_and_their_difference(tab, explorer):
     tab.settle()
     assert tab.model(visible) == 4
     assert np.array_equal(image(tab)[0], alone)
+    assert np.array_equal(canvas(tab)[0][..., 0] < 255, alone > 0)
+    assert 0.0 < (canvas(tab, 1)[0][..., 0] < 255).mean() != (alone > 0).mean()
     tab.drag((500, 200), [(480, 200), (460, 200)])
     tab.settle()
     ranges = tab.model(
@@ -218,9 +245,13 @@ def test_a_scene_in_SI_units_and_back_to_A(tab, explorer):
 
 def test_a_map_and_the_diagram_under_a_click(tab, explorer):
     tab.open(explorer.address + "&mode=map&columns=60&rows=40&transient=100&periods=64")
+    cells, _ = canvas(tab)
+    assert cells.shape == (40, 60, 3)
+    assert len(np.unique(cells.reshape(-1, 3), axis=0)) > 3  # colours of periods
     tab.click(485, 270)
     tab.until("page.fields.mode.value === 'diagram'", "the diagram")
     tab.settle()
+    assert canvas(tab)[0].shape[0] == ROWS
     view = shown(tab)
     assert view.mode == "diagram"
     assert pytest.approx(0.18, abs=0.01) == view.B

@@ -8,18 +8,21 @@ const page = {
   settled: false, // what is painted is complete, and what was asked for last
   begun: false, // the first view stands in the address: from now on each change of it is a step of "back"
   waiting: 0, // timer of an address that is going to be kept
+  held: 0, // timer of diagrams that are not painted until their picture is there
+  due: false, // they are going to be painted
   asked: 0, // number of the request for the picture that is wanted
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
   scales: {}, // of both axes, as they are drawn
   kept: {}, // ends of ranges as they were given
   last: "", // the view asked for last
   extra: {}, // fields of a view without a widget: at, bottom and top where they are to be fitted
-  frames: [], latencies: [], // when pictures were painted, and how long after the event that asked for them (ms)
+  frames: [], latencies: [], // when pictures were painted, and how long after the movement that they show (ms)
   heard: 0, // number of the news heard last
   file: null, // what was downloaded last
   refused: "", // why the view asked for last is not shown
 };
 window.explorer = page;
+const STEADY = 100; // ms for which axes and lines wait for the picture that is to move with them
 const PATIENCE = 250; // ms that a newer view waits for an older one at most
 const REST = 300; // ms for which a view stands before it is a step of "back"
 
@@ -55,12 +58,27 @@ page.state = () => {
 };
 
 page.send = () => {
-  page.began = page.pending ? page.changed : performance.now();
+  page.began = page.changed;
   const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
   if (page.refused) say(page.refused = "", notice);
   tell({view, only_motion});
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
+};
+
+// Bokeh paints a diagram once for each picture, not once for each movement of the mouse: that takes longer.
+const hold = () => {
+  if (page.due) return;
+  for (const plot of [first, second]) plot.hold_render = plot.visible; // one that is hidden would be laid out anew
+  clearTimeout(page.held);
+  page.held = setTimeout(release, STEADY);
+};
+
+const release = () => {
+  clearTimeout(page.held);
+  if (!first.hold_render) return;
+  page.due = true;
+  first.hold_render = second.hold_render = false;
 };
 
 const but_for_motion = (view) => JSON.stringify({...view, at: null});
@@ -71,9 +89,10 @@ const tell = (message) => {
 };
 
 page.ask = (again) => {
+  page.changed = performance.now();
+  if (page.pending) return;
   if (!again && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return page.send();
-  if (!page.pending) page.changed = performance.now();
   page.pending = true;
   page.settled = false;
   clearTimeout(page.timer);
@@ -82,6 +101,7 @@ page.ask = (again) => {
 
 const free = () => {
   page.busy = false;
+  release();
   if (page.pending) page.send();
 };
 
@@ -136,6 +156,8 @@ page.apply = (view) => {
     follow(name);
   }
   const over_plane = view.mode === "map";
+  if (over_plane !== page.over_plane) clear_pictures();
+  page.over_plane = over_plane;
   page.scales = {scale: view.scale, y_scale: view.y_scale};
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
@@ -169,13 +191,15 @@ const arrange = () => {
 
 // A frame has arrived: the next one is asked for at once, and computed while this one is painted. It can't overtake:
 // the browser takes its frames one after the other.
-page.painted = (frame) => {
-  const head = JSON.parse(frame.data.head[0]), began = page.began, first = page.busy;
+page.painted = () => {
+  const head = JSON.parse(frame.data.head[0]), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) {
     put_span(y_range, "", ...head.fit); // of a coarse picture the range may still grow
     page.fit = !head.complete;
     if (head.complete && !page.pending) page.last = but_for_motion(page.state());
   }
+  draw_picture(first, frame.data);
+  if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
   say(head.status);
   if (head.seq === page.asked) remember(head.address);
   free();
@@ -183,7 +207,7 @@ page.painted = (frame) => {
     const now = performance.now();
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
     page.frames.push(now);
-    if (first) page.latencies.push(now - began);
+    if (answers) page.latencies.push(now - began);
     page.settled = head.complete && head.seq === page.asked && !page.pending;
   }, 0));
 };
@@ -263,6 +287,7 @@ page.moved = (range) => {
   if (range === y2) return mirror(y2, y_range);
   mirror(...(range === x_range ? [x_range, x2] : [y_range, y2]));
   if (!is_new(range.id, range.start + " " + range.end)) return;
+  if (page.busy) hold();
   if (range === y_range) page.fit = false;
   page.ask();
 };

@@ -23,6 +23,9 @@ find switches show, what only the chosen one does, and what only the certified o
 
 BOTH, ONLY_CHOSEN, ONLY_CERTIFIED = (SHADES * k for k in range(3))
 
+INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
+"""Full ink on each of these scales: black, vermilion, blue."""
+
 SLACK = 1
 """Rows by which two spots may be apart and still be the same one: half a pixel decides on which of two rows it lies."""
 
@@ -54,6 +57,18 @@ def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
     low, high = min(ends), max(ends)
     margin = MARGIN * (high - low) or 0.5
     return low - margin, high + margin
+
+
+def palette_of(colours: np.ndarray) -> np.ndarray:
+    """Colours as the canvas of a page has them: uint32 (n,) of float64 (n, 3), red, green, blue from 0 to 255."""
+    red, green, blue = np.rint(colours.T).astype(np.uint32)
+    return 255 << 24 | blue << 16 | green << 8 | red
+
+
+def ink_palette() -> np.ndarray:
+    """A scale from white to each of INKS, one after the other."""
+    share = np.arange(SHADES)[:, None] / (SHADES - 1)
+    return palette_of(np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS]))
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from bokeh.document import Document
 from bokeh.events import Tap
 from bokeh.layouts import column, row
@@ -19,7 +18,6 @@ from bokeh.models import (
     Div,
     HoverTool,
     LinearAxis,
-    LinearColorMapper,
     Range1d,
     Select,
     Slider,
@@ -28,7 +26,6 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from vibrodrive.explorer.image import SHADES
 from vibrodrive.explorer.motion import DRAWN
 from vibrodrive.explorer.view import (
     ALONE,
@@ -56,10 +53,6 @@ SYMBOLS = {
     "g": "g (m/s²)", "xi": "ξ", "dxi": "ξ′", "impact_speed": "impact speed", "impact_phase": "impact phase",
 }  # fmt: skip
 """The paper's symbol for every parameter, quantity of a scene and ordinate, in letters that a page has."""
-
-INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-"""Full ink of what both ways to find switches show, of what only the chosen one does, of what only the certified one
-does: black, vermilion, blue."""
 
 STATE_COLOURS = dict(zip(DRAWN, ("#0072B2", "#D55E00", "#009E73", "#666666"), strict=True))
 
@@ -89,25 +82,16 @@ WIDE, TALL, LOW = 900, 440, 280
 """Pixels of the diagram, and its height where there are two."""
 
 
-def palette() -> list[str]:
-    """A scale from white to each of INKS, one after the other."""
-    share = np.arange(SHADES)[:, None] / (SHADES - 1)
-    rows = np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS])
-    return ["#{:02x}{:02x}{:02x}".format(*map(round, rgb)) for rgb in rows.tolist()]
-
-
 @dataclass
 class Page:
-    """What the server changes, and what it listens to. `frame`, `other` (of the second diagram) and `plane` (the map)
-    have one image each; the news of a picture comes with the first or the last of them."""
+    """What the server changes, and what it listens to. `frame` and `other` (of the second diagram) have one image each;
+    the news of a picture comes with the first."""
 
     root: Any
     request: ColumnDataSource
     news: ColumnDataSource
     frame: ColumnDataSource
     other: ColumnDataSource
-    plane: ColumnDataSource
-    colours: LinearColorMapper
     motion: ColumnDataSource
     stable: ColumnDataSource
     unstable: ColumnDataSource
@@ -116,14 +100,7 @@ class Page:
     figures: list[Any]
 
 
-BLANK: dict[str, Any] = {
-    "image": [np.zeros((2, 2), np.uint8)],
-    "x": [0],
-    "y": [0],
-    "dw": [1],
-    "dh": [1],
-    "head": ["{}"],
-}
+BLANK: dict[str, Any] = {name: [0] for name in ("head", "image", "palette", "x", "y", "dw", "dh")}
 LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
 HINT = "A click on the diagram shows the motion there."
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
@@ -136,7 +113,7 @@ NO_MOTION: dict[str, Any] = {
 
 def build(document: Document, view: View, token: str) -> Page:
     """All models for a view, and the scripts that join them in the browser."""
-    frame, other, plane = (ColumnDataSource(BLANK) for _ in range(3))
+    frame, other = (ColumnDataSource(BLANK) for _ in range(2))
     request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
     # the second diagram has ranges of its own: one that is hidden would still be laid out anew whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
@@ -144,12 +121,6 @@ def build(document: Document, view: View, token: str) -> Page:
     sliders = {name: _slider(name, view) for name in SLIDERS}
     format_x, format_y = _ticks(inputs["scale"], None), _ticks(inputs["y_scale"], inputs["mode"])
     one, two = (_diagram(x, y, format_x, format_y) for x, y in ((x_range, y_range), (x2, y2)))
-    ink = LinearColorMapper(palette=palette(), low=0, high=3 * SHADES - 1)
-    colours = LinearColorMapper(palette=["#ffffff", "#000000"], low=0, high=1)
-    place = {"image": "image", "x": "x", "y": "y", "dw": "dw", "dh": "dh", "level": "image"}
-    image = one.image(source=frame, color_mapper=ink, **place)
-    cells = one.image(source=plane, color_mapper=colours, visible=False, **place)
-    two.image(source=other, color_mapper=ink, **place)
     two.visible = False
     stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
     lines = [
@@ -178,8 +149,8 @@ def build(document: Document, view: View, token: str) -> Page:
     only = {
         DIMENSIONLESS: [side["A"], side["B"]],
         SI: scene,
-        "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], cells, named],
-        "diagram": [inputs["quantity"], inputs["compare"], image, *lines, cursor],
+        "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
+        "diagram": [inputs["quantity"], inputs["compare"], *lines, cursor],
     }
     root = column(
         row(*top),
@@ -202,9 +173,10 @@ def build(document: Document, view: View, token: str) -> Page:
         "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
         "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
         "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor,
-        "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW],
+        "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW], "frame": frame, "other": other,
     }  # fmt: skip
-    document.js_on_event("document_ready", CustomJS(args=args, code=(HERE / "browser.js").read_text()))
+    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
+    document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
     for axis in (x_range, y_range, x2, y2):
@@ -214,8 +186,7 @@ def build(document: Document, view: View, token: str) -> Page:
         field.js_on_change("value", _call(f"enter('{name}')"))
     for name, slider in sliders.items():
         slider.js_on_change("value", _call(f"slide('{name}')"))
-    frame.js_on_change("data", _call("painted(frame)", frame=frame))
-    plane.js_on_change("data", _call("painted(frame)", frame=plane))
+    frame.js_on_change("data", _call("painted()"))
     news.js_on_change("data", _call("hear()"))
     for shown in (one, two):
         shown.js_on_event(Tap, _call("tap(cb_obj)"))
@@ -228,10 +199,12 @@ def build(document: Document, view: View, token: str) -> Page:
         ("PDF", "file: 'pdf'"),
     ):
         buttons[label].js_on_click(_call(f"command({{{command}}})"))
-    root.tags = [request, news]  # what only scripts refer to is no part of a document otherwise
+    for shown in (one, two, x_range, y_range, x2, y2):
+        shown.syncable = False  # the server hears of a view as a whole
+    root.tags = [request, news, frame, other]  # what only scripts refer to is no part of a document otherwise
     document.title = "vibrodrive explore"
     document.add_root(root)
-    return Page(root, request, news, frame, other, plane, colours, motion, stable, unstable, marks, curves, [one, two])
+    return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
 
 
 def _call(call: str, **args: Any) -> CustomJS:
@@ -246,8 +219,8 @@ def _ticks(scale: Select, mode: Select | None) -> CustomJSTickFormatter:
 def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -> Any:
     p = figure(
         width=WIDE, height=TALL, x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom", active_drag="pan",
-        active_scroll="wheel_zoom", toolbar_location="above", min_border_left=100, min_border_right=30,
-        min_border_bottom=50,
+        active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=100, min_border_right=30,
+        min_border_bottom=50, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
     p.center.clear()  # a grid would be drawn anew with every frame, under the image

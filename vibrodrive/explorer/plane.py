@@ -6,20 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrodrive.explorer.image import palette_of
 from vibrodrive.explorer.work import STRIDES, Level
 
 
 class Plane(NamedTuple):
-    """Numbers into a palette: uint16 (rows, columns), y upwards; and what the palette's colours mean, as HTML."""
+    """Numbers into a palette: uint16 (rows, columns), y upwards; the palette, as the canvas of a page has it; and what
+    its colours mean, as HTML."""
 
     cells: np.ndarray
-    palette: list[str]
+    palette: np.ndarray
     legend: str
 
 
 def painted(level: Level, quantity: str) -> Plane:
     """The picture of a quantity: coarse cells where points are still to be computed."""
-    from matplotlib.colors import LogNorm, to_hex  # for which the page does not wait
+    from matplotlib.colors import LogNorm, to_hex, to_rgb  # for which the page does not wait
 
     from vibrodrive.figures.colours import SHADES, paint
     from vibrodrive.figures.map import recorded
@@ -30,14 +32,15 @@ def painted(level: Level, quantity: str) -> Plane:
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
     found = paint(quantity, values.reshape(-1)[source].reshape(shape), status.reshape(-1)[source].reshape(shape), None)
-    palette = [to_hex(colour) for colour in found.colours]
-    names = [*zip(palette, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    hexadecimal = [to_hex(colour) for colour in found.colours]
+    names = [*zip(hexadecimal, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     if not found.labels:
         low, high = (float(found.norm.inverse(share)) for share in (0.0, 1.0))
         spaced = "logarithmically to " if isinstance(found.norm, LogNorm) else "to "
-        names = [(palette[0], f"{low:.4g}"), (palette[SHADES - 1], f"{spaced}{high:.4g}"), *names]
+        names = [(hexadecimal[0], f"{low:.4g}"), (hexadecimal[SHADES - 1], f"{spaced}{high:.4g}"), *names]
     legend = " ".join(f"<span style='background:{c};border:1px solid #888'>&emsp;</span> {name}" for c, name in names)
-    return Plane(found.cells.filled(0).T.astype(np.uint16), palette, legend)
+    colours = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
+    return Plane(found.cells.filled(0).T.astype(np.uint16), colours, legend)
 
 
 def _nearest(done: np.ndarray) -> np.ndarray:

@@ -17,10 +17,10 @@ from bokeh.document import Document
 
 from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.aside import Aside
-from vibrodrive.explorer.image import difference, fitting_range, pictures
+from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
 from vibrodrive.explorer.layout import KIND_COLOURS, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
 from vibrodrive.explorer.motion import Motion, lines, motion_at, words
-from vibrodrive.explorer.plane import Plane, painted
+from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.view import DIAGRAM, DIFFERENCE, DIMENSIONLESS, LOG, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Pace, Work
 from vibrodrive.explorer.worker import Rank, Slot, Worker
@@ -35,6 +35,9 @@ earlier than that."""
 
 PENDING = "multiplier and k₂ are being computed …"
 """What stands in their place."""
+
+INK = ink_palette()
+"""Of diagrams."""
 
 NUMBERS = itertools.count()
 
@@ -192,13 +195,13 @@ class Session:
             said += f"; the rest a sketch of {s.transient} + {s.periods} periods"
         head["status"] = ("complete" if level.complete else said) + self._legend(view)
         left, right = _edges(view, SPAN, view.columns)
-        plane: Plane | None = None
         if view.mode == MAP:
             low, high = _edges(view, Y_SPAN, view.rows)
-            plane = painted(level, view.shade)
-            head["status"] += f"<br>{plane.legend}"
-            images = [plane.cells]
+            cells, palette, legend = painted(level, view.shade)
+            head["status"] += f"<br>{legend}"
+            images = [cells]
         else:
+            palette = INK
             low, high = view.bottom, view.top
             if low != low:
                 low, high = fitting_range(level, view.quantity)
@@ -206,9 +209,10 @@ class Session:
             images = pictures(level, view.quantity, low, high)
             if view.compared and view.compare == DIFFERENCE:
                 images = [difference(*images)]
-        place = {"x": [left], "dw": [right - left], "y": [low], "dh": [high - low], "head": [json.dumps(head)]}
+        place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
         self.unpainted += 1
-        self._later(partial(self._paint, [{"image": [image], **place} for image in images], plane))
+        # the head first, as Bokeh compares what is new with what was: it differs
+        self._later(partial(self._paint, [{"head": [json.dumps(head)], "image": [image], **place} for image in images]))
 
     @staticmethod
     def _legend(view: View) -> str:
@@ -222,16 +226,11 @@ class Session:
             said += " · orbits of the undisturbed motion: blue stable, vermilion dashed unstable, circles bifurcations"
         return said
 
-    def _paint(self, frames: list[dict[str, Any]], plane: Plane | None) -> None:
+    def _paint(self, frames: list[dict[str, Any]]) -> None:
         self.unpainted = 0
-        page = self.page
-        if plane is not None:
-            page.colours.update(palette=plane.palette, low=0, high=len(plane.palette) - 1)
-            page.plane.data = frames[0]
-            return
         if len(frames) > 1:
-            page.other.data = frames[1]
-        page.frame.data = frames[0]
+            self.page.other.data = frames[1]
+        self.page.frame.data = frames[0]
 
     def _motion(self, view: View, seq: int, halt: Halt) -> None:
         motion = motion_at(view, halt)

@@ -20,8 +20,8 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 
-FRAME_SECONDS = 0.04
-"""What the first level may take: with the drawing, some 20 frames a second."""
+FRAME_SECONDS = 0.03
+"""What the first level may take: with the drawing, some 15 frames a second."""
 
 LEVEL_SECONDS = 0.15
 """What each later level is to take: the eye sees the picture settle, and drawing takes a small part of it."""

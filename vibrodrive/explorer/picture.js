@@ -1,0 +1,58 @@
+// Pictures, which lie under Bokeh's canvas; that is clear where they are. As glyphs, each new one would have axes, lines
+// and tools painted again, and each move of an axis the picture.
+const pictures = {}; // by diagram: the box of its frame, a canvas in it, and what was drawn last
+
+const picture_of = (plot) => {
+  if (pictures[plot.id]) return pictures[plot.id];
+  const view = Bokeh.index.find_one_by_id(plot.id);
+  if (!view) return null;
+  const box = document.createElement("div"), canvas = document.createElement("canvas");
+  canvas.style.cssText = "position: absolute; left: 0; top: 0; transform-origin: 0 0";
+  box.append(canvas);
+  view.canvas_view.underlays_el.append(box);
+  view.repainted.connect(() => {
+    page.due = false;
+    move_picture(plot);
+  });
+  return pictures[plot.id] = {view, box, canvas, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
+};
+
+// Every picture lies where its data say, in whatever window is shown.
+const move_picture = (plot) => {
+  const picture = picture_of(plot), {view, box, canvas, drawn} = picture;
+  canvas.hidden = !drawn;
+  if (!drawn) return;
+  const {left, top, width, height} = view.frame.bbox, {x_range, y_range} = plot;
+  const frame = `left: ${left}px; top: ${top}px; width: ${width}px; height: ${height}px`;
+  if (picture.frame !== frame) box.style.cssText = `position: absolute; overflow: hidden; ${picture.frame = frame}`;
+  const across = width / (x_range.end - x_range.start), up = height / (y_range.end - y_range.start);
+  const right = (drawn.x - x_range.start) * across, down = (y_range.end - drawn.y - drawn.dh) * up;
+  const wider = drawn.dw * across / canvas.width, taller = drawn.dh * up / canvas.height;
+  canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${taller})`;
+};
+
+// Each spot of a picture is a number into its palette of RGBA; the first row is the lowest.
+const draw_picture = (plot, data) => {
+  const picture = picture_of(plot);
+  if (!picture) return;
+  const {canvas, context} = picture, [rows, columns] = data.image[0].shape;
+  if (!picture.pixels || canvas.width !== columns || canvas.height !== rows) {
+    Object.assign(canvas, {width: columns, height: rows});
+    picture.pixels = context.createImageData(columns, rows);
+    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // cells have no mean
+  }
+  const colours = new Uint32Array(picture.pixels.data.buffer), shades = data.image[0], palette = data.palette[0];
+  for (let row = 0, k = 0; row < rows; row++) {
+    for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[shades[spot++]];
+  }
+  context.putImageData(picture.pixels, 0, 0);
+  picture.drawn = {x: data.x[0], y: data.y[0], dw: data.dw[0], dh: data.dh[0]};
+  move_picture(plot);
+};
+
+const clear_pictures = () => {
+  for (const picture of Object.values(pictures)) {
+    picture.drawn = null;
+    picture.canvas.hidden = true;
+  }
+};
