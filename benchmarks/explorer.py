@@ -6,6 +6,7 @@ those of the page itself: from the movement that a picture shows to behind the a
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -13,10 +14,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import numpy as np
+from websocket import create_connection  # what Selenium speaks through
 
 from benchmarks.common import arguments, figure, look, say, write
 from tests.support.chromium import Tab, browser, lacking
@@ -43,16 +48,37 @@ def quantiles(values: list[float]) -> dict[str, float]:
     return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
 
 
+@contextmanager
+def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
+    """A call that moves the pressed mouse and waits for no answer, as hands do not either: one that did would compute
+    as long as some frames take."""
+    address = tab.driver.capabilities["goog:chromeOptions"]["debuggerAddress"]
+    with urlopen(f"http://{address}/json") as answer:
+        (page,) = (target for target in json.load(answer) if target["type"] == "page")
+    line = create_connection(page["webSocketDebuggerUrl"], suppress_origin=True)
+    numbers = itertools.count(1)
+
+    def move(x: int, y: int) -> None:
+        place = {"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1}
+        line.send(json.dumps({"id": next(numbers), "method": "Input.dispatchMouseEvent", "params": place}))
+
+    try:
+        yield move
+    finally:
+        line.close()
+
+
 def drag(tab: Tab, seconds: float) -> dict[str, Any]:
     """Move a diagram to and fro."""
     tab.ask("(page.frames.length = page.latencies.length = 0)")
     tab.mouse("Pressed", 500, 300)
-    began, k = time.perf_counter(), 0
-    while time.perf_counter() - began < seconds:
-        k += 1
-        tab.mouse("Moved", 500 + round(150 * math.sin(k / 20)), 300)
-        time.sleep(max(0.0, began + k / MOVEMENTS - time.perf_counter()))
-    took = time.perf_counter() - began
+    with mouse(tab) as move:
+        began, k = time.perf_counter(), 0
+        while time.perf_counter() - began < seconds:
+            k += 1
+            move(500 + round(150 * math.sin(k / 20)), 300)
+            time.sleep(max(0.0, began + k / MOVEMENTS - time.perf_counter()))
+        took = time.perf_counter() - began
     frames, latencies = tab.ask("[page.frames.length, page.latencies]")
     tab.mouse("Released", 500, 300)
     released = time.perf_counter()

@@ -7,6 +7,7 @@ import fcntl
 import math
 import os
 import random
+from time import sleep
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.image import ROWS, values_of
 from vibrodrive.explorer.session import read_address
+from vibrodrive.explorer.work import compute_into
+from vibrodrive.jit.slices import Halted
 from vibrodrive.model import config
 
 pytestmark = [
@@ -140,6 +143,27 @@ def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explor
     places = state["low"] + np.array(share) * (state["high"] - state["low"])
     assert places == pytest.approx((x, x + dw), abs=1e-5)
     assert (x, x + dw) == pytest.approx((state["low"], state["high"]), abs=0.01)
+
+
+def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monkeypatch):
+    tab.open(explorer.address + SMALL)
+
+    def slowly(results, plan, which, threads, halt, pace):
+        for _ in range(40):  # longer than a newer view usually waits
+            sleep(0.01)
+            if halt.called:
+                raise Halted
+        compute_into(results, plan, which, threads, halt, pace)
+
+    monkeypatch.setattr("vibrodrive.explorer.work.compute_into", slowly)
+    before = tab.ask("page.frames.length")
+    tab.mouse("Pressed", 500, 300)
+    for k in range(150):
+        tab.mouse("Moved", 500 + k, 300)
+        sleep(0.02)
+    assert tab.ask("page.frames.length") > before
+    tab.mouse("Released", 650, 300)
+    tab.settle()
 
 
 def test_twenty_box_zooms_and_back(tab, explorer):

@@ -8,6 +8,7 @@ const page = {
   settled: false, // what is painted is complete, and what was asked for last
   begun: false, // the first view stands in the address: from now on each change of it is a step of "back"
   waiting: 0, // timer of an address that is going to be kept
+  patience: 0, // ms that a newer view waits for the one under way
   held: 0, // timer of diagrams that are not painted until their picture is there
   due: false, // they are going to be painted
   asked: 0, // number of the request for the picture that is wanted
@@ -23,7 +24,8 @@ const page = {
 };
 window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait for the picture that is to move with them
-const PATIENCE = 250; // ms that a newer view waits for an older one at most
+const PATIENCE = 250; // ms that a newer view waits for an older one at most, where that before was painted
+page.patience = PATIENCE;
 const REST = 300; // ms for which a view stands before it is a step of "back"
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
@@ -96,7 +98,14 @@ page.ask = (again) => {
   page.pending = true;
   page.settled = false;
   clearTimeout(page.timer);
-  page.timer = setTimeout(() => page.pending && page.send(), Math.max(0, PATIENCE - (performance.now() - page.sent)));
+  page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.sent)));
+};
+
+// Give up the view that is under way. Each in turn gets more time, or a slow machine would never finish one.
+const insist = () => {
+  if (!page.pending) return;
+  page.patience *= 2;
+  page.send();
 };
 
 const free = () => {
@@ -198,6 +207,7 @@ page.painted = () => {
     page.fit = !head.complete;
     if (head.complete && !page.pending) page.last = but_for_motion(page.state());
   }
+  page.patience = PATIENCE;
   draw_picture(first, frame.data);
   if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
   say(head.status);
