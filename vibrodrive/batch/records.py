@@ -10,10 +10,13 @@ from vibrodrive.kernels.certainty import Errors
 from vibrodrive.model.parameters import Method
 from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
+"""A row of `Trajectory.switches`, which kernels write as it is; `xi` and `dxi` are those just before the switch."""
 
-def new_errors(method: int, points: int, instants: int, rows: int) -> Errors:
+
+def new_errors(method: int, points: int, instants: int) -> Errors:
     """Memory for bounds of `points` motions: NaN for a fixed grid, whose kernels write none."""
-    shapes = (points, instants, 2), (rows, 3), (points,)
+    shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
 
 

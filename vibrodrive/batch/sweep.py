@@ -23,7 +23,7 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.carry import Carried, States, continued, layers
-from vibrodrive.batch.records import as_quantities, new_errors
+from vibrodrive.batch.records import SWITCH, as_quantities, new_errors
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.engine import batch
@@ -96,7 +96,7 @@ def fill_records(
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
-    errors = new_errors(plan.settings.method, n, 1, 0) if ERROR in plan.record else None
+    errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
     if not plan.carry or section is None:
         fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary, errors)
         return as_quantities(summary, impacts, errors)
@@ -106,7 +106,7 @@ def fill_records(
             plan.settings, continued(points[at], states), min(threads, -(-(end - first) // LANES)), halt,
             section[at], status[at], margin[at], counts[at],
             None if impacts is None else impacts[at], None if summary is None else summary[at],
-            None if errors is None else Errors(errors.section[at], errors.switches, errors.until[at]),
+            None if errors is None else Errors(errors.section[at], errors.until[at]),
         )  # fmt: skip
         states = section[at, -1]
     return as_quantities(summary, impacts, errors)
@@ -147,7 +147,8 @@ def fill(
     results = status, margin, counts, np.empty(n)
     more: tuple[Any, ...] = ()
     if alone:
-        more = literal, np.empty((0, 3), np.int64), np.empty((0, 3)), np.zeros(1, np.int64), bounded
+        off = None if bounded is None else np.empty((0, 3))
+        more = literal, np.empty(0, SWITCH), off, np.zeros(1, np.int64), bounded
     kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points, alone)]
 
     def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.frames import Table, frame
-from vibrodrive.batch.records import new_errors
+from vibrodrive.batch.records import SWITCH, new_errors
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels.lane import PASSES, new_lanes
@@ -26,9 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
-"""A row of `Trajectory.switches`; `xi` and `dxi` are those just before the switch."""
-
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switch_errors`, that of the same switch in `Trajectory.switches`."""
 
@@ -38,7 +37,8 @@ MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("ro
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
     """The main impacts of one motion, float64 (2 periods, 4), as its kernel has written them, as MAIN_IMPACT."""
-    known = written[: np.count_nonzero(written[:, 0] == written[:, 0])]  # NaN behind the last
+    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # NaN behind it
+    known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):
         rows[name] = known[:, column]
@@ -243,13 +243,10 @@ class Trajectory:
         state = np.empty(total, np.int8)
         w, k = new_lanes(1)
         point, under_way = self._plan.points(0, 1), np.array([0, -1])
-        rows_int = np.stack([rows["period"], rows["before"], rows["after"]], axis=1).astype(np.int64)
-        rows_float = np.stack([rows["phase"], rows["xi"], rows["dxi"]], axis=1)
 
         def advance(instants: int) -> bool:
             return sample_segments(
-                w[0], k[0], point, rows_int, rows_float, settings.method, settings.transient, count,
-                instants, under_way, out, state,
+                w[0], k[0], point, rows, settings.method, settings.transient, count, instants, under_way, out, state
             )  # fmt: skip
 
         in_slices(advance)
@@ -351,14 +348,15 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)
         counts, work = np.zeros((1, 5), np.int64), np.empty(1)
-        rows_int, rows_float = np.zeros((capacity, 3), np.int64), np.zeros((capacity, 3))
-        errors = new_errors(s.method, 1, s.periods, capacity)
+        rows, off = np.empty(capacity, SWITCH), np.empty((capacity, 3))
+        errors = new_errors(s.method, 1, s.periods)
+        bounded = s.method != Method.FIXED
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
         arguments = (
             w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.transient, s.periods,
             s.budget, section, impacts, None, None, None, status, margin, counts, work, s.scan == Scan.LITERAL,
-            rows_int, rows_float, stored, None if s.method == Method.FIXED else errors,
+            rows, off if bounded else None, stored, errors if bounded else None,
         )  # fmt: skip
 
         def advance(passes: int, k=k, arguments=arguments) -> bool:
@@ -371,13 +369,13 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
             break
         refuse_many_rows(s.periods, n)
         capacity = n  # more switches than estimated: now their number is known
-    rows = np.empty(n, SWITCH)
-    rows["period"], rows["before"], rows["after"] = rows_int[:n].T
-    rows["phase"], rows["xi"], rows["dxi"] = rows_float[:n].T
-    off = np.empty(n, SWITCH_ERROR)
-    off["tau"], off["xi"], off["dxi"] = errors.switches[:n].T
+    for array in (rows, off):
+        array.resize(n, *array.shape[1:], refcheck=False)  # where it lies: copied, it would be paged in once more
+    if not bounded:
+        off[:] = np.nan
+    switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
     return Trajectory(
         rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]),
-        errors.section[0], off[1:], float(errors.until[0]), int(work[0]), known, plan, rows[:1],
+        errors.section[0], switch_errors, float(errors.until[0]), int(work[0]), known, plan, rows[:1],
     )  # fmt: skip

@@ -41,12 +41,10 @@ class Errors(NamedTuple):
     """Where bounds are written.
 
     section float64 (n, periods, 2): of ξ and ξ' at each section point; (n, 1, 2): the largest of the record
-    switches float64 (cap, 3): of time, ξ and ξ' at each switch, in the rows of `single`
     until float64 (n,): the period from which on nothing is certain; inf where all is
     """
 
     section: np.ndarray
-    switches: np.ndarray
     until: np.ndarray
 
 
@@ -368,13 +366,13 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 
 @inline
-def write_switch_error(w, i, row, before, end, errors):
+def write_switch_error(w, i, row, before, end, off):
     """The bounds of a switch in a row of `single`: `end` is that of the state that it has ended."""
-    if row < errors.switches.shape[0]:
+    if row < off.shape[0]:
         known = certain(w, i)
-        errors.switches[row, 0] = choose(known, end.late + HALF_LAST_BIT, INFINITY)
-        errors.switches[row, 1] = choose(known, choose(before == IMPACT, 0.0, end.x), INFINITY)
-        errors.switches[row, 2] = choose(known, choose(before == IMPACT, 0.0, end.v), INFINITY)
+        off[row, 0] = choose(known, end.late + HALF_LAST_BIT, INFINITY)
+        off[row, 1] = choose(known, choose(before == IMPACT, 0.0, end.x), INFINITY)
+        off[row, 2] = choose(known, choose(before == IMPACT, 0.0, end.v), INFINITY)
 
 
 @inline

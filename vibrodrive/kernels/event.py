@@ -267,7 +267,7 @@ def grid_event(w, k, i, fixed):
 @inline_each("method", "repeats")
 def process_event(
     w, k, i, method, repeats, literal, transient, periods, budget, section, impacts, history, totals, summary,
-    rows_int, rows_float, stored, errors,
+    rows, off, stored, errors,
 ):  # fmt: skip
     """Lane i has met something: record it, decide, begin the next search. False when the trajectory has ended.
 
@@ -361,8 +361,7 @@ def process_event(
         if event == S1:
             x = 0.0 if certified else x
             record(
-                w, k, i, state, IMPACT, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors,
-                end_error,
+                w, k, i, state, IMPACT, x, v, transient, impacts, history, totals, rows, off, stored, end_error,
             )  # fmt: skip
             record_margin_of_impact(w, k, i, h, force, v)
             state, x, v = IMPACT, 0.0, 0.0
@@ -374,8 +373,7 @@ def process_event(
                 x = SMALLEST  # it has gone up, by less than a double can tell
             record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == UP else -1.0))
         record(
-            w, k, i, state, to, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors,
-            end_error,
+            w, k, i, state, to, x, v, transient, impacts, history, totals, rows, off, stored, end_error,
         )  # fmt: skip
         waiting = waits(to)
         if waiting and not can_leave(w, i, to):

@@ -66,19 +66,19 @@ def emit_rest(w, k, i, transient, section, errors, end):
 
 
 @inline
-def write_row(w, k, i, row, before, after, x, v, rows_int, rows_float):
-    if row < rows_int.shape[0]:
-        rows_int[row, 0] = k[r.PERIOD + i]
-        rows_int[row, 1] = before
-        rows_int[row, 2] = after
-        rows_float[row, 0] = w[r.PHI + i]
-        rows_float[row, 1] = x
-        rows_float[row, 2] = v
+def write_row(w, k, i, row, before, after, x, v, rows):
+    if row < rows.shape[0]:
+        rows[row]["period"] = k[r.PERIOD + i]
+        rows[row]["phase"] = w[r.PHI + i]
+        rows[row]["before"] = before
+        rows[row]["after"] = after
+        rows[row]["xi"] = x
+        rows[row]["dxi"] = v
 
 
 @inline
 def record(
-    w, k, i, before, after, x, v, transient, impacts, history, totals, rows_int, rows_float, stored, errors, end
+    w, k, i, before, after, x, v, transient, impacts, history, totals, rows, off, stored, end
 ):  # fmt: skip
     """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
 
@@ -91,11 +91,11 @@ def record(
         count_into(k, i, after)
     if totals is not None and totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
         write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
-    if rows_int is not None:
+    if rows is not None:
         row = stored[0] if recorded else 0
-        write_row(w, k, i, row, before, after, x, v, rows_int, rows_float)
-        if errors is not None:
-            write_switch_error(w, i, row, before, end, errors)
+        write_row(w, k, i, row, before, after, x, v, rows)
+        if off is not None:
+            write_switch_error(w, i, row, before, end, off)
         stored[0] += 1 if recorded else 0
 
 

@@ -27,10 +27,8 @@ from vibrodrive.kernels.switch import (
 
 
 @jit(_nrt=False)
-def sample_segments(
-    lanes_w, lanes_k, points, rows_int, rows_float, method, transient, per_period, count, under_way, out, state
-):
-    """The closed form between the switches `rows` (as written by `run`), at the next `count` instants.
+def sample_segments(lanes_w, lanes_k, points, rows, method, transient, per_period, count, under_way, out, state):
+    """The closed form between the switches `rows` (SWITCH, as written by `run`), at the next `count` instants.
 
     under_way int64 (2,): the next instant and the row of its segment, at first 0 and -1.
     out float64 (n, 3): ξ, ξ', H; state int8 (n,). Returns whether all is done.
@@ -47,15 +45,15 @@ def sample_segments(
         if phi >= TWO_PI:
             phi -= TWO_PI
             n += 1
-        while row + 1 < rows_int.shape[0] and (
-            row < 0 or rows_int[row + 1, 0] < n or (rows_int[row + 1, 0] == n and rows_float[row + 1, 0] <= phi)
+        while row + 1 < rows.shape[0] and (
+            row < 0 or rows[row + 1]["period"] < n or (rows[row + 1]["period"] == n and rows[row + 1]["phase"] <= phi)
         ):
             row += 1
-            period, phase = rows_int[row, 0], rows_float[row, 0]
-            before, now = rows_int[row, 1], rows_int[row, 2]
+            period, phase = rows[row]["period"], rows[row]["phase"]
+            before, now = int(rows[row]["before"]), int(rows[row]["after"])
             at_obstacle = before == IMPACT or now == IMPACT or now == REST
-            x = 0.0 if at_obstacle else rows_float[row, 1]
-            v = rows_float[row, 2] if before == now and row == 0 else 0.0
+            x = 0.0 if at_obstacle else rows[row]["xi"]
+            v = rows[row]["dxi"] if before == now and row == 0 else 0.0
             p, q, theta, pf, qf = evaluate_excitation(w, 0, period, phase, 0.0)
             commit_time(w, k, 0, True, period, phase, 0.0, 0.0, p, q)
             commit_time_fast(w, 0, True, theta, pf, qf, 0.0)

@@ -78,7 +78,7 @@ def is_disturbed(points, row):
 
 @part_each("method")
 def load(
-    w, k, i, points, row, method, transient, periods, section, rows_int, rows_float, stored, errors
+    w, k, i, points, row, method, transient, periods, section, rows, off, stored, errors
 ):  # fmt: skip
     """Put a point into lane i at its start. False when the trajectory ends before any search."""
     set_parameters(w, k, i, points, row, method)
@@ -110,9 +110,9 @@ def load(
         distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)
         record_margin_of_force(w, k, i, distance, TWO_PI)
     commit_state(k, i, True, state)
-    if rows_int is not None:
+    if rows is not None:
         stored[0] = 1
-        write_row(w, k, i, 0, state, state, x, v, rows_int, rows_float)
+        write_row(w, k, i, 0, state, state, x, v, rows)
     if errors is not None:
         start_errors(w, i)
         heed_status(w, k, i)

@@ -74,15 +74,15 @@ def single(method: int):
     @jit(_nrt=False)
     def run(
         lanes_w, lanes_k, points, order, counter, transient, periods, budget,
-        section, impacts, history, totals, summary, status, margin, counts, work, literal, rows_int, rows_float, stored,
-        errors,
+        section, impacts, history, totals, summary, status, margin, counts, work, literal, rows, off, stored, errors,
     ):  # fmt: skip
         """As the kernels of `batch`, and:
 
         literal : whether every point of the grid is visited
-        rows_int int64 (cap, 3), rows_float float64 (cap, 3), stored int64 (1,): the switches behind the last one before
-        the record, as many as fit, and how many there were
-        errors : where bounds of their errors are written (certainty.py), or None
+        rows SWITCH (cap,), stored int64 (1,): the switches from the last one before the record on, as many as fit, and
+        how many there were (batch/records.py)
+        off float64 (cap, 3), errors : where bounds of what rows (time, ξ, ξ') and section are off by are written
+        (certainty.py); both may be None
         """
         w, table, k, todo = lanes_w[0], lanes_w[1], lanes_k[0], lanes_k[1]
         under_way = False
@@ -102,8 +102,7 @@ def single(method: int):
                     todo[PAUSED] = 0
                     return True
                 if not load(
-                    w, k, 0, points, order[c], method, transient, periods, section, rows_int, rows_float, stored,
-                    errors,
+                    w, k, 0, points, order[c], method, transient, periods, section, rows, off, stored, errors,
                 ):  # fmt: skip
                     finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
                     if errors is not None:
@@ -117,7 +116,7 @@ def single(method: int):
                 continue
             under_way = process_event(
                 w, k, 0, method, False, literal, transient, periods, budget, section, impacts, history, totals, summary,
-                rows_int, rows_float, stored, errors,
+                rows, off, stored, errors,
             )  # fmt: skip
             if not under_way:
                 finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
@@ -128,31 +127,32 @@ def single(method: int):
 
 
 @jit(_nrt=False)
-def next_switches(lanes_w, lanes_k, points, states, periods, section, rows_int, rows_float, stored, ends, phases):
+def next_switches(lanes_w, lanes_k, points, states, periods, section, rows, stored, ends, phases):
     """The certified switch that ends states[n], begun where points[n] starts, for all n.
 
     points float64 (n, columns), states int64 (n,)
     periods : how long it is waited for
-    section float64 (1, periods, 2), rows_int int64 (m, 3), rows_float float64 (m, 3), stored int64 (1,): memory; m - 1
-    switches are looked at, as an impact, or a start within rounding of a boundary, takes one or two before
+    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory; m - 1 switches are looked at, as an
+    impact, or a start within rounding of a boundary, takes one or two before
     ends int64 (n, 2): period and next state, or -1 where there is no such switch; phases float64 (n,)
     """
     w, k = lanes_w[0], lanes_k[0]
     for n in range(points.shape[0]):
-        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows_int, rows_float, stored, None)
+        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows, None, stored, None)
         ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0
         row = 1
-        while going and row < rows_int.shape[0]:
+        while going and row < rows.shape[0]:
             follow_certified(w, k)
             if w[r.OUTCOME] == NOTHING:
                 continue
             going = process_event(
-                w, k, 0, CERTIFIED, False, False, 0, periods, rows_int.shape[0], section, None, None, None, None,
-                rows_int, rows_float, stored, None,
+                w, k, 0, CERTIFIED, False, False, 0, periods, rows.shape[0], section, None, None, None, None,
+                rows, None, stored, None,
             )  # fmt: skip
-            while row < min(stored[0], rows_int.shape[0]):
-                if rows_int[row, 1] == states[n]:
-                    ends[n, 0], ends[n, 1], phases[n] = rows_int[row, 0], rows_int[row, 2], rows_float[row, 0]
+            while row < min(stored[0], rows.shape[0]):
+                if rows[row]["before"] == states[n]:
+                    ends[n, 0], ends[n, 1] = rows[row]["period"], rows[row]["after"]
+                    phases[n] = rows[row]["phase"]
                     going = False
                     break
                 row += 1

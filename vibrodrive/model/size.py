@@ -118,11 +118,11 @@ def refuse_large_results(plan: Plan) -> None:
 LARGE = 1 << 26
 """Bytes assumed to be available without a check: the check takes as long as a short motion."""
 
-ROW_BYTES = 48 + 34
-"""A switch of a single motion, as the kernel writes it and as it is returned."""
+ROW_BYTES = 34 + 24
+"""A switch of a single motion, and the bounds of what it is off by."""
 
-MOTION_BYTES = 16 + 2 * 32
-"""A period of a single motion: its section point, and room for two main impacts."""
+MOTION_BYTES = 2 * 16 + 2 * 32
+"""A period of a single motion: its section point with its bounds, and room for two main impacts."""
 
 
 def rows_that_fit(periods: int, rows: int) -> int:

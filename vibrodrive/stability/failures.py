@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrodrive.batch.records import SWITCH
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.batch.trajectory import follow
 from vibrodrive.jit.slices import Halt
@@ -57,8 +58,8 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
         points[:, COLUMNS.index(name)] = values
     w, k = new_lanes(1)
     ends, phases = np.empty((len(tau), 2), np.int64), np.empty(len(tau))
-    rows = np.zeros((ROWS, 3), np.int64), np.zeros((ROWS, 3)), np.zeros(1, np.int64)
-    kernel.next_switches(w[0], k[0], points, states, AHEAD, np.empty((1, AHEAD, 2)), *rows, ends, phases)
+    rows, stored = np.empty(ROWS, SWITCH), np.zeros(1, np.int64)
+    kernel.next_switches(w[0], k[0], points, states, AHEAD, np.empty((1, AHEAD, 2)), rows, stored, ends, phases)
     return ends[:, 0], phases, ends[:, 1]
 
 

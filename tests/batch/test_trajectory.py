@@ -1,0 +1,28 @@
+"""What `simulate` returns, beside the numbers themselves."""
+
+from __future__ import annotations
+
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.batch.records import SWITCH
+from vibrodrive.batch.trajectory import SWITCH_ERROR
+
+
+@pytest.mark.parametrize("method", ["certified", "fixed"])
+def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
+    """Room for many more is set aside, as their number is not known beforehand; a row is that before the record."""
+    dtau = None if method == "certified" else 0.1
+    motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
+    n = 1 + len(motion.switches)
+    assert motion.switches.base.nbytes == n * SWITCH.itemsize
+    assert motion.switch_errors.base.nbytes == n * SWITCH_ERROR.itemsize
+
+
+def test_more_switches_than_expected_are_all_there():
+    """Hops in the air, sixty in a row: three times as many as there is room for at first."""
+    hops = {"A": 1.2207337005962078, "B": 1.5638725555830817, "eps": 2.444604789503143e-4, "eta": 196.35606314394815}
+    few, many = (vd.simulate(**hops, transient=0, periods=n) for n in (1, 2))
+    assert len(few.switches) > 2 * (64 + 128)
+    assert (many.switches[: len(few.switches)] == few.switches).all()
+    assert (many.switch_errors[: len(few.switches)] == few.switch_errors).all()
