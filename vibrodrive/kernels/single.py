@@ -21,7 +21,7 @@ from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
 from vibrodrive.kernels.record import finish
 from vibrodrive.kernels.setup import load
-from vibrodrive.kernels.undisturbed import search_bracket
+from vibrodrive.kernels.undisturbed import search_one_bracket
 
 MOST = 1000
 """Steps of a search after which Python may look at its signals (slices.py)."""
@@ -34,10 +34,7 @@ def follow_certified(w, k):
     if w[r.SEARCH_MODE] == AT_ONCE:
         w[r.OUTCOME] = ZERO
     elif w[r.SEARCH_MODE] == BRACKETED:
-        for _ in range(MOST):
-            search_bracket(w, k, 0)
-            if w[r.OUTCOME] != NOTHING:
-                return
+        search_one_bracket(w, k, 0, MOST)
     else:
         for _ in range(MOST):
             search(w, 0, True, False)

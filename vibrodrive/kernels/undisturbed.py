@@ -236,6 +236,20 @@ def search_bracket(w, k, i):
     w[WORK + i] += choose(on, 1.0, 0.0)
 
 
+@inline
+def search_one_bracket(w, k, i, most):
+    """`most` times `search_bracket` in one lane that has a bracket, or until a zero is met: in registers."""
+    segment, which, a, b, p, q = segment_of(w, i), k[SEARCH + i], w[A + i], w[B + i], w[P + i], w[Q + i]
+    h, lo, hi, before = w[CURSOR + i], w[LO + i], w[HI + i], w[WORK + i] - w[WORK_BOOKED + i]
+    found, steps = False, 0
+    while steps < most and not found:
+        h, lo, hi, found = step_in_bracket(which, segment, a, b, p, q, h, lo, hi, before + float(steps))
+        steps += 1
+    w[CURSOR + i], w[LO + i], w[HI + i] = h, lo, hi
+    w[OUTCOME + i] = ZERO if found else NOTHING
+    w[WORK + i] += float(steps)
+
+
 @part
 def search_brackets(w, k, n, evaluations):
     """So many evaluations in each of the lanes 0..n-1 that has a bracket; a search that has ended stays as it is.
