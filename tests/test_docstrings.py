@@ -12,28 +12,36 @@ import pytest
 import vibrodrive as vd
 from vibrodrive.cli import cli
 from vibrodrive.model import config
+from vibrodrive.periodic.family import family
 from vibrodrive.stability.limit import limits
+from vibrodrive.store.failures import lay_out
+from vibrodrive.store.file import new_file
+from vibrodrive.store.layout import Origin
 from vibrodrive.store.limits import create
+from vibrodrive.store.orbits import save_family
 
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
 
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {
     "limits": limits,
-    "limits_map": vd.plot.limits_map,
 }
+NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
-LONG = {"bifurcations", "curves", "explore", "limit", "limits", "limits_map", "plot", "Results", "sweep", "simulate"}
+PLAIN = {"plot.cobweb", "plot.failures", "plot.limits", "plot.limits_map", "plot.save"}
+"""Figures of nothing that is simulated."""
+
+LONG = {"bifurcations", "curves", "explore", "limit", "limits", "plot", "Results", "sweep", "simulate"} | {
+    name for name in NAMES if name.startswith("plot.") and name not in PLAIN
+}
 """Those whose examples would take minutes without compiled kernels."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
 def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if name == "load":
-        _write("fig07.h5")
-    if name == "limits_map":
-        _write_limits("limits_AB.h5")
+    for path, write in FILES.get(name, {}).items():
+        write(path)
     found = doctest.DocTestFinder().find(NAMES[name], name, globs={})
     assert any(test.examples for test in found), f"{name} has no example"
     runner = doctest.DocTestRunner()
@@ -43,18 +51,45 @@ def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
     assert runner.failures == 0, "".join(told)
 
 
-def _write(path):
-    """The file of which `load` speaks, of few points."""
+def _write_sweep(path):
+    """A file of the configuration of Fig. 7, of few points."""
     few = ["A={start = 3.0, stop = 3.25, num = 2}", "transient=0", "periods=1"]
     with open("fig07.toml", "w") as file:
         file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
     cli.main(["sweep", "fig07.toml", "-o", path, *(w for s in few for w in ("--set", s))], standalone_mode=False)
 
 
-def _write_limits(path):
-    """The file of which `limits_map` speaks, laid out and still empty."""
-    found = config.parse("[sweep]\nA = [2.0, 3.0]\nB = [0.1, 0.2]\n")
+def _write_limits(path, axes="A = 2.0\nB = [0.1, 0.2]"):
+    """A file of limits, laid out and still empty."""
+    found = config.parse(f"[sweep]\n{axes}\n")
     create(Path(path), found, found.plan().axes, "impacts")
+
+
+def _write_limits_over_two(path):
+    _write_limits(path, "A = [2.0, 3.0]\nB = [0.1, 0.2]")
+
+
+def _write_failures(path):
+    """A failure map, laid out; no switch is judged yet."""
+    found = config.parse("[sweep]\nA = [2.0, 3.0]\ndtau = [0.01, 0.1]\n[switching]\nmethod = 'fixed'\n")
+    with new_file(Path(path)) as file:
+        lay_out(file, found.plan().axes, (2, 2, 2), found)
+
+
+def _write_orbits(path):
+    found = family([2.5, 2.6, 2.7], 0.1, 1)
+    save_family(Path(path), found, Origin("[sweep]\nA = [2.5, 2.6, 2.7]\n", [], ""), 0.0)
+
+
+FILES = {
+    "load": {"fig07.h5": _write_sweep},
+    "plot.failures": {"atlas.h5": _write_failures},
+    "plot.limits": {"limits.h5": _write_limits},
+    "plot.limits_map": {"limits_AB.h5": _write_limits_over_two},
+    "plot.multipliers": {"orbits.h5": _write_orbits},
+    "plot.orbits": {"orbits.h5": _write_orbits},
+}
+"""Files of which examples speak, and what writes them."""
 
 
 @pytest.mark.parametrize("name", sorted(NAMES))
@@ -65,7 +100,9 @@ def test_docstrings_say_what_goes_in_and_what_is_refused(name):
     for section in ("Parameters", "Returns", "Raises", "Examples"):
         if (name, section) in {("limits", "Parameters"), ("limits", "Returns")}:
             continue  # those of `limit`
-        assert f"\n{section}\n---" in inspect.getdoc(thing), f"{name}: {section}"
+        if section == "Returns" and inspect.signature(thing).return_annotation == "None":
+            continue
+        assert inspect.getdoc(thing).count(f"\n{section}\n---") == 1, f"{name}: {section}"
 
 
 def section_of(thing, title):
@@ -78,7 +115,7 @@ def section_of(thing, title):
 def entries(thing, *titles):
     """Names at the beginning of the entries of sections, several of which may share one."""
     heads = re.findall(r"^(\S.*)$", "\n".join(section_of(thing, title) for title in titles), re.MULTILINE)
-    return {name.strip() for head in heads for name in head.split(" : ")[0].split(",")}
+    return {name.strip(" *") for head in heads for name in head.split(" : ")[0].split(",")}
 
 
 FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "limits")  # has those of limit
@@ -89,6 +126,17 @@ DATA = ["Physical", "Results", "Trajectory"]
 def test_every_argument_is_explained(name):
     parameters = inspect.signature(NAMES[name]).parameters
     assert entries(NAMES[name], "Parameters") == set(parameters)
+
+
+DRAWING = sorted(name for name in NAMES if name.startswith("plot.") and name not in ("plot.draw_curves", "plot.save"))
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_every_figure_has_the_same_last_arguments(name):
+    parameters = inspect.signature(NAMES[name]).parameters
+    named = [p.name for p in parameters.values() if p.kind is p.KEYWORD_ONLY]
+    assert named == ["ax", "style", "width"]
+    assert all(parameters[name].default is None for name in named)
 
 
 @pytest.mark.parametrize("name", DATA)

@@ -1,7 +1,7 @@
 """Every figure: what was computed or loaded, as a Matplotlib Figure that shows itself in a notebook.
 
-All take `ax`, the axes to draw into, and then return the Figure that those are of: one Axes where the figure has one
-panel, else a sequence of as many as it has panels.
+All take `style` and `width`, and `ax`, the axes to draw into; they then return the Figure that those are of: one Axes
+where the figure has one panel, else a sequence of as many as it has panels.
 
 Examples
 --------

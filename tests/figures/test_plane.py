@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from vibrodrive.figures.looks import INK, LOOKS
 from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
@@ -73,3 +74,8 @@ def test_kinds_differ_in_black_and_white():
 
 def test_nothing_to_draw():
     assert curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).legends == []
+
+
+def test_an_axis_that_curves_do_not_have_is_refused(curves):
+    with pytest.raises(ValueError, match=r"^x = 'a0': must be A or B$"):
+        draw_curves(Figure().subplots(), curves, x="a0")

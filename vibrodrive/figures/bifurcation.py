@@ -85,17 +85,20 @@ def bifurcation(
         axis unless given.
     limits : (float, float), optional
         range of the ordinate; all values unless given.
-    ax : Axes or sequence of Axes, optional
-        where to draw, one for each panel; a new figure unless given.
-    style : str, optional
-        "screen" or "print".
-    width : str, optional
-        "double" or "single": columns of a page.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, and where there is no axis.
+        for an unknown quantity or axis, for impacts that were not recorded, and where there is no axis.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=np.linspace(3.0, 3.25, 20), eps=[0.0, 2e-4], transient=50, periods=20)
+    >>> figure = vd.plot.bifurcation(r, quantity="xi", style="print")
+    >>> len(figure.axes), figure.axes[1].get_xlabel()
+    (2, '$A$')
     """
     visited = _visited(results, quantity)
     names = list(results.axes)

@@ -105,10 +105,25 @@ def phase_curve(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Phase curves ξ' over ξ, a panel (or one of the axes `ax`) for each trajectory, all to one scale.
+    """Phase curves ξ' over ξ, a panel for each trajectory, all to one scale.
 
     Where a motion keeps coming to other places, ink says how many of its periods pass through a spot. Jumps are thin
     and grey.
+
+    Parameters
+    ----------
+    source : Trajectory or sequence of them
+        of `simulate`.
+    titles : sequence of str, optional
+        one for each trajectory, above its panel.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> motions = [vd.simulate(1.5, eps=eps, transient=10, periods=2) for eps in (0.0, 5e-4)]
+    >>> figure = vd.plot.phase_curve(motions, titles=["undisturbed", "disturbed"])
+    >>> len(figure.axes)
+    2
     """
     motions = as_motions(source)
     alone = len(motions) == 1
@@ -170,8 +185,31 @@ def time_curve(
 ) -> Figure:
     """ξ or ξ' over τ, counted in excitation periods; several trajectories get colours and line styles of their own.
 
-    `excitation` adds sin τ, as the paper does; `shown` is the number of periods shown, None all; `ax`: where to draw.
-    Raises ValueError for an unknown quantity.
+    Parameters
+    ----------
+    source : Trajectory or sequence of them
+        of `simulate`.
+    quantity : str
+        "xi" or "dxi".
+    titles : sequence of str, optional
+        one for each trajectory, in the legend.
+    excitation : bool
+        add sin τ, as the paper does.
+    shown : int, optional
+        periods shown, from the first recorded one; 10 unless given, None: all.
+
+    Raises
+    ------
+    ValueError
+        for an unknown quantity.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> motion = vd.simulate(1.5, transient=10, periods=4)
+    >>> figure = vd.plot.time_curve(motion, "dxi", shown=2)
+    >>> [text.get_text() for text in figure.axes[0].get_xticklabels()]
+    ['0', '1', '2']
     """
     motions = as_motions(source)
     fig, axes = new(1, 1, height=2.8)
@@ -234,14 +272,32 @@ def trajectory_figure(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """A row (or one of the axes `ax`) for each of `curves`: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+    """One motion as curves in rows below each other.
 
-    Curves over time show the first periods, `shown` of them (None: all); the others show all.
+    Parameters
+    ----------
+    trajectory : Trajectory
+        of `simulate`.
+    curves : sequence of str
+        a panel for each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+    points_per_period : int
+        of a curve, besides every switch.
+    shown : int, optional
+        periods that curves over time show, from the first recorded one; 10 unless given, None: all. The others show
+        all.
 
     Raises
     ------
     ValueError
         for an unknown curve.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> motion = vd.simulate(1.5, transient=10, periods=4)
+    >>> figure = vd.plot.trajectory(motion, ["phase", "velocity", "section"], width="single")
+    >>> len(figure.axes)
+    3
     """
     for name in curves:
         if name not in CURVES:

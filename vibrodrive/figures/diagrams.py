@@ -78,12 +78,14 @@ def poincare(
         what distinguishes the panels; by default the values of the axes.
     reference : float64 (n, 2), optional
         section points of the undisturbed orbit, drawn as open circles.
-    ax : Axes or sequence of Axes, optional
-        where to draw, one for each panel; a new figure unless given.
-    style : str, optional
-        "screen" or "print".
-    width : str, optional
-        "double" or "single": columns of a page.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> motions = [vd.simulate(3.04, eps=eps, transient=100, periods=20) for eps in (0.0, 1e-4)]
+    >>> figure = vd.plot.poincare(motions, ["undisturbed", "disturbed"], reference=motions[0].section[:2])
+    >>> len(figure.axes)
+    2
     """
     sections, named, shared = _sections(source)
     titles = named if titles is None else titles
@@ -134,9 +136,37 @@ def from_results(
     """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
     the start, else Poincaré sections; without a section a map of the period.
 
-    `kind` ("bifurcation", "poincare" or "map") decides otherwise; `quantity`, `x`, `y`, `limits` and `ax` as in
-    `bifurcation` and `map_figure`, `over` what the latter draws besides. One motion, without any axis, has no diagram:
-    its section is drawn. Raises ValueError as `choose_drawing`.
+    One motion, without any axis, has no diagram: its section is drawn.
+
+    Parameters
+    ----------
+    results : Results
+        of `sweep`, or read by `load`.
+    kind : "bifurcation", "poincare" or "map", optional
+        what is drawn instead.
+    quantity : str, optional
+        of the section, the impacts or the summary, as in `bifurcation` and `map`; it may decide the kind.
+    x, y : str, optional
+        axes drawn to the right and, in a map, upwards; the longest ones unless given.
+    limits : (float, float), optional
+        range of the quantity; all values unless given.
+    **over
+        `curves`, `undisturbed`, `k2`: what `map` draws besides, for a map alone.
+
+    Raises
+    ------
+    ValueError
+        for what is unknown, was not recorded, or has no axis to be drawn over.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=np.linspace(1.0, 3.0, 15), transient=20, periods=5, record=["section", "summary"])
+    >>> figure = vd.plot.results(r)  # a bifurcation diagram
+    >>> figure = vd.plot.results(r, quantity="impact_speed_max")
+    >>> figure.axes[0].get_ylabel()
+    'largest impact speed'
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE

@@ -29,7 +29,20 @@ def failures_figure(
 ) -> Figure:
     """Share of missed, late and wrongly decided switches over A and the disturbance; below the line structure lasts.
 
-    `ax`: six axes to draw into, method by method; a new figure unless given.
+    There are six panels, method by method.
+
+    Parameters
+    ----------
+    found : FailureMap
+        what `load` gives of a file of `vibrodrive atlas`.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.load("atlas.h5", kind="failures")  # made by `vibrodrive atlas`
+    >>> figure = vd.plot.failures(found)
+    >>> figure.axes[0].get_title(loc="left")
+    'a) fixed: missed'
     """
     rows, cols = (len(KINDS), len(METHODS)) if narrow() else (len(METHODS), len(KINDS))
     fig, axes = new(rows, cols, height=9.4 if narrow() else 5.6, sharex=True, sharey=True)

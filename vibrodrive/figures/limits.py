@@ -59,7 +59,18 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
     A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
     band has no height where nothing is kept above the first loss.
 
-    `ax`: axes to draw into, one for each panel; a new figure unless given.
+    Parameters
+    ----------
+    found : Limits
+        what `load` gives of a file of `vibrodrive limits`.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.load("limits.h5", kind="limits")  # made by `vibrodrive limits` over B
+    >>> figure = vd.plot.limits(found)
+    >>> figure.axes[1].get_ylabel()
+    'ratio'
     """
     if found.criterion == SOLUTION:
         return _starts(found)

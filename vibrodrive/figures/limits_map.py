@@ -32,16 +32,7 @@ def limits_map(
     found : Limits
         what `load` gives of a file of `vibrodrive limits` over two axes.
     limits : (float, float), optional
-        range of the colours, as of `map_figure`.
-    ax : Axes, optional
-        where to draw; a new figure unless given.
-    style, width : str, optional
-        as of `map_figure`.
-
-    Returns
-    -------
-    Figure
-        which shows itself in a notebook; `savefig` writes it.
+        range of the colours, as of `map`.
 
     Raises
     ------

@@ -100,18 +100,21 @@ def map_figure(
         (`jobs.maps.undisturbed_gaps`).
     k2 : Limits, optional
         limits in ε or Δτ over the other axis of the map, drawn as a line.
-    ax : Axes, optional
-        where to draw; a new figure unless given.
-    style : str, optional
-        "screen" or "print".
-    width : str, optional
-        "double" or "single": columns of a page.
 
     Raises
     ------
     ValueError
         for an unknown quantity or axis, for what was not recorded, where there is no axis, and for curves or limits of
         another plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrodrive as vd
+    >>> r = vd.sweep(A=np.linspace(1.5, 3.0, 6), B=[0.05, 0.1, 0.2], transient=50, periods=20, record=["summary"])
+    >>> figure = vd.plot.map(r, "impacts", x="B", y="A")
+    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+    ('$B$', '$A$')
     """
     _, quantity = choose_drawing(results, MAP, quantity)
     names = list(results.axes)

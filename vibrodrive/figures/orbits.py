@@ -57,23 +57,26 @@ def bifurcation_diagram(
     Parameters
     ----------
     found : Family
+        of a file of `vibrodrive orbits` over A.
     brute : Results, optional
         a sweep over A alone at the same section phase; drawn in grey underneath.
     quantity : str
         "dxi" or "xi".
     section_phase : float
-        phase φ_s of the section.
-    ax : Axes or sequence of Axes, optional
-        where to draw, one for each panel; a new figure unless given.
-    style : str, optional
-        "screen" or "print".
-    width : str, optional
-        "double" or "single": columns of a page.
+        phase φ_s of the section in rad.
 
     Raises
     ------
     ValueError
         for an unknown quantity.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.load("orbits.h5", kind="orbits").family  # made by `vibrodrive orbits` over A
+    >>> figure = vd.plot.orbits(found, quantity="xi")
+    >>> figure.axes[0].get_xlabel()
+    '$A$'
     """
     column = quantity_index(quantity)
 
@@ -168,7 +171,20 @@ def multiplier_diagram(
 ) -> Figure:
     """The multiplier of every orbit over A, logarithmic beyond ±1; orbits that rest lie on 0.
 
-    Where bifurcations are dense a second panel shows that range of A. `ax`: where to draw, one for each panel.
+    Where bifurcations are dense a second panel shows that range of A.
+
+    Parameters
+    ----------
+    found : Family
+        of a file of `vibrodrive orbits` over A.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.load("orbits.h5", kind="orbits").family  # made by `vibrodrive orbits` over A
+    >>> figure = vd.plot.multipliers(found)
+    >>> figure.axes[0].get_ylabel()
+    'multiplier'
     """
     ranges = views(found)
     fig, axes = new(len(ranges), 1, height=0.9 + 2.8 * len(ranges), sharey=True)
@@ -200,12 +216,27 @@ def cobweb(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits. `ax`: where to draw.
+    """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits.
+
+    Parameters
+    ----------
+    A, B : float
+        excitation amplitude, and incline over friction; dimensionless.
+    orbit : Orbit, optional
+        of `orbits` at the same A and B; no cobweb unless given.
 
     Raises
     ------
     TypeError, ValueError
-        if A or B is out of range.
+        if A or B is no number or out of range.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> orbit = vd.orbits(2.7, max_period=2)[-1]
+    >>> figure = vd.plot.cobweb(2.7, orbit=orbit)
+    >>> figure.axes[0].get_legend_handles_labels()[1][-2:]
+    ['cobweb of an orbit', 'its impacts']
     """
     system = ImpactMap(A, B)
     fig, axes = new(1, 1, height=4.6, width=4.8)

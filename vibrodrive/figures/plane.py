@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import explain, look, name_axes, new, note, styled
+from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.parameters import bad
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
@@ -44,7 +46,37 @@ class Line(NamedTuple):
 
 
 def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: bool = True, legend: bool = True) -> None:
-    """Draw curves over A and B, as `draw_lines`; x: the axis across, "A" or "B", the other one is upright."""
+    """Draw bifurcations into axes whose limits are set, over whatever is there.
+
+    Parameters
+    ----------
+    ax : Axes
+        of A and B.
+    curves : sequence of Curve
+        as from `vd.curves`.
+    x : str
+        the axis to the right, "A" or "B"; the other one is upright.
+    periods : bool
+        write the period of its orbit on each curve.
+    legend : bool
+        add a legend of the kinds that occur.
+
+    Raises
+    ------
+    ValueError
+        for another x.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> from matplotlib.figure import Figure
+    >>> ax = Figure().subplots()
+    >>> ax.set(xlim=(0.0, 0.2), ylim=(2.5, 2.7), xlabel="B", ylabel="A")  # doctest: +ELLIPSIS
+    [...]
+    >>> vd.plot.draw_curves(ax, vd.curves(A=(2.5, 2.7), B=(0.09, 0.11), max_period=1, num=2), x="B")
+    """
+    if x not in ("A", "B"):
+        raise ValueError(bad("x", x, "A or B"))
     lines = [Line(c.kind, c.period, *((c.A, c.B) if x == "A" else (c.B, c.A))) for c in curves]
     draw_lines(ax, lines, periods=periods, legend=legend)
 
@@ -101,20 +133,29 @@ def curves_figure(
     meets: Sequence[tuple[float, float]] = (),
     *,
     ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
 ) -> Figure:
     """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
 
     Parameters
     ----------
     curves : sequence of Curve
-    A, B : two floats
+        as from `vd.curves`.
+    A, B : (float, float)
         ranges shown.
     max_period : int
         longest period that was sought, for the note.
     meets : sequence of (A, B)
         points where curves meet.
-    ax : Axes, optional
-        where to draw; a new figure unless given.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> ranges = {"A": (2.5, 2.7), "B": (0.09, 0.11), "max_period": 1}
+    >>> figure = vd.plot.curves(vd.curves(**ranges, num=2), **ranges)
+    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+    ('$A$', '$B$')
     """
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]

@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import explain, in_drawings, look, new, styled
+from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.states import TRANSITIONS, State
 
 BOXES = {
@@ -46,10 +47,31 @@ SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
 
 
 @styled
-def scheme(path: Collection[tuple[State, State]], named: str = "path of a motion", *, ax: Any = None) -> Figure:
-    """The five states and the changes between them; those in `path` (before, after) are thick, and `named`.
+def scheme(
+    path: Collection[tuple[State, State]],
+    named: str = "path of a motion",
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+) -> Figure:
+    """The five states and the changes between them, those of a motion thick.
 
-    `ax`: where to draw.
+    Parameters
+    ----------
+    path : collection of (before, after)
+        changes of the motion, as pairs of `State`.
+    named : str
+        what they are called in the legend.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> switches = vd.simulate(1.5, transient=10, periods=1).switches
+    >>> path = set(zip(switches["before"].tolist(), switches["after"].tolist()))
+    >>> figure = vd.plot.scheme(path, "A = 1.5")
+    >>> len(path)
+    5
     """
     fig, axes = new(1, 1, height=3.4)
     ax = axes[0, 0]

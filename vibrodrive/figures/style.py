@@ -28,6 +28,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 from matplotlib.ticker import MaxNLocator
 
+from vibrodrive.figures.docstrings import with_shared
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
@@ -144,7 +145,7 @@ _GIVEN: ContextVar[Any] = ContextVar("given", default=None)
 def styled(function: _F) -> _F:
     """Run a drawing function as `drawn_as` its arguments `style` and `width`, into the axes of its argument `ax`.
 
-    It need not look at any of them itself: `new` does.
+    It need not look at any of them itself: `new` does. What they are its docstring need not say either.
     """
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
@@ -159,6 +160,8 @@ def styled(function: _F) -> _F:
         finally:
             _GIVEN.reset(token)
 
+    if takes_axes and function.__doc__:
+        wrapper.__doc__ = with_shared(function.__doc__)
     return wrapper  # type: ignore[return-value]
 
 
@@ -377,14 +380,33 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure; the format follows the ending. The same figure gives the same bytes.
 
     It is there whole or not at all: whoever looks at it meanwhile sees the old one or the new one.
-    `dpi` is the resolution of what is made of pixels, 250 unless given.
+
+    Parameters
+    ----------
+    fig : Figure
+        any of Matplotlib.
+    path : str or path
+        where to write it; it ends in .png, .pdf or .svg. A file that is there is replaced.
+    dpi : int, optional
+        resolution of what is made of pixels, in pixels per inch; 250 unless given.
+
+    Returns
+    -------
+    Path
+        the file that was written.
 
     Raises
     ------
     ValueError
-        if the ending is none of FORMATS.
+        for another ending.
     OSError
         naming the figure, if the system refuses.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> vd.plot.save(vd.plot.cobweb(2.0), "map.svg").name
+    'map.svg'
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
