@@ -168,6 +168,8 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
         (["orbits", "orbits.toml", "-o", "nowhere/o.h5"], ["nowhere", "directory that exists"]),
         (["atlas", "limits.toml"], ["axes", "A and dtau", "A and eps"]),
         (["atlas", "limits.toml", "--set", "eps=[1e-5, 1e-4]"], ["dtau is missing"]),
+        (["atlas", "limits.toml", "--set", "dtau=[0.1]"], ["dtau = [0.1]", "two values"]),
+        (["atlas", "limits.toml", "--set", "dtau=0.1", "--set", "eps=[0.0, 1e-4]"], ["eps = 0.0", "> 0"]),
         (["atlas", "limits.toml", "-o", "junk.h5"], ["junk.h5", "--overwrite"]),
         (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
         (["paper", "--configs", "nowhere"], ["--configs", "nowhere"]),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vibrodrive.figures.limits import limits_figure
+from vibrodrive.figures.limits_map import limits_map
 from vibrodrive.figures.style import save
 from vibrodrive.store.limits import NUMBERS, Limits
 
@@ -151,3 +152,15 @@ def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
     assert "kept: gaps" in limits_figure(eta).axes[0].get_title(loc="right")
     two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="gaps")
     assert "kept: gaps" in limits_figure(two).axes[0].get_title(loc="right")
+
+
+def test_limits_of_several_motions_are_named_k_u_wherever_they_are_named(over_A):
+    found = replace(over_A, criterion="several")
+    found.numbers["last_kept"][0] = 1e-3
+    fig = limits_figure(found)
+    named = [t.get_text() for t in fig.legends[0].get_texts()] + [ax.get_title(loc="left") for ax in fig.axes]
+    assert sum("k_u" in text for text in named) == 6
+    assert not any("k_2" in text or "kept" in text for text in named)
+    assert "gaps: several motions remain" in fig.axes[0].get_title(loc="right")
+    two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3), criterion="several")
+    assert limits_map(two).axes[1].get_ylabel() == r"limit $k_u$ in $\varepsilon$"

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrodrive.figures.style import equation
 from vibrodrive.model.parameters import Method, Status
+from vibrodrive.stability.criterion import SEVERAL
 
 PLACES = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 """Parameters that are always said, where they have one value."""
@@ -60,6 +61,11 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
 def of_sweep(results: Any) -> dict[str, Any]:
     """What all points of a sweep share: its scalars and settings."""
     return {**results.scalars, **vars(results.settings), "carry": results.carry}
+
+
+def named(criterion: str, text: str) -> str:
+    """A label of the limit k₂, of k_u where it is that of several motions."""
+    return text.replace("k_2", "k_u") if criterion == SEVERAL else text
 
 
 def told(status: np.ndarray) -> list[str]:

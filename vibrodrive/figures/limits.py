@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from vibrodrive.figures.bifurcation import density
-from vibrodrive.figures.conditions import choice, conditions, some
+from vibrodrive.figures.conditions import choice, conditions, named, some
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION
@@ -32,7 +32,7 @@ NAMES = {
 }
 """Of each curve."""
 
-BAND = "from the first loss to the last value kept"
+BAND, BAND_OF_SEVERAL = "from the first loss to the last value kept", "from one motion to the last with several"
 
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 
@@ -85,14 +85,14 @@ def _over_A(found: Limits) -> Figure:
     top, velocity, ratio, bottom = axes[:, 0]
     bands = [_band(top, found, c) for c in range(len(found.curves))]
     _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
-    top.set_ylabel(_named(found, "$k_2$"), rotation=0, labelpad=9, va="center")
+    top.set_ylabel(named(found.criterion, "$k_2$"), rotation=0, labelpad=9, va="center")
     _name_periods(top, found)
     letter(top, 0)
     note(top, [*shared_by(found), *_gaps(found, len(found.curves))], above=True)
     _velocities(velocity, found)
-    letter(velocity, 1, _named(found, ", ".join(VELOCITY.values())))
+    letter(velocity, 1, named(found.criterion, ", ".join(VELOCITY.values())))
     _ratios(ratio, found)
-    letter(ratio, 2, _named(found, RATIO))
+    letter(ratio, 2, named(found.criterion, RATIO))
     key = _undisturbed(bottom, found, 3)
     explain(fig, [*filter(None, bands), *key])
     return fig
@@ -136,10 +136,10 @@ def _over_one(found: Limits, x: str) -> Figure:
     fig, axes = new(2, 1, height=5.0, sharex=True, height_ratios=[1.2, 1.0])
     top, bottom = axes[:, 0]
     _velocities(top, found)
-    letter(top, 0, _named(found, ", ".join(VELOCITY.values())))
+    letter(top, 0, named(found.criterion, ", ".join(VELOCITY.values())))
     note(top, [*shared_by(found), *_gaps(found, 2)])
     _ratios(bottom, found)
-    letter(bottom, 1, _named(found, RATIO))
+    letter(bottom, 1, named(found.criterion, RATIO))
     _abscissa(bottom, x, found.axes[x])
     explain(fig)
     return fig
@@ -160,7 +160,7 @@ def _over_two(found: Limits) -> Figure:
     for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio)], strict=True)):
         for c, row in enumerate(shown):
             _line(ax, found.axes[x], values[row], c, equation(other, found.axes[other][row]))
-        letter(ax, k, _named(found, title))
+        letter(ax, k, named(found.criterion, title))
         if k < len(panels):
             _amplitude(ax, values[shown], found.mm_s)
         else:
@@ -170,11 +170,6 @@ def _over_two(found: Limits) -> Figure:
     _abscissa(axes[-1, 0], x, found.axes[x])
     explain(fig)
     return fig
-
-
-def _named(found: Limits, text: str) -> str:
-    """A label of k₂, of k_u where the limit is that of several motions."""
-    return text.replace("k_2", "k_u") if found.criterion == SEVERAL else text
 
 
 def _varies(rows: np.ndarray) -> bool:
@@ -187,7 +182,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
-        _line(ax, x, values, c, _named(found, NAMES[curve]))
+        _line(ax, x, values, c, named(found.criterion, NAMES[curve]))
     _amplitude(ax, V, found.mm_s)
 
 
@@ -282,7 +277,7 @@ def _gaps(found: Limits, curves: int) -> list[str]:
     reasons = {
         "one solution only": done & one,
         "no periodic motion": done & (n == 0),
-        "not lost": done & np.isposinf(k2) & ~one,
+        "several motions remain" if found.criterion == SEVERAL else "not lost": done & np.isposinf(k2) & ~one,
     }
     there = [reason for reason, where in reasons.items() if where.any()]
     return [f"gaps: {', '.join(there)}"] if there else []
@@ -295,10 +290,11 @@ def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     tone, (colour, pattern) = look().bands[c], look().lines[c]
     ax.fill_between(found.A, first, end, color=tone, lw=0)
     ax.plot(found.A, end, color=colour, lw=0.25)
-    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=_named(found, NAMES[found.curves[c]]))
+    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.criterion, NAMES[found.curves[c]]))
     if not (last > first).any():
         return None
-    return Patch(fc=tone, label=f"{NAMES[found.curves[c]].split(',')[-1].strip()}: {BAND}")
+    of = named(found.criterion, NAMES[found.curves[c]].split(",")[-1].strip())
+    return Patch(fc=tone, label=f"{of}: {BAND_OF_SEVERAL if found.criterion == SEVERAL else BAND}")
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:

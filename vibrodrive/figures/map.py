@@ -123,7 +123,7 @@ def map_figure(
     status = np.asarray(results.status)[index]
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw(results.axes, x, y, painted, values[index], quantity, TALLER if curves else 0.0)
+    fig, ax = draw(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
     rest = [n for n in names if n not in (x, y)]
     said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in rest]
     said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *told(status)]
@@ -142,19 +142,19 @@ def draw(
     y: str | None,
     painted: Painted,
     values: np.ndarray,
-    quantity: str,
+    label: str,
     more: float = 0.0,
 ) -> tuple[Figure, Axes]:
-    """The cells, or marks, with their scale; `more` inches for a legend."""
+    """The cells, or marks, with their scale, which says `label`; `more` inches for a legend."""
     fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
     if y is None:
-        _draw_line(ax, painted, values, across, quantity)
+        _draw_line(ax, painted, values, across, label)
     else:
         names = list(axes)
         _draw_cells(ax, painted, across, as_shown(y, axes[y]), turned=names.index(x) < names.index(y))
-        _add_bar(fig, ax, painted, quantity)
+        _add_bar(fig, ax, painted, label)
     name_axes(ax, x, y)
     return fig, ax
 
@@ -256,7 +256,7 @@ def _evenly(values: np.ndarray) -> np.ndarray:
     return np.searchsorted(borders[1:-1], centres)
 
 
-def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, quantity: str) -> None:
+def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
     """Marks over the only axis: classes on rungs, other quantities on their scale, with arrows where beyond."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
@@ -276,15 +276,15 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, qu
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     if is_geometric(x[order]):
         ax.set_xscale("log")
-    ax.set_ylabel(LABELS[quantity])
+    ax.set_ylabel(label)
 
 
-def _add_bar(fig: Figure, ax: Axes, painted: Painted, quantity: str) -> None:
+def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
     shown = ListedColormap(painted.colours[: len(painted.labels) or SHADES])
     under, over = look().beyond
     scale = ScalarMappable(painted.norm, shown.with_extremes(under=under, over=over))
     bar = fig.colorbar(scale, ax=ax, extend=painted.extend)
-    bar.set_label(LABELS[quantity], size=mpl.rcParams["font.size"])
+    bar.set_label(label, size=mpl.rcParams["font.size"])
     if painted.labels:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
         small = max(map(len, painted.labels)) > 12

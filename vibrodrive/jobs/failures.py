@@ -34,7 +34,7 @@ def run_failures(
     Raises
     ------
     ConfigError
-        if the axes are others.
+        if the axes are others, have one value, or do not ascend.
     Different
         if the file there was made from another configuration.
     NoResult
@@ -46,7 +46,12 @@ def run_failures(
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
         raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))
+    for name, values in plan.axes.items():
+        if len(values) < 2 or (np.diff(values) <= 0).any():
+            raise ConfigError(bad(name, values.tolist(), "at least two values, ascending, for a map"))
     other = names[1]
+    if plan.axes[other][0] == 0.0:
+        raise ConfigError(bad(other, 0.0, "> 0: this axis of the map is logarithmic"))
     if np.isnan(plan.scalars["dtau"]) and other == "eps":
         raise ConfigError("dtau is missing: both methods need a grid step")
     say = progress or (lambda done, total: None)
