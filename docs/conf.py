@@ -82,10 +82,18 @@ def read_included(app: Sphinx, path: Path, docname: str, source: list[str]) -> N
         read_page(app, docname, source)
 
 
+APPLIED = re.compile(r"<mo>&ApplyFunction;</mo>(?!\s*<mo[^>]*>[(\[])")
+"""Between sin and what is no bracket; docutils leaves no space there."""
+
+NUMBER = re.compile(r"[\d.]*\de[-\d]\d*×?")
+"""With an exponent: browsers would end a line at its minus."""
+
+
 def formula(tex: str, block: bool) -> str:
     """A formula as MathML, which browsers draw by themselves; its number beside it."""
     tag = re.search(r"\\tag\{(.*?)\}", tex)
     drawn = tex2mathml(tex.replace(tag[0], "") if tag else tex, as_block=block)
+    drawn = APPLIED.sub('<mspace width="0.17em"/>', drawn)
     return f'<div class="numbered">{drawn}<span>({escape(tag[1])})</span></div>' if tag else drawn
 
 
@@ -99,7 +107,15 @@ def visit_block(page: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def keep_numbers_whole(app: Sphinx, page: nodes.document) -> None:
+    """Cells of a table that are a number have a class of their own."""
+    for cell in page.findall(nodes.entry):
+        if NUMBER.fullmatch(cell.astext()):
+            cell["classes"].append("number")
+
+
 def setup(app: Sphinx) -> None:
+    app.connect("doctree-read", keep_numbers_whole)
     app.connect("source-read", read_page)
     app.connect("include-read", read_included)
     app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))

@@ -50,9 +50,10 @@ that is certain; some switches later the computed motion takes another turn than
 
 ## What is bounded
 
-A state begins at the computed instant $\\hat\\tau_0$, and in truth at $\\tau_0$. Sliding is $\\xi'' = H(\\tau) - s$,
-eq. (1), and in *absolute* time the right side is the same for both: they differ by a straight line. With $E$ and $X$
-for the differences of ξ' and ξ at $\\hat\\tau_0$, either motion continued there by its closed form,
+A state begins at the computed instant $\\hat{{\\tau_0}}$, and in truth at $\\tau_0$. Sliding is
+$\\xi'' = H(\\tau) - s$, eq. (1), and in *absolute* time the right side is the same for both: they differ by a straight
+line. With $E$ and $X$
+for the differences of ξ' and ξ at $\\hat{{\\tau_0}}$, either motion continued there by its closed form,
 
 ```math
 \\Delta\\xi' = E, \\qquad \\Delta\\xi = X + E\\,h .
@@ -60,12 +61,12 @@ for the differences of ξ' and ξ at $\\hat\\tau_0$, either motion continued the
 
 To this comes what the closed form rounds at $h$.
 
-**A start from rest** that is off by $|\\tau_0 - \\hat\\tau_0| \\le \\delta$, with $\\xi'' = a_0$ at $\\hat\\tau_0$ and
-$|H'| \\le M$ near by, has
+**A start from rest** that is off by $|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$, with $\\xi'' = a_0$ at
+$\\hat{{\\tau_0}}$ and $|H'| \\le M$ near by, has
 
 ```math
-|E| \\le |a_0|\\,\\delta + \\tfrac12 M\\delta^2, \\qquad
-|\\Delta X| \\le \\tfrac12 |a_0|\\,\\delta^2 + \\tfrac16 M\\delta^3 .
+|E| \\le |a_0|\\,\\delta + \\tfrac{{1}}{{2}} M\\delta^2, \\qquad
+|\\Delta X| \\le \\tfrac{{1}}{{2}} |a_0|\\,\\delta^2 + \\tfrac{{1}}{{6}} M\\delta^3 .
 ```
 
 **A slide ends by ξ' = 0** where the computed ξ' vanishes, to its rounding, and $a_1 = H - s$. The true ξ' is at most

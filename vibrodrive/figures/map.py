@@ -96,8 +96,7 @@ def map_figure(
         range of the colours of a continuous quantity; all values unless given. Values beyond it have colours of their
         own, at the ends of the bar.
     undisturbed : int array, optional
-        for "kept": `gaps` of the undisturbed motions, over the same axes with one value of ε and Δτ
-        (`jobs.maps.undisturbed_gaps`).
+        for "kept": `gaps` of the undisturbed motions, over the same axes with one value of ε and Δτ.
     k2 : Limits, optional
         limits in ε or Δτ over the other axis of the map, drawn as a line.
 

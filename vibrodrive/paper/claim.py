@@ -106,6 +106,12 @@ def plain(value: Any) -> Any:
     return value
 
 
+READING = """\
+figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
+(1999), and the configuration of that name. *With a correction*: it holds in part, or with other numbers or reasons than
+the paper's."""
+
+
 def claims_table(judged: Sequence[Judged]) -> str:
     """The claims as a Markdown document."""
     counts = [f"{sum(j.outcome.verdict == v for j in judged)} {v}" for v in Verdict]
@@ -113,6 +119,8 @@ def claims_table(judged: Sequence[Judged]) -> str:
         "# The paper's claims, recomputed",
         "",
         f"{len(judged)} claims: {', '.join(counts)}. Written by `vibrodrive paper`.",
+        "",
+        READING,
         "",
         "| figure | the paper says | came out | verdict |",
         "|---|---|---|---|",
