@@ -174,6 +174,13 @@ def test_a_quantity_over_decades_is_drawn_over_its_logarithm(plane):
     assert (low, high) == (0.5, 4.0)
 
 
+def test_energies_of_the_size_of_rounding_do_not_stretch_the_scale(plane):
+    plane.energy = np.array([[0.0, 1e-20], [1e-1, 1.0], [10.0, np.nan]])
+    fig = map_figure(plane, "energy")
+    assert fig.axes[1].get_ylim() == pytest.approx((1e-8, 10.0))
+    assert cells(fig)[2][1][0] == UNDER, "1e-20"
+
+
 @pytest.mark.parametrize("limits", [(5e-3, 1.0), (0.5, 1.0)])
 def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane, limits):
     plane.energy = np.array([[0.0, 1e-3], [0.7, 1.0], [10.0, np.nan]])

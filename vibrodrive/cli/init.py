@@ -24,8 +24,9 @@ def init(name: str | None, output: Path | None) -> None:
     if name is None:
         if output is not None:
             raise click.ClickException(bad("output", str(output), "given with the NAME of a configuration"))
+        wide = max(map(len, known))
         for each, title in known.items():
-            click.echo(f"{each:<12} {title}")
+            click.echo(f"{each:<{wide}}  {title}")
         return
     if name not in known:
         raise click.ClickException(bad("name", name, "one of " + ", ".join(known)))

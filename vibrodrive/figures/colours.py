@@ -26,6 +26,10 @@ SHADES = 512
 DECADES = 2.0
 """A positive quantity that spans more is drawn over its logarithm."""
 
+LEAST = 1e-9
+"""Of the largest value: where such a logarithm begins, unless told. What is less, the energy of a touch that rounding
+makes an impact, has the colour of values below."""
+
 PLAIN_STATES = 12
 """The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
 
@@ -198,8 +202,8 @@ def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     """Over the limits, or all values: logarithmic where what is drawn is positive and spans more than DECADES."""
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
-    if limits is None and low == 0 and positive.size:  # a 0 is set apart if the others need a logarithm
-        low = positive.min()
+    if limits is None and low >= 0 and positive.size:  # a 0 is set apart if the others need a logarithm
+        low = max(positive.min(), LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)
     if limits is None:

@@ -64,7 +64,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
         advice = "choose another file, as --overwrite replaces result files only"
         raise Refused(f"output: {path}: {why}: {advice}") from None
     if found != kind:
-        held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds} (or --overwrite)"
+        held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds}: name another with -o"
         raise Refused(bad("output", str(path), held))
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 PLAIN_SECONDS = 10.0
 """Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
 
-COMPILING = "compiling the kernels, once for this version, Python and processor"
+COMPILING = "compiling kernels that this needs, once for this version, Python and processor"
 """Shown when it begins; its duration is not known in advance."""
 
 

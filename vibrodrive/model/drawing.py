@@ -96,6 +96,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
             raise ValueError(bad("quantity", quantity, allowed))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)
+        if quantity in OF_SUMMARY and SUMMARY not in record:
+            recorded += f', and {quantity} is in record = "{SUMMARY}"'
         raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}: {recorded}"))
     return kind, quantity
 
