@@ -414,7 +414,8 @@ def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
         (
             ("section",),
             {"quantity": "energy"},
-            "quantity = 'energy': must be one of last_xi, last_dxi, status, margin: this sweep recorded",
+            "quantity = 'energy': must be one of last_xi, last_dxi, status, margin: this sweep recorded section, "
+            'and energy is in record = "summary"',
         ),
         (("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
         (("section",), {"quantity": "impact_speed"}, "must be left out: this sweep recorded section"),
