@@ -38,6 +38,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]  # as GitHub has them
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
+smartquotes = False  # what stands in quotes is to be typed, and ξ' is no quotation
 
 nb_execution_mode = "force"
 nb_execution_timeout = 300
