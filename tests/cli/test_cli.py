@@ -441,9 +441,11 @@ def test_dry_run_of_a_short_sweep_has_a_time_and_threads_take_no_memory(run):
 @pytest.mark.jit
 def test_trajectory_draws_one_motion(run):
     options = ("--set", "A=3.04", "--set", "eps=0", "--set", "transient=50")
+    Path("small.png").write_text("the diagram of a sweep")
     code, out, err = run("trajectory", "small.toml", *options)
     assert (code, out) == (0, "")
-    assert Path("small.png").read_bytes()[:4] == b"\x89PNG"
+    assert Path("small_trajectory.png").read_bytes()[:4] == b"\x89PNG"
+    assert Path("small.png").read_text() == "the diagram of a sweep"
     assert "switches" in err
 
 

@@ -142,7 +142,7 @@ def test_a_result_is_no_picture(run, idle, command):
         ("orbits", "c.png", ()),
         ("orbits", "c_multipliers.png", ("-o", "c.h5")),
         ("limits", "c.png.part", ("-o", "c.h5")),
-        ("trajectory", "c.png", ("--set", "A=3", "--set", "eps=0")),
+        ("trajectory", "c.png", ("--set", "A=3", "--set", "eps=0", "-o", "c.png")),
         ("trajectory", "c.toml", ("--set", "A=3", "--set", "eps=0", "-o", "link.svg")),
     ],
 )

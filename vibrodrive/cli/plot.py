@@ -285,7 +285,7 @@ FOLLOW_SECONDS = 1.0
 
 @click.command()
 @click.argument("config", type=FILE)
-@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG with .png, here).")
+@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG_trajectory.png, here).")
 @SET
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
@@ -307,7 +307,7 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     told = "periods" in drawn
     if told:
         arguments["periods"] = drawn.pop("periods")
-    target = output or Path(config.stem + ".png")
+    target = output or Path(config.stem + "_trajectory.png")  # CONFIG.png is the diagram of a sweep
     check_figure(target, {"configuration": config})
     from vibrodrive import simulate
     from vibrodrive.figures import diagrams as figures
