@@ -12,9 +12,11 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.batch.records import as_quantities
-from vibrodrive.kernels import summary
-from vibrodrive.kernels.history import ROWS
+from vibrodrive.kernels import lane, summary
+from vibrodrive.kernels.engine import batch
+from vibrodrive.kernels.history import ROWS, new_history
 from vibrodrive.kernels.summary import OUT, TOTALS, summarise
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import SUMMARIES
 
 NAMES = [q.name for q in SUMMARIES]
@@ -224,6 +226,25 @@ def test_the_bits_are_those_of_the_switches(seed):
     for k, a in enumerate(A):
         assert_same(both, k, vd.simulate(A=a, **scene))
         assert all(np.array_equal(getattr(both, q)[k], getattr(alone, q)[k], equal_nan=True) for q in NAMES)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+@pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
+def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
+    """On a grid ξ at an impact is what it is at the grid point, or at a zero known to the tolerance."""
+    scene = dict(A=3.04, eps=eps, transient=2, periods=6, **({} if method == "certified" else {"dtau": 0.05}))
+    plan = make_plan(scene | {"method": method})
+    w, k = lane.new_lanes(1)
+    history, totals = new_history(1, True)
+    batch(plan.settings.method, eps > 0.0)(
+        w[0], k[0], plan.points(0, 1), np.arange(1), np.zeros(1, np.int64), 2, 6, plan.settings.budget,
+        np.empty((1, 6, 2)), np.empty((1, 0, 4)), history[0], totals[0], np.empty((1, OUT)), np.empty(1, np.int8),
+        np.empty(1), np.empty((1, 5), np.int64), np.empty(1),
+    )  # fmt: skip
+    switches = vd.simulate(**scene, method=method).switches
+    rows = history[0, 0, : k[0, 0, lane.HISTORY_COUNT]]
+    assert (rows == np.column_stack([switches[n] for n in ("period", "phase", "before", "after", "xi", "dxi")])).all()
 
 
 @pytest.mark.jit

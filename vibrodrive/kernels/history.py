@@ -130,7 +130,8 @@ def keep_switch(w, k, i, on_grid, transient, history, totals):
         elif on_grid:
             v = 0.0 - w[r.END_SPEED + i]
         if which == S1:
-            write_switch(w, k, i, ended, at, before, IMPACT, 0.0, 0.0 - w[r.END_SPEED + i], history, totals)
+            x_end = w[r.END_GAP + i] if on_grid else 0.0
+            write_switch(w, k, i, ended, at, before, IMPACT, x_end, 0.0 - w[r.END_SPEED + i], history, totals)
             before, v = IMPACT, 0.0
         write_switch(w, k, i, ended, at, before, wait if waited else after, x, v, history, totals)
     if waited and keeps(w, k, i, period, phi, transient):

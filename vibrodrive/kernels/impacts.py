@@ -53,7 +53,7 @@ def write_impact(k, i, period, phi, speed, before, impacts):
 
 
 @inline
-def note_end(w, k, i, which, period, phi, v):
+def note_end(w, k, i, which, period, phi, x, v):
     """The end of a state that a batch comes to in lane i: the switching function `which` is zero there.
 
     Behind a wait whose end is known beforehand the lane goes on from a later instant.
@@ -61,6 +61,7 @@ def note_end(w, k, i, which, period, phi, v):
     k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period
     w[r.END_PHI + i] = phi
+    w[r.END_GAP + i] = x
     w[r.END_SPEED + i] = -v
 
 

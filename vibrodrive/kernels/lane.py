@@ -14,14 +14,14 @@ from vibrodrive.jit.branchless import COMPILED
 from vibrodrive.jit.compile import inline
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 91 × 8 B = 52 kB,
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 92 × 8 B = 53 kB,
 of which a search touches a third; the last eight rows belong to single trajectories alone)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 99
+ROWS_W = 100
 ROWS_K = 36
 
 LINE = 64
@@ -59,7 +59,7 @@ LINE = 64
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
     # where a batch of switches has come to, and the last main impact at the reference (see impacts.py)
-    END_PHI, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
+    END_PHI, END_GAP, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
     # what the segment under way is off by from its start on, and from which period on that is not known
     # (see certainty.py)
     V_SHARE, X_SHARE, V_MORE, X_MORE, SHIFT, BEGUN_LATE, BEGUN_JUMP, CERTAIN_UNTIL,

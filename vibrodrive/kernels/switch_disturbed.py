@@ -126,7 +126,7 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
     )  # fmt: skip
     done = choose(recorded, KEEP_SWITCH, DONE)
     leave_over(k, i, choose(over | aside | (met == NOTHING), done, UNUSUAL))
-    note_end(w, k, i, which, period1, there.phi, there.v)
+    note_end(w, k, i, which, period1, there.phi, x, there.v)
     commit_points(k, i, over & point, slot + 1)
     commit_state(k, i, over, to)
     commit_time(w, k, i, over, period1, there.phi, there.low, left, there.p, there.q)

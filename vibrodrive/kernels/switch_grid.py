@@ -216,7 +216,7 @@ def apply_switch_on_grid(w, k, i, fixed, transient, periods, budget):
     more += choose(recorded | (k[r.HISTORY_KEEPS + i] == ALL), KEEP_SWITCH, DONE)
     leave_over(k, i, choose(over, more, choose(idle, DONE, UNUSUAL)))
 
-    note_end(w, k, i, which, there, phi1, v)
+    note_end(w, k, i, which, there, phi1, x, v)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
     left = time_between(there, phi1, low1, end, w[r.PHI0 + i])
     commit_state(k, i, over, to)

@@ -141,7 +141,7 @@ def apply_switch_undisturbed(w, k, i, transient, periods, budget):
     more += choose(kept, KEEP_SWITCH, DONE)
     leave_over(k, i, choose(over, more, choose(aside | (not met), DONE, UNUSUAL)))
 
-    note_end(w, k, i, which, period1, phi1, there.v)
+    note_end(w, k, i, which, period1, phi1, x, there.v)
     left = time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
     next_state = choose(up, UP, DOWN)
     commit_state(k, i, over, next_state)
