@@ -205,3 +205,42 @@ def test_a_grid_coarser_than_half_a_period(scene):
         vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan) for scan in ("literal", "skip")
     )
     assert (literal.switches == skip.switches).all()
+
+
+def disturbed_points(seed, n, dtau):
+    """Points of all kinds with ε > 0, Δτ between two powers of ten."""
+    rng = np.random.default_rng(seed)
+    B = rng.choice([0.0, 0.1, 0.5, 0.985, 1.2], n)
+    started = rng.choice([0.0, 1.0], (2, n))
+    return dict(
+        A=rng.uniform(abs(1 - B) + 0.01, B + 4), B=B, eps=10 ** rng.uniform(-6, -2, n),
+        eta=10 ** rng.uniform(0.7, 2.3, n), dtau=10 ** rng.uniform(*dtau, n), tau0=rng.uniform(0, 6.28, n),
+        xi0=started[0] * rng.exponential(size=n), dxi0=started[1] * rng.normal(size=n),
+        tol=10 ** rng.uniform(-12, -6, n),
+    )  # fmt: skip
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["muller", "fixed"])
+def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
+    """A sweep takes most switches of all lanes at once, a single trajectory none: bits and evaluations are the same."""
+    points = disturbed_points(8, 500, (-3.0, 0.0))
+    run = dict(method=method, transient=3, periods=6, section_phase=2.0)
+    swept = vd.sweep(points=points, **run)
+    alone = [
+        vd.simulate(**dict(zip(points, point, strict=True)), **run) for point in zip(*points.values(), strict=True)
+    ]
+    assert [k for k, motion in enumerate(alone) if not _same(swept, k, motion)] == []
+    assert evaluations(points=points, **run) == sum(motion.evaluations for motion in alone)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["muller", "fixed"])
+def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
+    """Whatever is leapt over, behind a start from rest and before a zero, is visited by the literal scan."""
+    sweep = dict(points=disturbed_points(9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
+    skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))
+    assert np.array_equal(skipping.section, literal.section, equal_nan=True)
+    assert np.array_equal(skipping.switches, literal.switches)
+    assert np.array_equal(skipping.margin, literal.margin)
+    assert np.array_equal(skipping.status, literal.status)

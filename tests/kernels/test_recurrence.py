@@ -10,6 +10,7 @@ import vibrodrive as vd
 from tests.support.agreement import same_status
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
@@ -30,10 +31,10 @@ def evaluations(**arguments) -> float:
     """How many a sweep of these arguments takes."""
     plan = make_plan(arguments)
     s, n = plan.settings, plan.n_points
-    work = np.empty(n)
+    points, work = plan.points(0, n), np.empty(n)
     w, k = new_lanes(1)
-    batch(s.method, plan.scalars["eps"] > 0.0)(
-        w[0], k[0], plan.points(0, n), np.arange(n), np.zeros(1, np.int64), s.transient, s.periods, s.budget,
+    batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0))(
+        w[0], k[0], points, np.arange(n), np.zeros(1, np.int64), s.transient, s.periods, s.budget,
         np.empty((n, s.periods, 2)), None, None, None, None, np.empty(n, np.int8), np.empty(n),
         np.empty((n, 5), np.int64), work,
     )  # fmt: skip

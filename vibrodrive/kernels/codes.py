@@ -41,6 +41,11 @@ NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
 both functions below 0."""
 
 
+NONE_BEGUN, COMPLETE, LEAVING, CLOSING_IN = 0.0, 1.0, 2.0, 3.0
+"""How far the refinement of a zero has come (muller.py): not begun; at its end; on the way, still leaving the zero that
+its slide began with, or about to close in on the next."""
+
+
 DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
 """What is left to do in a lane after a batch of switches: nothing; everything (event.py); or some of: a section point
 to be written, a recurrence to be looked for (recurrence.py), a switch to be kept where switches are (keep.py)."""

@@ -2,9 +2,9 @@
 
 A kernel of `batch` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the
 search in every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found
-(switch_undisturbed.py, switch_disturbed.py, switch_grid.py); both are loops over lanes that vectorise. Everything else,
-and every switch on a grid with a disturbance, is processed one lane at a time (event.py). A motion that repeats itself
-is not computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
+(switch_undisturbed.py, switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py); both are loops over
+lanes that vectorise. Everything else is processed one lane at a time (event.py). A motion that repeats itself is not
+computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
 another, so a trajectory's bits depend on nothing but its point. What is followed by itself has a loop of its own
 (single.py).
 """
@@ -24,7 +24,6 @@ from vibrodrive.kernels.codes import (
     FIXED_BRACKETED,
     KEEP_SWITCH,
     MULLER_BRACKETED,
-    NOTHING,
     STEPPED,
     UNUSUAL,
     ZERO,
@@ -40,11 +39,12 @@ from vibrodrive.kernels.setup import load
 from vibrodrive.kernels.switch import has_rows, leave_over, write_points
 from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
 from vibrodrive.kernels.switch_grid import apply_switches_on_grid
+from vibrodrive.kernels.switch_grid_disturbed import apply_switches_on_grid_disturbed
 from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
 from vibrodrive.kernels.undisturbed import search_brackets, set_search_mode
 
-STEPS, EVALUATIONS = 3, 2
-"""Steps of a search, with and without a disturbance, before its outcome is looked at: most have ended by then, and
+STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
+"""Steps of a search, with a disturbance and without one, before its outcome is looked at: most have ended by then, and
 looking costs more than a step."""
 
 
@@ -55,21 +55,11 @@ def search_undisturbed(w, k, n, grid):
         for i in range(n):
             if w[r.SEARCH_MODE + i] == STEPPED:
                 if grid:
-                    search_on_grid(w[i:], 1, False)
+                    search_on_grid(w[i:], 1, False, 1)
                 else:
                     search_stepwise(w[i:], 1, 1)
             elif w[r.SEARCH_MODE + i] == AT_ONCE:
                 w[r.OUTCOME + i] = ZERO
-
-
-@inline
-def list_ended(w, todo, n):
-    """List the lanes whose search has ended. Returns how many there are."""
-    m = 0
-    for i in range(n):
-        todo[m] = i
-        m += 1 if w[r.OUTCOME + i] != NOTHING else 0
-    return m
 
 
 @part_each("fast")
@@ -114,12 +104,10 @@ def batch(method: int, disturbed: bool):
     Each is compiled when it is first called, from what it needs alone; once more where more than sections is recorded,
     as types tell None from an array.
     """
-    grid = method != CERTIFIED
+    grid, fixed = method != CERTIFIED, method == FIXED
     if grid and not disturbed:
-        method = FIXED_BRACKETED if method == FIXED else MULLER_BRACKETED
-    fixed = method == FIXED_BRACKETED
+        method = FIXED_BRACKETED if fixed else MULLER_BRACKETED
     bracketed = grid and not disturbed
-    scans = grid and disturbed
     repeats = not (disturbed or fixed)
 
     @jit(_nrt=False)
@@ -162,27 +150,29 @@ def batch(method: int, disturbed: bool):
             if n == 0:
                 todo[PAUSED] = 0
                 return True
-            if scans:
-                search_on_grid(w, n, True)
-                m = list_ended(w, todo, n)
-            else:
-                if disturbed:
-                    search_stepwise(w, n, STEPS)
-                    mark_points(w, k, n, transient, periods)
-                    write_ahead(w, k, n, transient, section)
-                    m = apply_switches_disturbed(w, k, n, transient, periods, budget)
+            if disturbed:
+                if grid:
+                    search_on_grid(w, n, True, STEPS_ON_GRID)
                 else:
-                    search_undisturbed(w, k, n, grid)
-                    if grid:
-                        m = apply_switches_on_grid(w, k, n, fixed, transient, periods, budget)
-                    else:
-                        m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
-                if not disturbed or totals is not None:
-                    m += follow_up(
-                        w, k, n, disturbed, grid, transient, periods, budget, section, impacts, history, totals, summary
-                    )  # fmt: skip
-                if m > 0:
-                    list_unusual(k, todo, n)
+                    search_stepwise(w, n, STEPS)
+                mark_points(w, k, n, transient, periods)
+                write_ahead(w, k, n, transient, section)
+                if grid:
+                    m = apply_switches_on_grid_disturbed(w, k, n, fixed, transient, periods, budget)
+                else:
+                    m = apply_switches_disturbed(w, k, n, transient, periods, budget)
+            else:
+                search_undisturbed(w, k, n, grid)
+                if grid:
+                    m = apply_switches_on_grid(w, k, n, fixed, transient, periods, budget)
+                else:
+                    m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
+            if not disturbed or totals is not None:
+                m += follow_up(
+                    w, k, n, disturbed, grid, transient, periods, budget, section, impacts, history, totals, summary
+                )  # fmt: skip
+            if m > 0:
+                list_unusual(k, todo, n)
             ended = 0
             for j in range(m):
                 i = todo[j]

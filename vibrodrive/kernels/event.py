@@ -1,12 +1,10 @@
 """One lane over the end of its search, whatever it has met: the switch is recorded, the next state decided and begun.
 
-The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, every switch on a grid
-(but for sweeps at ε = 0) and those of a single trajectory come here. Both follow switch.py.
+The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, and the switches of a
+single trajectory, come here. Both follow switch.py.
 """
 
 from __future__ import annotations
-
-import math
 
 from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.kernels import lane as r
@@ -47,6 +45,7 @@ from vibrodrive.kernels.first_zero import (
     LEAST_GAP,
     fall_from_nothing,
     first_cursor,
+    first_grid_point,
     peak_cursor,
     stay_inside,
 )
@@ -64,11 +63,11 @@ from vibrodrive.kernels.margins import (
     wait_end_distance,
 )
 from vibrodrive.kernels.motion import (
-    LONGEST_SCAN,
     Arrival,
     adhesive_force,
     arrive_later,
     arrive_on_grid,
+    grid_steps,
     longest,
     propagate,
     state_at,
@@ -126,14 +125,11 @@ NOWHERE = Arrival(*10 * [0.0])
 @inline_each("method")
 def reach(w, i, method):
     """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
-    most, left = longest(w, i), w[r.LEFT + i]
-    if method == CERTIFIED:
-        return left if left < most else most
-    steps = float(math.floor(most / w[r.DTAU + i]))
-    steps = steps if steps < LONGEST_SCAN else LONGEST_SCAN
-    last = float(math.ceil(left / w[r.DTAU + i]))
-    steps = steps if steps < last else last
-    return steps if steps > 1.0 else 1.0
+    left = w[r.LEFT + i]
+    if method != CERTIFIED:
+        return grid_steps(w, i, left)
+    most = longest(w, i)
+    return left if left < most else most
 
 
 @inline_each("method")
@@ -142,13 +138,16 @@ def begin_search(w, k, i, state, from_rest, method):
     limit, which = reach(w, i, method), terminating_function(state)
     set_limit(w, i, True, limit)
     search = search_shape(w, i, which, limit if method == CERTIFIED else limit * w[r.DTAU + i])
-    cursor = 0.0
-    if method == CERTIFIED and from_rest and not waits(state):
-        disturbed = w[r.AF + i] > 0.0
-        cursor = first_cursor(search, limit) if disturbed else peak_cursor(w, i, direction(state), limit)
+    cursor = 0.0 if method == CERTIFIED else 1.0
+    if from_rest and not waits(state):
+        if method != CERTIFIED:
+            cursor = first_grid_point(search, w[r.DTAU + i], limit)
+        else:
+            disturbed = w[r.AF + i] > 0.0
+            cursor = first_cursor(search, limit) if disturbed else peak_cursor(w, i, direction(state), limit)
     set_search(w, k, i, True, which, search, cursor)
     if method != CERTIFIED:
-        start_on_grid(w, i, which)
+        start_on_grid(w, i, True, which)
 
 
 @part_each("method")

@@ -26,12 +26,15 @@ that is the zero to the last bit.
 **Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
 than that cannot be told from two zeros or none: it is met, and reported through the margin (margins.py). The same
 bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
-could have shown a change of sign.
+could have shown a change of sign. They begin behind the start and go by the series, too, as far as g is sure to stay
+above its rounding.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from vibrodrive.jit.branchless import ROUND, choose, fma, wide
 from vibrodrive.jit.compile import inline, inline_each, part, part_each
@@ -40,6 +43,7 @@ from vibrodrive.kernels.codes import (
     BOTH,
     FALLEN,
     INFINITY,
+    LEAVING,
     LIMIT_MET,
     NOTHING,
     S4,
@@ -75,6 +79,7 @@ from vibrodrive.kernels.lane import (
     PHI,
     PHI_DOWN,
     PHI_UP,
+    REFINEMENT,
     SEARCH,
     SIG,
     SPAN,
@@ -106,6 +111,10 @@ zero, the way back is trusted in turn: over r = d/5, |g''| r + M3 r²/2 + M4 r³
 
 LEAP = 2.0
 """As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
+
+SURELY_FREE = 0.95
+"""The share of what is free of zeros behind a start from rest that grid points are skipped in: at its end nothing is
+known to be above the noise."""
 
 LEAST_GAP = 1e-30
 """From a smaller gap, with a disturbance, an impact is not searched for by steps."""
@@ -151,6 +160,23 @@ def first_cursor(search, limit):
     """Where the search for the end of a slide can begin that starts with ξ' = 0."""
     free = zero_free_span(search.sig * search.d1, 2.0 * search.sig * search.d2, search.m3)
     return choose(free > 0.0, choose(free < limit, free, limit), 0.0)
+
+
+@inline
+def first_grid_point(search, dtau, limit):
+    """The same on a grid: the first of its points to be looked at. At all before, the function is above its noise.
+
+    What g/s is at least is a concave function of s, least at one end of the way.
+    """
+    rise, bend = search.sig * search.d1, 2.0 * search.sig * search.d2
+    free = zero_free_span(rise, bend, search.m3)
+    steps = np.floor(SURELY_FREE * free / dtau)
+    steps = choose(steps < limit, steps, limit)
+    h = steps * dtau
+    at_first = rise + dtau * (0.5 * bend - (1.0 / 6.0) * search.m3 * dtau)
+    at_last = rise + h * (0.5 * bend - (1.0 / 6.0) * search.m3 * h)
+    least = choose(at_first < at_last, at_first, at_last)
+    return choose((steps > 1.0) & (dtau * least > search.noise), steps, 1.0)
 
 
 @inline
@@ -205,6 +231,28 @@ def series(h, u, half, third, fourth, m3, scale, rate):
 
 
 @inline
+def bends_little(way, dg, ddg, m3, rate):
+    """Whether g' < 0 is sure to change by less than BENT of it within `way`: M3 = m3, M4 = m3 rate."""
+    return fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
+
+
+@inline
+def step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, noise):
+    """A step to shortly before the zero that g > 0 points to, where g is still above `noise`; 0 if that is not sure.
+
+    All the way g' keeps 3/4 of what it is at least, so g falls, and from what its Taylor polynomial and the remainder,
+    M5 s⁵/120, are off at the end of the series follows how much sooner to end.
+    """
+    inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
+    half, third, fourth = 0.5 * ddg, (1.0 / 6.0) * dddg, (1.0 / 24.0) * ddddg
+    way = -householder_series(g * inverse, half * inverse, third * inverse, fourth * inverse)
+    square = way * way
+    off = abs(fma(fma(fma(fma(fourth, way, third), way, half), way, dg), way, g))
+    off = fma((1.0 / 120.0) * m3 * rate * rate, square * square * way, off) + noise
+    return choose(bends_little(way, dg, ddg, m3, rate) & (way > 0.0), fma(1.5 * off, inverse, way), 0.0)
+
+
+@inline
 def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
     """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe.
 
@@ -218,8 +266,9 @@ def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
     past = g < 0.0
     ahead = choose(past, h, h + step)
     way = abs(jump - h)
-    straight = fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
-    trusted = straight & choose(past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit))
+    trusted = bends_little(way, dg, ddg, m3, rate) & choose(
+        past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit)
+    )
     zero = close | ((not trusted) & (past | (step <= TINY * ahead)))
     return choose(close | trusted, jump, ahead), zero
 
@@ -228,8 +277,8 @@ def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
 def search(w, i, fast, grid):
     """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
 
-    Without a grid the cursor is a time h after the last switch, and a lane that has met something stays as it is; on a
-    grid the cursor is a whole number of steps, and a zero is met where eq. (10) holds for the step that ends there.
+    Without a grid the cursor is a time h after the last switch; on a grid it is a whole number of steps, and a zero is
+    met where eq. (10) holds for the step that ends there. A lane that has met something stays as it is.
     """
     cursor = w[CURSOR + i]
     dtau = w[DTAU + i]
@@ -293,9 +342,11 @@ def search(w, i, fast, grid):
     span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
     if grid:
         span += 1e-9 * w[SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
-
+    rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
     limit = w[LIMIT + i]
     if grid:
+        further = step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, w[NOISE + i])
+        step = choose(further > step, further, step)
         reach = cursor + (step / dtau if trusted > 0.0 else 0.0)
         reach = reach if reach < limit else limit
         whole = (reach + ROUND) - ROUND
@@ -310,7 +361,6 @@ def search(w, i, fast, grid):
         ahead = cursor if met != NOTHING else ahead
     else:
         tired = w[WORK + i] - w[WORK_BOOKED + i] > PATIENCE
-        rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
         ahead, zero = advance(
             h, g, dg, ddg, dddg, ddddg, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
         )  # fmt: skip
@@ -326,7 +376,7 @@ def search(w, i, fast, grid):
         next_one = choose((ahead == cursor + 1.0) & (not turn), g, UNKNOWN)
         w[BEFORE + i] = choose(ahead == cursor, w[BEFORE + i], next_one)
         w[VALUE + i] = choose(turn, UNKNOWN, g)
-    on = True if grid else w[OUTCOME + i] == NOTHING
+    on = w[OUTCOME + i] == NOTHING
     w[LAST_NONNEGATIVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[LAST_NONNEGATIVE + i])
     w[CURSOR + i] = choose(on, choose(turn, other, ahead), cursor)
     w[OTHER + i] = choose(on & turn, ahead, other)
@@ -337,11 +387,15 @@ def search(w, i, fast, grid):
 
 
 @part_each("fast")
-def search_on_grid(w, n, fast):
-    """One step in each of the lanes 0..n-1."""
+def search_on_grid(w, n, fast, steps):
+    """`search_stepwise` on a grid, with a disturbance (`fast`) or without. A zero that is being refined stays."""
     wide()
-    for i in range(full(n)):
-        search(w, i, fast, True)
+    m = full(n)
+    for i in range(m):
+        w[OUTCOME + i] = choose(w[REFINEMENT + i] >= LEAVING, w[OUTCOME + i], NOTHING)
+    for _ in range(steps):
+        for i in range(m):
+            search(w, i, fast, True)
 
 
 @part

@@ -14,14 +14,14 @@ from vibrodrive.jit.branchless import COMPILED
 from vibrodrive.jit.compile import inline
 
 LANES = 64
-"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 92 × 8 B = 53 kB,
-of which a search touches a third; the last eight rows belong to single trajectories alone)."""
+"""Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 101 × 8 B = 58 kB,
+of which a search touches a quarter; the last eight rows belong to single trajectories alone)."""
 
 STRIDE = LANES + 8
 """From one row to the next. Rows a page apart would be taken for the same place when one is written and the other read
 soon after; like this that is each 64th, not each eighth."""
 
-ROWS_W = 100
+ROWS_W = 109
 ROWS_K = 36
 
 LINE = 64
@@ -49,6 +49,9 @@ LINE = 64
     CURSOR, OTHER, LAST_NONNEGATIVE, LIMIT, OUTCOME, DIP_NUMERATOR, DIP_DENOMINATOR, WORK, WORK_BOOKED,
     # on a grid: the function's values at the cursor and at the grid point before, NaN where it was not looked at
     VALUE, BEFORE,
+    # the refinement of its zero: bracket, the last three points with the values at two of them, how far it has come,
+    # its evaluations (see muller.py)
+    LOWER, UPPER, OLDER, OLDER_VALUE, OLD, OLD_VALUE, NEWEST, REFINEMENT, EVALUATED,
     # a search at ε = 0: its mode, its bracket, and the last slides: phase at their start, how long they took and
     # by how much longer a later one does (see undisturbed.py)
     SEARCH_MODE, LO, HI, BEGAN_UP, LASTED_UP, RATE_UP, BEGAN_DOWN, LASTED_DOWN, RATE_DOWN,

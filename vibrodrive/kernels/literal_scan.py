@@ -14,7 +14,7 @@ from __future__ import annotations
 from vibrodrive.jit.branchless import fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import arc, arc_of_product, dot
-from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S2, S4, ZERO
+from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S1, S2, S4, ZERO
 from vibrodrive.kernels.lane import (
     AF,
     AL,
@@ -154,7 +154,7 @@ def scan(w, k, i, table):
     sig = 1.0 if two_sided else w[SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[CURSOR + i]
+    first = w[CURSOR + i] if which == S1 else 1.0  # where grid points are skipped the others may begin later
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)

@@ -80,6 +80,15 @@ def longest(w, i):
 
 
 @inline
+def grid_steps(w, i, left):
+    """How many steps of its grid a search may take: to the end of the record, `left` away, or of the segment."""
+    steps, last = np.floor(longest(w, i) / w[DTAU + i]), np.ceil(left / w[DTAU + i])
+    steps = choose(steps < LONGEST_SCAN, steps, LONGEST_SCAN)
+    steps = choose(steps < last, steps, last)
+    return choose(steps > 1.0, steps, 1.0)
+
+
+@inline
 def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
     """The slow part of a shape; s, v, ds, dv from `arc(h)`."""
     linear = d1 if near else c1
@@ -362,6 +371,16 @@ def arrive_on_grid(w, k, i, x, v, steps):
     commit_grid(k, i, True, k[GRID + i] + int(steps))
     period, phi, low = grid_time(w, k, i, k[GRID + i])
     return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
+
+
+@inline
+def propagate_on_grid(w, k, i, h, steps):
+    """Where h leads with a disturbance, to grid point number `steps`."""
+    x, v = state_at(w, i, h, True)
+    period, phi, low = grid_time(w, k, i, steps)
+    p, q = excitation(w[A + i], phi, low)
+    theta, pf, qf = fast_excitation(w, i, float(period), phi, low)
+    return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, p, q, theta, pf, qf)
 
 
 @inline

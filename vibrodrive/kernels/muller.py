@@ -4,29 +4,71 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.branchless import choose
-from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.branchless import choose, wide
+from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import arc, arc_of_product
-from vibrodrive.kernels.lane import AL, ALF, BASE, BE, BEF, BEFORE, C0, C1, C2, D1, D2, ETA, SIG, TOL, VALUE, WORK
+from vibrodrive.kernels.codes import BOTH, CLOSING_IN, COMPLETE, LEAVING, NONE_BEGUN, ZERO
+from vibrodrive.kernels.lane import (
+    AL,
+    ALF,
+    BASE,
+    BE,
+    BEF,
+    BEFORE,
+    C0,
+    C1,
+    C2,
+    CURSOR,
+    D1,
+    D2,
+    DTAU,
+    ETA,
+    EVALUATED,
+    LOWER,
+    NEWEST,
+    OLD,
+    OLD_VALUE,
+    OLDER,
+    OLDER_VALUE,
+    OUTCOME,
+    REFINEMENT,
+    SIG,
+    TOL,
+    UPPER,
+    VALUE,
+    WORK,
+    full,
+)
 from vibrodrive.kernels.motion import fast_part, shape
 
 ITERATIONS = 100
 """Bisection alone halves any bracket to nothing in this many steps, so the loop always ends by itself."""
 
+MANY = 16
+"""For fewer lanes no further step is taken abreast, which costs as much as for all: they wait for others."""
+
+
+@inline_each("fast")
+def function_at(w, i, h, fast):
+    """The switching function searched in lane i, at h after the last switch, with a disturbance (`fast`) or without."""
+    s, v, ds, dv, near = arc(h)
+    if fast:
+        sf, vf, dsf, dvf, near_fast = arc_of_product(w[ETA + i], h)
+        near = near & near_fast
+    c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]
+    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv)
+    if fast:
+        g += fast_part(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
+    return w[BASE + i] + w[SIG + i] * g
+
 
 @part
 def value(w, i, h):
-    """The switching function searched in lane i, at h after the last switch."""
-    s, v, ds, dv, near = arc(h)
-    fast = 0.0
-    if w[ETA + i] > 0.0:
-        sf, vf, dsf, dvf, near_fast = arc_of_product(w[ETA + i], h)
-        near = near & near_fast
-        fast = fast_part(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
-    c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]
-    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv) + fast
+    """The same, disturbed or not; it is counted."""
     w[WORK + i] += 1.0
-    return w[BASE + i] + w[SIG + i] * g
+    if w[ETA + i] > 0.0:
+        return function_at(w, i, h, True)
+    return function_at(w, i, h, False)
 
 
 @inline
@@ -49,6 +91,27 @@ def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
     return choose((low < x3) & (x3 < high), x3, 0.5 * (low + high))
 
 
+@inline
+def begin_between(low, high, g0, g1):
+    """(x2, whether a zero is still to be left): where refinement looks first.
+
+    A slide out of rest begins on a zero of its own, which is not the next switch: leave it first.
+    """
+    leaving = g0 <= 0.0
+    return choose(leaving, 0.5 * (low + high), on_chord(low, high, g0, g1)), leaving
+
+
+@inline
+def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
+    """(low, high, leaving, x3, whether x3 is the end) behind a step of refinement to x2."""
+    below, met = g2 < 0.0, g2 == 0.0
+    low, high = choose(below, low, x2), choose(below, x2, high)
+    leaving = leaving & below
+    x3 = choose(leaving, 0.5 * (low + high), on_parabola(low, high, x0, g0, x1, g1, x2, g2))
+    done = met | (abs(x3 - x2) < tol) | (x3 == low) | (x3 == high)
+    return low, high, leaving, choose(met, x2, x3), done
+
+
 @part
 def refine(w, i, low, high):
     """A zero of the switching function between low (not yet changed sign) and high (changed).
@@ -57,27 +120,87 @@ def refine(w, i, low, high):
     point, of the parabola through the last three points; a step that leaves the bracket is replaced by bisection. Ends
     when the step is below `tol`.
     """
-    tol = w[TOL + i]
     x0, x1 = low, high
     g0, g1 = w[BEFORE + i], w[VALUE + i]  # where the scan has been there already
     g0 = g0 if g0 == g0 else value(w, i, low)
     g1 = g1 if g1 == g1 else value(w, i, high)
-    # a slide out of rest begins on a zero of its own, which is not the next switch: leave it first
-    leaving = g0 <= 0.0
-    x2 = 0.5 * (low + high) if leaving else on_chord(low, high, g0, g1)
+    x2, leaving = begin_between(low, high, g0, g1)
     for _ in range(ITERATIONS):
         g2 = value(w, i, x2)
-        if g2 < 0.0:
-            high = x2
-        else:
-            low = x2
-            leaving = False
-        if g2 == 0.0 and not leaving:
-            return x2
-        x3 = 0.5 * (low + high) if leaving else on_parabola(low, high, x0, g0, x1, g1, x2, g2)
-        if abs(x3 - x2) < tol or x3 in (low, high):
+        low, high, leaving, x3, done = close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, w[TOL + i])
+        if done:
             return x3
         x0, g0 = x1, g1
         x1, g1 = x2, g2
         x2 = x3
     return x2
+
+
+@inline
+def under_way(w, i):
+    """Whether lane i is between two steps of `refine`."""
+    return w[REFINEMENT + i] >= LEAVING
+
+
+@inline
+def begin_refinement(w, i):
+    """Lane i begins as `refine` does, if its scan has met a zero and knows the values at both sides of it.
+
+    Where the segment begins the value is the constant of the shape; `refine` evaluates it, so it counts as evaluated.
+    """
+    met, cursor, dtau = w[OUTCOME + i], w[CURSOR + i], w[DTAU + i]
+    on, first = not under_way(w, i), cursor == 1.0
+    low, high = (cursor - 1.0) * dtau, cursor * dtau
+    g0, g1 = choose(first, w[BASE + i] + w[SIG + i] * w[C0 + i], w[BEFORE + i]), w[VALUE + i]
+    known = ((met == ZERO) | (met == BOTH)) & (g0 == g0) & (g1 == g1)
+    newest, leaving = begin_between(low, high, g0, g1)
+    w[REFINEMENT + i] = choose(on, choose(known, choose(leaving, LEAVING, CLOSING_IN), NONE_BEGUN), w[REFINEMENT + i])
+    w[LOWER + i], w[UPPER + i] = choose(on, low, w[LOWER + i]), choose(on, high, w[UPPER + i])
+    w[OLDER + i], w[OLDER_VALUE + i] = choose(on, low, w[OLDER + i]), choose(on, g0, w[OLDER_VALUE + i])
+    w[OLD + i], w[OLD_VALUE + i] = choose(on, high, w[OLD + i]), choose(on, g1, w[OLD_VALUE + i])
+    w[NEWEST + i] = choose(on, newest, w[NEWEST + i])
+    w[EVALUATED + i] = choose(on, choose(first, 1.0, 0.0), w[EVALUATED + i])
+
+
+@inline
+def refine_once(w, i):
+    """One step of `refine` in lane i, if it is under way there."""
+    on = under_way(w, i)
+    x0, g0, x1, g1, x2 = w[OLDER + i], w[OLDER_VALUE + i], w[OLD + i], w[OLD_VALUE + i], w[NEWEST + i]
+    g2 = function_at(w, i, x2, True)
+    low, high, leaving, x3, done = close_in(
+        w[LOWER + i], w[UPPER + i], w[REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[TOL + i]
+    )  # fmt: skip
+    done |= w[EVALUATED + i] >= ITERATIONS  # which is more than a batch of switches may take
+    stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
+    w[REFINEMENT + i] = choose(on, stage, w[REFINEMENT + i])
+    w[LOWER + i], w[UPPER + i] = choose(on, low, w[LOWER + i]), choose(on, high, w[UPPER + i])
+    w[OLDER + i], w[OLDER_VALUE + i] = choose(on, x1, x0), choose(on, g1, g0)
+    w[OLD + i], w[OLD_VALUE + i] = choose(on, x2, x1), choose(on, g2, g1)
+    w[NEWEST + i] = choose(on, x3, x2)
+    w[EVALUATED + i] += choose(on, 1.0, 0.0)
+
+
+@part
+def refine_abreast(w, n):
+    """Go on with `refine`, with a disturbance, in those of the lanes 0..n-1 whose scan has met a zero.
+
+    Steps are taken as long as there are MANY of them; the others go on with those of the next call.
+    """
+    wide()
+    m = full(n)
+    for i in range(m):
+        begin_refinement(w, i)
+    left = MANY
+    while left >= MANY:
+        left = 0
+        for i in range(m):
+            refine_once(w, i)
+            left += choose(under_way(w, i), 1, 0)
+
+
+@inline
+def refined(w, i, otherwise):
+    """(whether `refine` is at its end in lane i, where or else `otherwise`, evaluations that it took)."""
+    done = w[REFINEMENT + i] == COMPLETE
+    return done, choose(done, w[NEWEST + i], otherwise), w[EVALUATED + i]

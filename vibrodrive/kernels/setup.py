@@ -12,6 +12,7 @@ from vibrodrive.kernels.codes import (
     CERTIFIED,
     DOWN,
     INFINITY,
+    NONE_BEGUN,
     OF_THE_RECORD,
     OK,
     S1,
@@ -93,6 +94,7 @@ def load(
     clear_history(k, i, OF_THE_RECORD)
     w[r.WORK + i] = 0.0
     w[r.WORK_BOOKED + i] = 0.0
+    w[r.REFINEMENT + i] = NONE_BEGUN
     set_margin(w, i, True, INFINITY)
     p, q, theta, pf, qf = evaluate_excitation(w, i, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i])
     left = float(transient + periods) * TWO_PI

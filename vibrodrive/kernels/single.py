@@ -45,6 +45,7 @@ def follow_certified(w, k):
 @part_each("fast")
 def follow_on_grid(w, fast):
     """The same on a grid, with a disturbance (`fast`) or without."""
+    w[r.OUTCOME] = NOTHING
     for _ in range(MOST):
         search(w, 0, fast, True)
         if w[r.OUTCOME] != NOTHING:

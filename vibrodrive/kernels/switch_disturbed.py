@@ -49,12 +49,15 @@ from vibrodrive.kernels.switching import search_shape, set_limit, set_search
 
 @part
 def mark_points(w, k, n, transient, periods):
-    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is."""
+    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is.
+
+    The cursor is a time, or on a grid a number of steps.
+    """
     wide()
     for i in range(full(n)):
         slot = k[r.SECTIONS + i]
         due = section_due(w, k, i, slot, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
-        passed = (w[r.OUTCOME + i] != NOTHING) & (due <= w[r.CURSOR + i]) & (slot < periods)
+        passed = (w[r.OUTCOME + i] != NOTHING) & (due <= w[r.CURSOR + i] * w[r.DTAU + i]) & (slot < periods)
         mark_point_ahead(k, i, choose(passed, slot, periods))
 
 

@@ -179,32 +179,30 @@ def clear_dip(w, i):
 
 
 @inline
-def unknown_values(w, i):
+def unknown_values(w, i, where):
     """No value of the switching function is known at the grid points around the cursor."""
-    w[VALUE + i] = w[BEFORE + i] = UNKNOWN
+    w[VALUE + i] = choose(where, UNKNOWN, w[VALUE + i])
+    w[BEFORE + i] = choose(where, UNKNOWN, w[BEFORE + i])
 
 
 @inline
 def restart_search(w, k, i, which, limit, cursor):
     """Begin the search for the first zero of `which` at `cursor` after the present switch, in one lane."""
     set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
-    unknown_values(w, i)
+    unknown_values(w, i, True)
 
 
 @inline
-def start_on_grid(w, i, which):
-    """The search that has just begun visits grid points: first that behind the start. There both sides of S4 are looked
-    at, and any ξ below 0 is an impact."""
-    w[CURSOR + i] = 1.0
-    unknown_values(w, i)
-    if which == S2:
-        w[FALL_TOLERANCE + i] = 0.0
-    if which == S4:
-        w[OTHER + i] = 1.0
+def start_on_grid(w, i, where, which):
+    """The search that has just begun visits grid points. Both sides of S4 are looked at from the first on, and any ξ
+    below 0 is an impact."""
+    unknown_values(w, i, where)
+    w[FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[FALL_TOLERANCE + i])
+    w[OTHER + i] = choose(where & (which == S4), 1.0, w[OTHER + i])
 
 
 @inline
 def turn_side(w, i):
     """Go over to the other side of S4, on a grid."""
     w[SIG + i] = -w[SIG + i]
-    unknown_values(w, i)
+    unknown_values(w, i, True)
