@@ -114,7 +114,7 @@ def test_each_kernel_is_compiled_once():
     for kernel in (*(batch(int(m), disturbed) for m in vd.Method for disturbed in (True, False)), sample_segments):
         assert len(kernel.signatures) <= 2  # sections, or more
     for method in vd.Method:
-        assert len(single(int(method)).signatures) == 1
+        assert len(single(int(method)).signatures) <= 2  # with bounds, as `simulate` has them, or without
 
 
 CONSTANTS = """

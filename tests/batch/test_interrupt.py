@@ -111,7 +111,7 @@ def interrupted(work) -> float:
 def test_ctrl_c_is_answered_within_a_second(name):
     before = threading.active_count()
     assert interrupted(CASES[name]) < ANSWER
-    assert threading.active_count() == before
+    assert threading.active_count() <= before  # one of an earlier test may have ended since
     used = process_time()
     sleep(0.1)
     assert process_time() - used < 0.05, "nothing computes any more"
