@@ -20,6 +20,7 @@ const page = {
   frames: [], latencies: [], // when pictures were painted, and how long after the movement that they show (ms)
   heard: 0, // number of the news heard last
   file: null, // what was downloaded last
+  words: "", // what is said about the motion that is followed
   refused: "", // why the view asked for last is not shown
 };
 window.explorer = page;
@@ -170,7 +171,7 @@ page.apply = (view) => {
   page.scales = {scale: view.scale, y_scale: view.y_scale};
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
-  cursor.location = view.at === null ? NaN : drawn(view.at, "scale");
+  point_at(view.at === null ? NaN : drawn(view.at, "scale"));
   page.fit = !over_plane && view.bottom === null;
   put_span(x_range, "scale", view.low, view.high);
   if (over_plane) put_span(y_range, "y_scale", view.y_low, view.y_high);
@@ -190,6 +191,7 @@ const arrange = () => {
   for (const axis of axes.y) axis.axis_label = label(over_plane ? "y" : "quantity");
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   second.visible = two;
+  cursor2.location = cursor.location;
   first.height = second.height = heights[two ? 1 : 0];
   mirror(x_range, x2);
   mirror(y_range, y2);
@@ -258,12 +260,17 @@ page.hear = () => {
     if (item.apply) page.apply(item.apply);
     if (item.file) download(item.file);
     if (item.refused !== undefined) say(page.refused = item.refused, notice);
-    if (item.words !== undefined) words.text = item.words;
+    if (item.words !== undefined) say(page.words = item.words, words);
     if (item.done === page.seq) {
       if (item.address !== undefined) remember(item.address);
       free();
     }
   }
+};
+
+// The line at the motion that is followed; that of a hidden diagram would have it laid out anew.
+const point_at = (x) => {
+  for (const [plot, line] of [[first, cursor], [second, cursor2]]) if (plot.visible) line.location = x;
 };
 
 page.tap = (event) => {
@@ -272,7 +279,7 @@ page.tap = (event) => {
     return page.command({dive: shown(event.y, "y_scale")});
   }
   page.extra.at = shown(event.x, "scale");
-  cursor.location = event.x;
+  point_at(event.x);
   page.tapped = true;
   page.ask(true);
 };

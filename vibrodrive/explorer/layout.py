@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.events import Tap
+from bokeh.events import DoubleTap, PressUp, Tap
 from bokeh.layouts import column, row
 from bokeh.models import (
     Button,
@@ -131,9 +131,11 @@ def build(document: Document, view: View, token: str) -> Page:
     named = one.multi_line("x", "y", source=curves, color="colour", width=2, visible=False)
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
-    cursor = Span(dimension="height", location=math.nan, line_color="#888888", line_dash="dotted")
-    for diagram in (one, two):
-        diagram.add_layout(cursor)
+    cursor, cursor2 = (
+        Span(dimension="height", location=math.nan, line_color="#888888", line_dash="dotted") for _ in range(2)
+    )
+    one.add_layout(cursor)
+    two.add_layout(cursor2)
     motion = ColumnDataSource(NO_MOTION)
     phase, time = _phase_curve(motion), _time_curve(motion)
     notice = Div(text="", width=WIDE, height=18, styles={"color": "#b00020"})
@@ -172,7 +174,7 @@ def build(document: Document, view: View, token: str) -> Page:
     args = {
         "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
         "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
-        "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor,
+        "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor, "cursor2": cursor2,
         "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW], "frame": frame, "other": other,
     }  # fmt: skip
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
@@ -189,7 +191,8 @@ def build(document: Document, view: View, token: str) -> Page:
     frame.js_on_change("data", _call("painted()"))
     news.js_on_change("data", _call("hear()"))
     for shown in (one, two):
-        shown.js_on_event(Tap, _call("tap(cb_obj)"))
+        for click in (Tap, DoubleTap, PressUp):  # a click on a page that is busy may seem long, or to be one of two
+            shown.js_on_event(click, _call("tap(cb_obj)"))
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
     buttons["Fit"].js_on_click(_call("fit_now()"))
     for label, command in (

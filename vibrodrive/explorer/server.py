@@ -23,6 +23,7 @@ from bokeh.server.util import bind_sockets
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
+from tornado.iostream import IOStream
 from tornado.web import RequestHandler
 
 from vibrodrive.batch.sweep import check_threads
@@ -76,6 +77,16 @@ class Guarded(BokehTornado):
         return ""
 
 
+class Prompt(HTTPServer):
+    """A server that sends what it has at once: a picture comes in several parts, and each small one would wait for the
+    browser to acknowledge the one before, 40 ms later."""
+
+    def handle_stream(self, stream: IOStream, address: Any) -> None:
+        stream.set_nodelay(True)
+        stream.set_nodelay = lambda value: None  # type: ignore[method-assign]  # else taken back after the first request
+        super().handle_stream(stream, address)
+
+
 class Explorer:
     """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it."""
 
@@ -98,7 +109,7 @@ class Explorer:
             check_unused_sessions_milliseconds=500,  # a closed page ends its work
             unused_session_lifetime_milliseconds=2000,
         )
-        self.http = HTTPServer(tornado)
+        self.http = Prompt(tornado)
         self.http.add_sockets(sockets)
         self.server = BaseServer(IOLoop.current(), tornado, self.http)
         self.server.start()
