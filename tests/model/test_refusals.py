@@ -120,7 +120,7 @@ def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
         swept().select("nearest", 0.5, A=99)
     with pytest.raises(ValueError, match=r"^points = 2 of A, 1 of eps: must be sequences of one length .*$"):
         vd.sweep(points={"A": [3, 3.1], "eps": [0]})
-    with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 80\.0 TB, .* are available$"):
+    with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 96\.0 TB, .* are available$"):
         vd.simulate(A=3.04, periods=10**12)
 
 

@@ -136,7 +136,7 @@ def rows_that_fit(periods: int, rows: int) -> int:
     if need > have:
         raise TooLarge(
             f"periods = {periods}: must be small enough for the memory: "
-            f"their section points and impacts take {human(need)}, {human(have)} are available"
+            f"their section points with bounds, and impacts, take {human(need)}, {human(have)} are available"
         )
     return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
 
