@@ -367,7 +367,7 @@ def test_another_kind_is_named_not_called_damaged(run, idle, made, command):
     if command != "limits":
         assert_refused(run, "limits", "limits.toml", "-o", "other.h5", words=["other.h5", "limits of stability"])
     for one in {"orbits", "atlas"} - {command}:
-        assert_refused(run, one, f"{one}.toml", "-o", "other.h5", words=["other.h5", "--overwrite"])
+        assert_refused(run, one, f"{one}.toml", "-o", "other.h5", words=["other.h5", "name another with -o"])
 
 
 @pytest.mark.jit
