@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 
 pytest.importorskip("bokeh")
 
+from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, read_address
 from vibrodrive.explorer.view import RANGES, View, view_of
+from vibrodrive.explorer.work import Pace, Work
+from vibrodrive.figures.colours import _CLASSIFY
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
+from vibrodrive.model.drawing import OF_CLASSES
 from vibrodrive.model.parameters import PARAMETERS
 from vibrodrive.model.physical import SCENE_AXES, Physical
 
@@ -64,6 +69,35 @@ def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
     assert (view.scene, view.shade, view.x, view.y) == ("SI", "impact_power", "omega0", "a0")
     assert read_address(view.address()).state() == view.state()
     assert np.allclose(view.plan().points(0, 5), wanted.plan().points(0, 5), rtol=1e-15, equal_nan=True)
+
+
+def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
+    text = """
+[sweep]
+A = {start = 2.8, stop = 3.25, num = 3}
+B = [0.1, 0.2]
+[run]
+transient = 10
+periods = 64
+record = "summary"
+[figure]
+kind = "map"
+quantity = "energy"
+limits = [0.25, 1.5]
+"""
+    view = view_of(config.parse(text))
+    assert (view.mode, view.shade, view.limits) == ("map", "energy", (0.25, 1.5))
+    assert config.parse(view.toml()).figure["limits"] == (0.25, 1.5)
+    (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
+    limited, free = painted(level, "energy", view.limits), painted(level, "energy")
+    assert all(f"> {end}" in limited.legend and f"> {end}" not in free.legend for end in ("0.25", "to 1.5"))
+    assert adapted(view.state(), "shade").limits is None
+    with pytest.raises(ValueError, match="top = 1.5: must be left out: period has classes"):
+        View.read(view.state() | {"shade": "period"})
+
+
+def test_classes_are_those_that_have_colours_for_each_value():
+    assert {*OF_CLASSES} == {*_CLASSIFY}
 
 
 def test_a_scene_with_A_for_itself_is_refused():

@@ -148,7 +148,7 @@ const follow = (name) => {
   slider.value = page.known["slider " + name];
 };
 
-const REARRANGE = ["x", "y", "mode", "quantity", "scale", "y_scale", "scene"];
+const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "scene"];
 page.enter = (name) => {
   if (!is_new(name, fields[name].value)) return;
   if (REARRANGE.includes(name)) return page.command({changed: name});
@@ -157,7 +157,11 @@ page.enter = (name) => {
   page.ask();
 };
 
-page.fit_now = () => { page.fit = true; page.ask(true); };
+page.fit_now = () => {
+  if (fields.mode.value === "map") Object.assign(page.extra, {bottom: null, top: null});
+  page.fit = true;
+  page.ask(true);
+};
 
 // A whole view, from the server: into every widget and range, without a question for each.
 page.apply = (view) => {

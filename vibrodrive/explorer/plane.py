@@ -19,8 +19,8 @@ class Plane(NamedTuple):
     legend: str
 
 
-def painted(level: Level, quantity: str) -> Plane:
-    """The picture of a quantity: coarse cells where points are still to be computed."""
+def painted(level: Level, quantity: str, limits: tuple[float, float] | None = None) -> Plane:
+    """The picture of a quantity: coarse cells where points are still to be computed. `limits` as of `map_figure`."""
     from matplotlib.colors import LogNorm, to_hex, to_rgb  # for which the page does not wait
 
     from vibrodrive.figures.colours import SHADES, paint
@@ -31,7 +31,8 @@ def painted(level: Level, quantity: str) -> Plane:
     values, status = recorded(results, quantity), results.status
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
-    found = paint(quantity, values.reshape(-1)[source].reshape(shape), status.reshape(-1)[source].reshape(shape), None)
+    values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
+    found = paint(quantity, values, status, limits)
     hexadecimal = [to_hex(colour) for colour in found.colours]
     names = [*zip(hexadecimal, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     if not found.labels:

@@ -21,7 +21,7 @@ from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pi
 from vibrodrive.explorer.layout import KIND_COLOURS, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
 from vibrodrive.explorer.motion import Motion, lines, motion_at, words
 from vibrodrive.explorer.plane import painted
-from vibrodrive.explorer.view import DIAGRAM, DIFFERENCE, DIMENSIONLESS, LOG, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIAGRAM, DIFFERENCE, DIMENSIONLESS, ENDS, LOG, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Pace, Work
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt
@@ -197,7 +197,7 @@ class Session:
         left, right = _edges(view, SPAN, view.columns)
         if view.mode == MAP:
             low, high = _edges(view, Y_SPAN, view.rows)
-            cells, palette, legend = painted(level, view.shade)
+            cells, palette, legend = painted(level, view.shade, view.limits)
             head["status"] += f"<br>{legend}"
             images = [cells]
         else:
@@ -395,7 +395,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """The view after one of its choices has changed: what stood on the old one makes room. Raises ValueError."""
-    drop = {"x": (*SPAN, "at"), "y": Y_SPAN, "mode": ("bottom", "top"), "quantity": ("bottom", "top")}
+    drop = {"x": (*SPAN, "at"), "y": Y_SPAN, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):

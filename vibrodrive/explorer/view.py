@@ -22,6 +22,7 @@ from vibrodrive.model.drawing import (
     IMPACT_POWER,
     MAP,
     MAP_QUANTITIES,
+    OF_CLASSES,
     OF_EVERY_SWEEP,
     OF_SUMMARY,
     SECTION_QUANTITIES,
@@ -85,6 +86,9 @@ MAY_LACK = ("bottom", "top", "at")
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")
 """The fields of an axis, in the order of RANGES."""
 
+ENDS = ("bottom", "top")
+"""The fields of the range of what is shown: of the ordinate of a diagram, of the colours of a map."""
+
 
 def _number(key: str, value: object) -> float:
     try:
@@ -142,7 +146,7 @@ class View:
 
     x from `low` to `high` (RANGES unless given) in `columns` values lies along the abscissa of both modes. Over it a
     diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
-    to `y_high` in `rows` values, and `shade` as its colour. `at` is the value of x whose motion is drawn beside (NaN:
+    to `y_high` in `rows` values, and `shade` as its colour, whose ends `bottom` and `top` are then. `at` is the value of x whose motion is drawn beside (NaN:
     none), `orbits` the longest period of the exact orbits drawn over it (0: none). With `scene` "SI", the default where
     an axis is a quantity of it, a0 to g are those of `Physical`, from which B follows, and A unless it is an axis. The
     rest is as in `simulate`.
@@ -233,6 +237,8 @@ class View:
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
+            if self.shade in OF_CLASSES and self.limits:
+                raise ValueError(bad("top", self.top, f"left out: {self.shade} has classes, no range"))
             if self.columns * self.rows > MOST_CELLS:
                 raise ValueError(bad("rows", self.rows, f"<= {MOST_CELLS // self.columns} at {self.columns} columns"))
         plan = self.plan()
@@ -279,6 +285,11 @@ class View:
         return replace(self, method="certified", compare=ALONE)
 
     @property
+    def limits(self) -> tuple[float, float] | None:
+        """The range of what is shown, None for that of its values."""
+        return None if math.isnan(self.top) else (self.bottom, self.top)
+
+    @property
     def compared(self) -> bool:
         """Whether the certified motions are wanted beside those of this view."""
         return self.mode == DIAGRAM and self.compare != ALONE and self.method != "certified"
@@ -318,10 +329,11 @@ class View:
 
     def _figure(self) -> list[str]:
         """What `plot` is to draw of it."""
+        limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []
         if self.mode == MAP:
-            return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"']
+            return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"', *limits]
         lines = [f'kind = "{BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
-        return lines if math.isnan(self.top) else [*lines, f"limits = [{self.bottom!r}, {self.top!r}]"]
+        return [*lines, *limits]
 
 
 def view_of(settings: config.Config) -> View:
@@ -357,7 +369,8 @@ def view_of(settings: config.Config) -> View:
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")
     values |= {key: quantity for key, known in (("quantity", QUANTITIES), ("shade", OF_MAPS)) if quantity in known}
-    if values.get("mode") != MAP and "limits" in settings.figure:
+    shown = values.get("shade" if values.get("mode") == MAP else "quantity")
+    if "limits" in settings.figure and quantity in (None, shown):
         values["bottom"], values["top"] = settings.figure["limits"]
     return View.read(values)
 

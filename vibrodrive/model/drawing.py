@@ -48,6 +48,9 @@ K2 = "k2"
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
 """What must be known of a scene for a power: each an axis or one number."""
 
+OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
+"""Quantities of maps that have a colour for each value, and no range."""
+
 MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 """Of maps over two axes, and of lines over one."""
 
