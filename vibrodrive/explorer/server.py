@@ -108,6 +108,7 @@ class Explorer:
             generate_session_ids=True,
             check_unused_sessions_milliseconds=500,  # a closed page ends its work
             unused_session_lifetime_milliseconds=2000,
+            websocket_compression_level=1,
         )
         self.http = Prompt(tornado)
         self.http.add_sockets(sockets)
