@@ -95,13 +95,21 @@ def drag(tab: Tab, seconds: float) -> dict[str, Any]:
 
 
 WATCH = """
-const motion = all.find((m) => m.type === 'ColumnDataSource' && m.data.drive), change = motion.properties.data.change;
+const motion = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi), change = motion.properties.data.change;
 let began = 0;
 addEventListener('pointerup', () => { began = performance.now(); }, {once: true, capture: true});
-const next = (then) => requestAnimationFrame(() => setTimeout(then, 0));
-const heard = () => {
+const plots = all.filter((m) => m.type === 'Figure' && m.renderers.some((r) => r.data_source === motion));
+const views = plots.map((plot) => Bokeh.index.find_one_by_id(plot.id)), unpainted = new Set(views);
+const heard = () => {  // behind the frame in which the last of them is painted, it is shown
   change.disconnect(heard);
-  next(() => next(() => { window.shown = performance.now() - began; })); // Bokeh paints in one of the two
+  for (const view of views) {
+    const painted = () => {
+      view.repainted.disconnect(painted);
+      unpainted.delete(view);
+      if (unpainted.size === 0) setTimeout(() => { window.shown = performance.now() - began; }, 0);
+    };
+    view.repainted.connect(painted);
+  }
 };
 window.shown = null;
 change.connect(heard);

@@ -17,6 +17,7 @@ pytest.importorskip("bokeh")
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.image import ROWS, values_of
+from vibrodrive.explorer.motion import POINTS
 from vibrodrive.explorer.session import read_address
 from vibrodrive.explorer.work import compute_into
 from vibrodrive.jit.slices import Halted
@@ -206,22 +207,24 @@ def test_a_link_restores_the_view(tab, explorer):
 def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0")
     tab.click(400, 300)
-    source = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.drive);"
+    source = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi);"
     tab.until(lambda: tab.model(source + "return s.data.time.length") > 0, "curves")
-    curves = tab.model(source + "return Object.fromEntries(Object.entries(s.data).map(([k, v]) => [k, Array.from(v)]))")
+    curves = tab.model(
+        source + "return Object.fromEntries(['time', 'xi', 'dxi'].map((k) => [k, s.data[k].map((v) => [...v])]))"
+    )
     columns = np.linspace(3.0, 3.25, 200)
     at = tab.state()["at"]
     A = columns[np.argmin(abs(columns - at))]
     assert at == pytest.approx(3.0 + 0.25 * 300 / 770, abs=2e-3)
     motion = vd.simulate(A, section_phase=math.pi / 2, transient=100, periods=12)
-    sample = motion.sample(200)
+    sample = motion.sample(POINTS)
     time = (sample.tau - sample.tau[0]) / (2 * math.pi)
-    xi = np.full(len(curves["time"]), np.nan)
-    for state in ("UP", "DOWN", "STICK", "REST"):
-        own = np.array(curves[f"xi_{state}"], float)  # null where it is another state
-        xi = np.where(np.isnan(own), xi, own)
-    there = ~np.isnan(xi)
-    assert np.interp(time, np.array(curves["time"])[there], xi[there]) == pytest.approx(sample.xi, abs=1e-9)
+    at_all, *times = np.array(curves["time"])
+    assert (times == at_all).all()
+    for name, wanted in (("xi", sample.xi), ("dxi", sample.dxi)):
+        found = np.fmax.reduce(np.array(curves[name], float)[:-1])  # null where it is another state
+        there = ~np.isnan(found)
+        assert np.interp(time, at_all[there], found[there]) == pytest.approx(wanted, abs=1e-9)
     words = tab.ask("page.words")
     assert repr(float(A)) in words
     assert "OK" in words

@@ -21,6 +21,7 @@ const page = {
   heard: 0, // number of the news heard last
   file: null, // what was downloaded last
   words: "", // what is said about the motion that is followed
+  followed: NaN, // where that is on the axis
   refused: "", // why the view asked for last is not shown
 };
 window.explorer = page;
@@ -195,7 +196,6 @@ const arrange = () => {
   for (const axis of axes.y) axis.axis_label = label(over_plane ? "y" : "quantity");
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   second.visible = two;
-  cursor2.location = cursor.location;
   first.height = second.height = heights[two ? 1 : 0];
   mirror(x_range, x2);
   mirror(y_range, y2);
@@ -272,9 +272,9 @@ page.hear = () => {
   }
 };
 
-// The line at the motion that is followed; that of a hidden diagram would have it laid out anew.
 const point_at = (x) => {
-  for (const [plot, line] of [[first, cursor], [second, cursor2]]) if (plot.visible) line.location = x;
+  page.followed = x;
+  for (const plot of [first, second]) if (pictures[plot.id]) move_picture(plot);
 };
 
 page.tap = (event) => {

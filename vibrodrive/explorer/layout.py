@@ -17,11 +17,9 @@ from bokeh.models import (
     CustomJSTickFormatter,
     Div,
     HoverTool,
-    LinearAxis,
     Range1d,
     Select,
     Slider,
-    Span,
     TextInput,
 )
 from bokeh.plotting import figure
@@ -54,7 +52,8 @@ SYMBOLS = {
 }  # fmt: skip
 """The paper's symbol for every parameter, quantity of a scene and ordinate, in letters that a page has."""
 
-STATE_COLOURS = dict(zip(DRAWN, ("#0072B2", "#D55E00", "#009E73", "#666666"), strict=True))
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
+"""Of the states of DRAWN, and of the excitation."""
 
 KIND_COLOURS = {
     "onset": "#737373", "period doubling": "#0072B2", "fold": "#D55E00", "border": "#000000", "grazing": "#009E73",
@@ -81,6 +80,9 @@ PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
 WIDE, TALL, LOW = 900, 440, 280
 """Pixels of the diagram, and its height where there are two."""
 
+WORDS_TALL = 260
+"""Pixels for what is said of a motion: were it as tall as its text, each click would have the page laid out anew."""
+
 
 @dataclass
 class Page:
@@ -106,9 +108,7 @@ HINT = "A click on the diagram shows the motion there."
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
 NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
 NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}
-NO_MOTION: dict[str, Any] = {
-    name: [] for name in ("time", "drive", *(f"{q}_{s.name}" for q in ("xi", "dxi") for s in DRAWN))
-}
+NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour")}
 
 
 def build(document: Document, view: View, token: str) -> Page:
@@ -131,15 +131,10 @@ def build(document: Document, view: View, token: str) -> Page:
     named = one.multi_line("x", "y", source=curves, color="colour", width=2, visible=False)
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
-    cursor, cursor2 = (
-        Span(dimension="height", location=math.nan, line_color="#888888", line_dash="dotted") for _ in range(2)
-    )
-    one.add_layout(cursor)
-    two.add_layout(cursor2)
     motion = ColumnDataSource(NO_MOTION)
     phase, time = _phase_curve(motion), _time_curve(motion)
     notice = Div(text="", width=WIDE, height=18, styles={"color": "#b00020"})
-    status, words = Div(text=LOADING, width=WIDE, height=36), Div(text=HINT, width=270)
+    status, words = Div(text=LOADING, width=WIDE, height=36), Div(text=HINT, width=270, height=WORDS_TALL)
     buttons = {
         label: Button(label=label, width=70, height=30) for label in ("Back", "Reset", "Fit", "TOML", "PNG", "PDF")
     }
@@ -152,12 +147,12 @@ def build(document: Document, view: View, token: str) -> Page:
         DIMENSIONLESS: [side["A"], side["B"]],
         SI: scene,
         "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
-        "diagram": [inputs["quantity"], inputs["compare"], *lines, cursor],
+        "diagram": [inputs["quantity"], inputs["compare"], *lines],
     }
     root = column(
         row(*top),
         row(
-            column(notice, one, two, status, row(phase, time)),
+            column(notice, one, two, status, _legend(), row(phase, time)),
             column(
                 row(*list(buttons.values())[:3]),
                 row(*list(buttons.values())[3:]),
@@ -174,7 +169,7 @@ def build(document: Document, view: View, token: str) -> Page:
     args = {
         "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
         "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
-        "notice": notice, "words": words, "token": token, "axes": axes, "cursor": cursor, "cursor2": cursor2,
+        "notice": notice, "words": words, "token": token, "axes": axes,
         "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW], "frame": frame, "other": other,
     }  # fmt: skip
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
@@ -233,28 +228,33 @@ def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -
     return p
 
 
+def _plain(p: Any) -> None:
+    """Of a small figure: numbers along its axes take the same room whatever they are, or the page is laid out anew."""
+    p.toolbar.logo = None
+    p.yaxis.major_label_orientation = "vertical"
+    p.axis.minor_tick_line_color = None
+    p.center.clear()  # grids take a tenth of the time to the curves
+
+
 def _phase_curve(motion: ColumnDataSource) -> Any:
     p = figure(width=300, height=250, tools="pan,wheel_zoom,box_zoom,reset", x_axis_label="ξ", y_axis_label="ξ′")
-    p.toolbar.logo = None
-    for state, colour in STATE_COLOURS.items():
-        p.line(f"xi_{state.name}", f"dxi_{state.name}", source=motion, color=colour, width=1.5)
+    _plain(p)
+    p.multi_line("xi", "dxi", source=motion, color="colour", line_width=1.5)
     return p
 
 
 def _time_curve(motion: ColumnDataSource) -> Any:
     p = figure(width=600, height=250, tools="xpan,xwheel_zoom,box_zoom,reset", x_axis_label="τ/2π", y_axis_label="ξ")
-    p.toolbar.logo = None
-    p.extra_y_ranges = {"drive": Range1d(-1.1, 5.0)}
-    p.add_layout(LinearAxis(y_range_name="drive", visible=False), "right")
-    p.line("time", "drive", source=motion, color="#bbbbbb", y_range_name="drive", legend_label="sin τ")
-    for state, colour in STATE_COLOURS.items():
-        p.line("time", f"xi_{state.name}", source=motion, color=colour, width=1.5, legend_label=state.name.lower())
-    p.legend.orientation = "horizontal"
-    p.legend.location = "top_right"
-    p.legend.label_text_font_size = "8pt"
-    p.legend.padding = 2
-    p.legend.background_fill_alpha = 0.7
+    _plain(p)
+    p.multi_line("time", "xi", source=motion, color="colour", line_width=1.5)
     return p
+
+
+def _legend() -> Div:
+    """What the colours of the curves mean: beside them, where it is not painted anew with each."""
+    names = [*(state.name.lower() for state in DRAWN), "sin τ"]
+    lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
+    return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
 
 
 def _inputs(view: View) -> dict[str, Any]:

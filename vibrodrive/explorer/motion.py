@@ -21,7 +21,7 @@ from vibrodrive.model.states import State
 SHOWN = 12
 """Excitation periods that are drawn, at most."""
 
-POINTS = 200
+POINTS = 100
 """Points of a curve in a period, at least."""
 
 MOST_POINTS = 20_000
@@ -61,8 +61,9 @@ def motion_at(view: View, halt: Halt) -> Motion:
     return Motion(x, trajectory, summary)
 
 
-def lines(trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """Columns of the curves: periods since the transient, sin τ, ξ and ξ', and these of each state alone (or NaN)."""
+def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
+    """The curves: periods since the transient, ξ and ξ' of each of DRAWN, NaN where it is another state; and, as ξ of
+    one more, sin τ in the lowest third of the range of ξ."""
     from vibrodrive.figures.curves import curve  # brings Matplotlib, for which the page does not wait
 
     drawn = curve(trajectory, POINTS)
@@ -75,16 +76,15 @@ def lines(trajectory: Trajectory) -> dict[str, np.ndarray]:
     # at a switch a point belongs to the state before it and to the one after it
     before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
     start = 2.0 * math.pi * trajectory.arguments["transient"] + trajectory.arguments["tau0"]
-    columns = {
-        "time": (drawn.tau - start) / (2.0 * math.pi),
-        "xi": drawn.xi,
-        "dxi": drawn.dxi,
-        "drive": np.sin(drawn.tau),
+    here = [(before == state) | (after == state) for state in DRAWN]
+    low = np.nanmin(drawn.xi)
+    room = np.nanmax(drawn.xi) - low or 1.0
+    drive = low + (1.0 + np.sin(drawn.tau)) / 6.0 * room
+    return {
+        "time": [(drawn.tau - start) / (2.0 * math.pi)] * (len(DRAWN) + 1),
+        "xi": [*(np.where(there, drawn.xi, np.nan) for there in here), drive],
+        "dxi": [*(np.where(there, drawn.dxi, np.nan) for there in here), np.full(len(drive), np.nan)],
     }
-    for state in DRAWN:
-        here = (before == state) | (after == state)
-        columns |= {f"{name}_{state.name}": np.where(here, columns[name], np.nan) for name in ("xi", "dxi")}
-    return columns
 
 
 def words(motion: Motion, view: View) -> list[str]:

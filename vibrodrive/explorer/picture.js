@@ -1,26 +1,28 @@
 // Pictures, which lie under Bokeh's canvas; that is clear where they are. As glyphs, each new one would have axes, lines
 // and tools painted again, and each move of an axis the picture.
-const pictures = {}; // by diagram: the box of its frame, a canvas in it, and what was drawn last
+const pictures = {}; // by diagram: the box of its frame, in it a canvas and a line, and what was drawn last
 
 const picture_of = (plot) => {
   if (pictures[plot.id]) return pictures[plot.id];
   const view = Bokeh.index.find_one_by_id(plot.id);
   if (!view) return null;
-  const box = document.createElement("div"), canvas = document.createElement("canvas");
+  const [box, canvas, line] = ["div", "canvas", "div"].map((kind) => document.createElement(kind));
   canvas.style.cssText = "position: absolute; left: 0; top: 0; transform-origin: 0 0";
-  box.append(canvas);
+  line.style.cssText = "position: absolute; left: 0; top: 0; height: 100%; border-left: 1px dotted #888";
+  box.append(canvas, line);
   view.canvas_view.underlays_el.append(box);
   view.repainted.connect(() => {
     page.due = false;
     move_picture(plot);
   });
-  return pictures[plot.id] = {view, box, canvas, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
+  return pictures[plot.id] = {view, box, canvas, line, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
 };
 
-// Every picture lies where its data say, in whatever window is shown.
+// Every picture lies where its data say, in whatever window is shown, and a line at the motion that is followed.
 const move_picture = (plot) => {
-  const picture = picture_of(plot), {view, box, canvas, drawn} = picture;
+  const picture = picture_of(plot), {view, box, canvas, line, drawn} = picture;
   canvas.hidden = !drawn;
+  line.hidden = !drawn || page.over_plane || Number.isNaN(page.followed);
   if (!drawn) return;
   const {left, top, width, height} = view.frame.bbox, {x_range, y_range} = plot;
   const frame = `left: ${left}px; top: ${top}px; width: ${width}px; height: ${height}px`;
@@ -29,6 +31,7 @@ const move_picture = (plot) => {
   const right = (drawn.x - x_range.start) * across, down = (y_range.end - drawn.y - drawn.dh) * up;
   const wider = drawn.dw * across / canvas.width, taller = drawn.dh * up / canvas.height;
   canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${taller})`;
+  line.style.transform = `translate(${(page.followed - x_range.start) * across}px)`;
 };
 
 // Each spot of a picture is a number into its palette of RGBA; the first row is the lowest.

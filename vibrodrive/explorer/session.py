@@ -18,7 +18,7 @@ from bokeh.document import Document
 from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
-from vibrodrive.explorer.layout import KIND_COLOURS, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
+from vibrodrive.explorer.layout import CURVE_COLOURS, KIND_COLOURS, NO_CURVES, NO_LINES, NO_MARKS, build
 from vibrodrive.explorer.motion import Motion, lines, motion_at, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.view import DIAGRAM, DIFFERENCE, DIMENSIONLESS, ENDS, LOG, SI, SPAN, Y_SPAN, View
@@ -238,7 +238,7 @@ class Session:
         columns = lines(motion.trajectory)
 
         def show() -> None:
-            self.page.motion.data = {name: columns[name] for name in NO_MOTION}
+            self.page.motion.data = {**columns, "colour": CURVE_COLOURS}
             self._tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
 
         self._later(show)

@@ -146,10 +146,10 @@ class View:
 
     x from `low` to `high` (RANGES unless given) in `columns` values lies along the abscissa of both modes. Over it a
     diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
-    to `y_high` in `rows` values, and `shade` as its colour, whose ends `bottom` and `top` are then. `at` is the value of x whose motion is drawn beside (NaN:
-    none), `orbits` the longest period of the exact orbits drawn over it (0: none). With `scene` "SI", the default where
-    an axis is a quantity of it, a0 to g are those of `Physical`, from which B follows, and A unless it is an axis. The
-    rest is as in `simulate`.
+    to `y_high` in `rows` values, and `shade` as its colour, between `bottom` and `top`. `at` is the value of x whose
+    motion is drawn beside (NaN: none), `orbits` the longest period of the exact orbits drawn over it (0: none). With
+    `scene` "SI", the default where an axis is a quantity of it, a0 to g are those of `Physical`, from which B follows,
+    and A unless it is an axis. The rest is as in `simulate`.
 
     Examples
     --------
