@@ -1,0 +1,85 @@
+"""The pictures of the explorer: docs/explorer.gif and docs/explorer.png, taken in headless Chromium.
+
+python -m docs.film
+"""
+
+from __future__ import annotations
+
+import io
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from tests.support.chromium import browser
+from vibrodrive.explorer.layout import CURVE_COLOURS
+
+HERE = Path(__file__).parent
+
+WIDTH = 880
+"""Pixels of the film."""
+
+SHORT, LONG = 160, 2500
+"""Milliseconds for which a picture stands, while something moves and at the end of a scene."""
+
+
+class Film:
+    """Pictures of a page, one after the other."""
+
+    def __init__(self, tab):
+        self.tab = tab
+        self.pictures, self.times = [], []
+
+    def shoot(self, time=SHORT):
+        self.tab.settle()
+        whole = Image.open(io.BytesIO(self.tab.driver.get_screenshot_as_png())).convert("RGB")
+        height = round(whole.height * WIDTH / whole.width)
+        self.pictures.append(whole.resize((WIDTH, height), Image.Resampling.LANCZOS))
+        self.times.append(time)
+
+    def write(self, path):
+        sample = self.pictures[-1].copy()
+        for k, colour in enumerate(CURVE_COLOURS):  # the thin lines of a legend would not get a colour of their own
+            sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
+        colours = sample.quantize(192, dither=Image.Dither.NONE)
+        frames = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in self.pictures]
+        frames[0].save(path, save_all=True, append_images=frames[1:], duration=self.times, loop=0, optimize=True)
+
+
+def play(film):
+    """Zoom into a diagram, disturb it, and look at one of its motions."""
+    tab = film.tab
+    film.shoot(LONG // 2)
+    for _ in range(9):
+        tab.wheel(716, 500, -100)  # on the axis: along it alone
+        film.shoot()
+    film.shoot(LONG // 2)
+    for eps in np.linspace(0.0, 2e-4, 13)[1:]:
+        tab.choose("eps", f"{eps:.3g}")
+        film.shoot()
+    film.shoot(LONG // 2)
+    tab.click(690, 300)
+    tab.until("page.words && !page.words.includes('being computed')", "all that is said of a motion")
+    film.shoot(LONG)
+
+
+def main():
+    command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        with browser(height=1000) as tab:
+            tab.open(server.stdout.readline().strip() + "&bottom=0.6&top=1.9")
+            film = Film(tab)
+            play(film)
+            film.write(HERE / "explorer.gif")
+            tab.driver.save_screenshot(HERE / "explorer.png")
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait()
+
+
+if __name__ == "__main__":
+    main()
