@@ -1,4 +1,4 @@
-"""Writes the measured tables into docs/benchmarks.md, and the shortest of them into README.md, between their markers.
+"""Writes the measured tables into docs/benchmarks.md, docs/explorer.md and README.md, between their markers.
 
 They are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`.
 
@@ -102,6 +102,12 @@ RIVALS = {
 """What the README compares with: what a user would otherwise use."""
 
 
+def _behind(at: dict[str, Any], name: str) -> float | None:
+    """How many times slower than the certified sweep: the median of pairs, where these were measured."""
+    rates = at["periods_per_second"]
+    return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
+
+
 def speed(data: dict[str, Any]) -> str:
     """The six rows of the README."""
     runs = data["one_thread"]
@@ -109,7 +115,7 @@ def speed(data: dict[str, Any]) -> str:
     rows = []
     for name, label in RIVALS.items():
         rates = [at["periods_per_second"].get(name) for at in runs]
-        behind = [runs[k]["periods_per_second"]["certified"] / rate if rate else None for k, rate in enumerate(rates)]
+        behind = [_behind(at, name) for at in runs]
         if name == "certified":
             rows.append([label, *(number(rate) for rate in rates)])
         elif any(rates):
@@ -168,6 +174,27 @@ def compile_time(data: dict[str, Any]) -> str:
     return table(["process", "wall time"], rows)
 
 
+def explorer(data: dict[str, Any]) -> str:
+    """What the mouse feels: medians, and what 95 % of the pictures or clicks stay below."""
+
+    def milliseconds(found: dict[str, float]) -> str:
+        return f"{found['median']:.0f} ms ({found['p95']:.0f})"
+
+    head = ["1000 columns", "pictures a second", "lag", "whole picture after the mouse rests"]
+    rows = [
+        [name.replace(", 1000 × (", ", ").replace(")", " periods"), f"{row['frames_per_second']:.1f}",
+         milliseconds(row["milliseconds"]), f"{row['settled_seconds']:.1f} s"]
+        for name, row in data["scenes"].items()
+    ]  # fmt: skip
+    memory = data["memory"]
+    notes = (
+        f"From a click to its curves: {milliseconds(data['click_milliseconds'])}. From the command to the first picture:"
+        f" {data['first_picture_seconds']:.1f} s. Over {memory['frames']} pictures the server's memory grows by"
+        f" {memory['grown_MiB']:.1f} MiB. {machine(data)}."
+    )
+    return table(head, rows) + "\n\n" + notes
+
+
 class Place(NamedTuple):
     """A table: where it goes, what it is made of, and how."""
 
@@ -185,6 +212,7 @@ TABLES = {
     "refined_vs_fixed": Place(PAGE, "refined_vs_fixed", refined_vs_fixed),
     "scaling": Place(PAGE, "scaling", scaling),
     "compile_time": Place(PAGE, "compile_time", compile_time),
+    "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
 }
 
 

@@ -161,6 +161,7 @@ vd.plot.diagram(r)  # wrong: diagram
 """
 
 
+@pytest.mark.slow
 def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
