@@ -17,7 +17,7 @@ pytest.importorskip("bokeh")
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.image import ROWS, values_of
-from vibrodrive.explorer.motion import POINTS
+from vibrodrive.explorer.motion import DRAWN, POINTS
 from vibrodrive.explorer.session import read_address
 from vibrodrive.explorer.work import compute_into
 from vibrodrive.jit.slices import Halted
@@ -222,12 +222,30 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     at_all, *times = np.array(curves["time"])
     assert (times == at_all).all()
     for name, wanted in (("xi", sample.xi), ("dxi", sample.dxi)):
-        found = np.fmax.reduce(np.array(curves[name], float)[:-1])  # null where it is another state
-        there = ~np.isnan(found)
-        assert np.interp(time, at_all[there], found[there]) == pytest.approx(wanted, abs=1e-9)
+        for state, curve in zip(DRAWN, np.array(curves[name], float)[:-1], strict=True):
+            own, there = sample.state == state, ~np.isnan(curve)  # null where it is another state
+            assert there.any() == own.any()
+            if own.any():
+                assert np.interp(time[own], at_all[there], curve[there]) == pytest.approx(wanted[own], abs=1e-9)
     words = tab.ask("page.words")
     assert repr(float(A)) in words
     assert "OK" in words
+    place = followed(tab)
+    assert place == pytest.approx((at - 3.0) / 0.25, abs=1e-3)
+    tab.choose("scale", "log")
+    tab.settle()
+    assert followed(tab) == pytest.approx(math.log(at / 3.0) / math.log(3.25 / 3.0), abs=1e-3)
+    assert followed(tab) != pytest.approx(place, abs=2e-3)
+
+
+def followed(tab):
+    """Where the line at the motion that is followed stands, as a share of the width; None if it is not there."""
+    return tab.model("""
+        const plot = all.find((m) => m.type === 'Figure' && m.visible && m.width === 900);
+        const canvas = Bokeh.index.find_one_by_id(plot.id).canvas_view.underlays_el.querySelector('canvas');
+        const line = canvas.nextSibling, box = canvas.parentElement, left = box.getBoundingClientRect().left;
+        return line.hidden ? null : (line.getBoundingClientRect().left - left) / box.getBoundingClientRect().width;
+    """)
 
 
 def test_methods_side_by_side_and_their_difference(tab, explorer):
@@ -287,6 +305,19 @@ def test_a_map_and_the_diagram_under_a_click(tab, explorer):
     tab.driver.back()
     tab.until("page.fields.mode.value === 'map'", "the map again")
     tab.settle()
+    assert followed(tab) is None
+
+
+def test_the_ends_of_the_colours_of_a_map_are_kept_until_they_are_to_fit(tab, explorer):
+    ranged = "&mode=map&columns=12&rows=8&transient=20&periods=64&shade=energy&bottom=0.25&top=1.5"
+    tab.open(explorer.address + ranged)
+    assert shown(tab).limits == (0.25, 1.5)
+    limited = canvas(tab)[0]
+    tab.ask("page.fit_now()")
+    tab.until("page.state().bottom === null", "a range that fits")
+    tab.settle()
+    assert shown(tab).limits is None
+    assert not np.array_equal(canvas(tab)[0], limited)
 
 
 def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explorer):

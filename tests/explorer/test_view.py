@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 pytest.importorskip("bokeh")
 
+from vibrodrive.explorer import export
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, read_address
 from vibrodrive.explorer.view import RANGES, View, view_of
 from vibrodrive.explorer.work import Pace, Work
-from vibrodrive.figures.colours import _CLASSIFY
+from vibrodrive.figures.colours import _CLASSIFY, paint
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
 from vibrodrive.model.drawing import OF_CLASSES
@@ -71,8 +72,7 @@ def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
     assert np.allclose(view.plan().points(0, 5), wanted.plan().points(0, 5), rtol=1e-15, equal_nan=True)
 
 
-def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
-    text = """
+RANGED = """
 [sweep]
 A = {start = 2.8, stop = 3.25, num = 3}
 B = [0.1, 0.2]
@@ -83,17 +83,36 @@ record = "summary"
 [figure]
 kind = "map"
 quantity = "energy"
-limits = [0.25, 1.5]
+limits = [1.5, 2.5]
 """
-    view = view_of(config.parse(text))
-    assert (view.mode, view.shade, view.limits) == ("map", "energy", (0.25, 1.5))
-    assert config.parse(view.toml()).figure["limits"] == (0.25, 1.5)
+
+
+@pytest.mark.jit
+def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives(monkeypatch):
+    view = view_of(config.parse(RANGED))
+    assert read_address(view.address()).state() == view.state()
+    assert (view.mode, view.shade, view.limits) == ("map", "energy", (1.5, 2.5))
+    assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
     limited, free = painted(level, "energy", view.limits), painted(level, "energy")
-    assert all(f"> {end}" in limited.legend and f"> {end}" not in free.legend for end in ("0.25", "to 1.5"))
+    assert all(f"> {end}" in limited.legend and f"> {end}" not in free.legend for end in ("1.5", "to 2.5"))
+    assert all(f"> {side}" in limited.legend and f"> {side}" not in free.legend for side in ("less", "more"))
     assert adapted(view.state(), "shade").limits is None
-    with pytest.raises(ValueError, match=r"top = 1\.5: must be left out: period has classes"):
+    drawn_with = []
+    monkeypatch.setattr("vibrodrive.figures.map.paint", lambda *given: drawn_with.append(given[-1]) or paint(*given))
+    assert export.drawn(view, level.sweep.results[0], "png").startswith(b"\x89PNG")
+    assert drawn_with == [(1.5, 2.5)]
+    with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out: period has classes"):
         View.read(view.state() | {"shade": "period"})
+
+
+def test_a_range_belongs_to_what_the_figure_draws():
+    """Of a sweep with sections and summaries that is ξ', unless its figure says otherwise."""
+    both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
+    assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
+    assert view_of(config.parse(both)).limits == (1.5, 2.5)
+    with pytest.raises(ValueError, match=r"limits = .*: must be left out: period has classes"):
+        view_of(config.parse(RANGED.replace("energy", "period")))
 
 
 def test_classes_are_those_that_have_colours_for_each_value():

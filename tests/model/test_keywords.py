@@ -166,7 +166,7 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    # from where the package is checked, and with its options: what is in mypy's cache already is not checked again
+    # where the package is checked, and with its options: what is in a cache that both share is not checked again
     paths = {"MYPY_CACHE_DIR": str(tmp_path / "cache")} | os.environ
     ran = subprocess.run(
         [sys.executable, "-m", "mypy", str(script)], cwd=ROOT, env=paths, capture_output=True, text=True, check=False

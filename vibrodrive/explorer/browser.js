@@ -16,7 +16,7 @@ const page = {
   scales: {}, // of both axes, as they are drawn
   kept: {}, // ends of ranges as they were given
   last: "", // the view asked for last
-  extra: {}, // fields of a view without a widget: at, bottom and top where they are to be fitted
+  extra: {}, // fields of a view without a widget, where no range has them: at; the ends of colours, or of a map's ordinate
   frames: [], latencies: [], // when pictures were painted, and how long after the movement that they show (ms)
   heard: 0, // number of the news heard last
   file: null, // what was downloaded last

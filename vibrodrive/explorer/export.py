@@ -17,9 +17,8 @@ def drawn(view: View, results: Results, kind: str) -> bytes:
     from vibrodrive.figures.style import save
 
     if view.mode == MAP:
-        figure = map_figure(results, view.shade, view.x, view.y)
+        figure = map_figure(results, view.shade, view.x, view.y, limits=view.limits)
     else:
-        limits = None if view.top != view.top else (view.bottom, view.top)
-        figure = bifurcation(results, view.quantity, view.x, limits)
+        figure = bifurcation(results, view.quantity, view.x, view.limits)
     with tempfile.TemporaryDirectory() as folder:
         return save(figure, Path(folder) / f"view.{kind}").read_bytes()

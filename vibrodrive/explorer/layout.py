@@ -251,8 +251,8 @@ def _time_curve(motion: ColumnDataSource) -> Any:
 
 
 def _legend() -> Div:
-    """What the colours of the curves mean: beside them, where it is not painted anew with each."""
-    names = [*(state.name.lower() for state in DRAWN), "sin τ"]
+    """What the colours of the curves mean: above them, where it is not painted anew with each."""
+    names = [*(state.name.lower() for state in DRAWN), "sin τ (scaled)"]
     lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
     return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
 

@@ -22,7 +22,10 @@ SHOWN = 12
 """Excitation periods that are drawn, at most."""
 
 POINTS = 100
-"""Points of a curve in a period, at least."""
+"""Points of a curve in an excitation period."""
+
+FAST = 8
+"""Points in a period of the disturbance: less, and its ripple is lost, or drawn as a slow wave."""
 
 MOST_POINTS = 20_000
 """Points of a curve, at most: a motion with many switches a period is drawn over fewer periods."""
@@ -66,7 +69,8 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     one more, sin τ in the lowest third of the range of ξ."""
     from vibrodrive.figures.curves import curve  # brings Matplotlib, for which the page does not wait
 
-    drawn = curve(trajectory, POINTS)
+    a = trajectory.arguments
+    drawn = curve(trajectory, max(POINTS, math.ceil(FAST * a["eta"])) if a["eps"] > 0.0 else POINTS)
     if len(drawn.tau) > MOST_POINTS:
         drawn = drawn._replace(**{name: getattr(drawn, name)[:MOST_POINTS] for name in ("tau", "xi", "dxi")})
     rows = trajectory.switches
@@ -75,11 +79,11 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     known = np.concatenate([[first], rows["after"]])
     # at a switch a point belongs to the state before it and to the one after it
     before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
-    start = 2.0 * math.pi * trajectory.arguments["transient"] + trajectory.arguments["tau0"]
+    start = 2.0 * math.pi * a["transient"] + a["tau0"]
     here = [(before == state) | (after == state) for state in DRAWN]
-    low = np.nanmin(drawn.xi)
-    room = np.nanmax(drawn.xi) - low or 1.0
-    drive = low + (1.0 + np.sin(drawn.tau)) / 6.0 * room
+    known = drawn.xi[np.isfinite(drawn.xi)]
+    low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
+    drive = low + (1.0 + np.sin(drawn.tau)) / 6.0 * (high - low or 1.0)
     return {
         "time": [(drawn.tau - start) / (2.0 * math.pi)] * (len(DRAWN) + 1),
         "xi": [*(np.where(there, drawn.xi, np.nan) for there in here), drive],

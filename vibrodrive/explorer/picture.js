@@ -22,7 +22,7 @@ const picture_of = (plot) => {
 const move_picture = (plot) => {
   const picture = picture_of(plot), {view, box, canvas, line, drawn} = picture;
   canvas.hidden = !drawn;
-  line.hidden = !drawn || page.over_plane || Number.isNaN(page.followed);
+  line.hidden = !drawn || page.over_plane || !Number.isFinite(page.followed);
   if (!drawn) return;
   const {left, top, width, height} = view.frame.bbox, {x_range, y_range} = plot;
   const frame = `left: ${left}px; top: ${top}px; width: ${width}px; height: ${height}px`;
@@ -56,6 +56,6 @@ const draw_picture = (plot, data) => {
 const clear_pictures = () => {
   for (const picture of Object.values(pictures)) {
     picture.drawn = null;
-    picture.canvas.hidden = true;
+    picture.canvas.hidden = picture.line.hidden = true;
   }
 };

@@ -38,7 +38,10 @@ def painted(level: Level, quantity: str, limits: tuple[float, float] | None = No
     if not found.labels:
         low, high = (float(found.norm.inverse(share)) for share in (0.0, 1.0))
         spaced = "logarithmically to " if isinstance(found.norm, LogNorm) else "to "
-        names = [(hexadecimal[0], f"{low:.4g}"), (hexadecimal[SHADES - 1], f"{spaced}{high:.4g}"), *names]
+        less = [(hexadecimal[SHADES], "less")] if found.extend in ("min", "both") else []
+        more = [(hexadecimal[SHADES + 1], "more")] if found.extend in ("max", "both") else []
+        ends = [(hexadecimal[0], f"{low:.4g}"), (hexadecimal[SHADES - 1], f"{spaced}{high:.4g}")]
+        names = [*less, *ends, *more, *names]
     legend = " ".join(f"<span style='background:{c};border:1px solid #888'>&emsp;</span> {name}" for c, name in names)
     colours = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
     return Plane(found.cells.filled(0).T.astype(np.uint16), colours, legend)

@@ -22,10 +22,10 @@ from vibrodrive.model.drawing import (
     IMPACT_POWER,
     MAP,
     MAP_QUANTITIES,
-    OF_CLASSES,
     OF_EVERY_SWEEP,
     OF_SUMMARY,
     SECTION_QUANTITIES,
+    check_range,
     choose_drawing,
 )
 from vibrodrive.model.parameters import ETA, PARAMETERS, Method, Parameter, bad, check_count
@@ -80,14 +80,14 @@ RANGES: dict[str, tuple[float, float, str]] = {
 """Where an axis of each parameter, and of each quantity of a scene, lies, and how it is spaced, unless it is said."""
 
 
-MAY_LACK = ("bottom", "top", "at")
-"""Fields that need not be set."""
-
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")
 """The fields of an axis, in the order of RANGES."""
 
 ENDS = ("bottom", "top")
 """The fields of the range of what is shown: of the ordinate of a diagram, of the colours of a map."""
+
+MAY_LACK = (*ENDS, "at")
+"""Fields that need not be set."""
 
 
 def _number(key: str, value: object) -> float:
@@ -237,8 +237,7 @@ class View:
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
-            if self.shade in OF_CLASSES and self.limits:
-                raise ValueError(bad("top", self.top, f"left out: {self.shade} has classes, no range"))
+            check_range("bottom and top", self.limits, self.shade)
             if self.columns * self.rows > MOST_CELLS:
                 raise ValueError(bad("rows", self.rows, f"<= {MOST_CELLS // self.columns} at {self.columns} columns"))
         plan = self.plan()
@@ -369,9 +368,13 @@ def view_of(settings: config.Config) -> View:
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")
     values |= {key: quantity for key, known in (("quantity", QUANTITIES), ("shade", OF_MAPS)) if quantity in known}
-    shown = values.get("shade" if values.get("mode") == MAP else "quantity")
-    if "limits" in settings.figure and quantity in (None, shown):
-        values["bottom"], values["top"] = settings.figure["limits"]
+    if "limits" in settings.figure:
+        limits = settings.figure["limits"]
+        _, of = choose_drawing(plan, settings.figure.get("kind"), quantity)
+        check_range("limits", limits, of)
+        shown = "shade" if values.get("mode") == MAP else "quantity"
+        if of == values.get(shown, getattr(View, shown)):
+            values["bottom"], values["top"] = limits
     return View.read(values)
 
 

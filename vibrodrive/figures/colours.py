@@ -13,8 +13,8 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.conditions import NAMES
 from vibrodrive.figures.style import look
-from vibrodrive.model.drawing import K2, KEPT
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.drawing import K2, KEPT, check_range
+from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import State
 
 APART = "white"
@@ -63,9 +63,8 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
     """Colours of the values of all points; `limits` as of `map_figure`. Raises ValueError where it has none."""
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = LACKS.get(quantity, "no such value"), "neither"
+    check_range("limits", limits, quantity)
     if quantity in _CLASSIFY:
-        if limits is not None:
-            raise ValueError(bad("limits", limits, f"left out: {quantity} has classes, no range"))
         kind, labels, colours = _CLASSIFY[quantity](values, done)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []

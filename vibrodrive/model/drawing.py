@@ -55,6 +55,12 @@ MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 """Of maps over two axes, and of lines over one."""
 
 
+def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
+    """Refuse a range for what has a colour for each value. Raises ValueError with one sentence."""
+    if limits is not None and quantity in OF_CLASSES:
+        raise ValueError(bad(key, limits, f"left out: {quantity} has classes, no range"))
+
+
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
     """The kind of figure and its quantity for a sweep, where either may be left open.
 
