@@ -12,7 +12,8 @@ import vibrodrive as vd
 
 pytest.importorskip("bokeh")
 
-from vibrodrive.explorer.motion import DRAWN, MOST_POINTS, lines
+from vibrodrive.explorer.motion import MOST_POINTS, lines
+from vibrodrive.model.states import LASTING
 
 pytestmark = pytest.mark.jit
 
@@ -24,7 +25,7 @@ def test_curves_of_the_states_together_are_the_motion(eps):
     sample = motion.sample(4001)
     time = (sample.tau - sample.tau[0]) / (2.0 * math.pi)
     ripple = 3.04 * eps * motion.arguments["eta"]
-    for state, at, curve in zip(DRAWN, found["time"], found["dxi"], strict=False):
+    for state, at, curve in zip(LASTING, found["time"], found["dxi"], strict=False):
         own, there = sample.state == state, ~np.isnan(curve)
         if own.any():
             wrong = np.abs(np.interp(time[own], at[there], curve[there]) - sample.dxi[own]).max()

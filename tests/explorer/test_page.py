@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import base64
 import fcntl
+import itertools
 import math
 import os
 import random
+from collections import Counter
 from time import monotonic, sleep
 
 import numpy as np
@@ -14,14 +16,19 @@ import pytest
 
 pytest.importorskip("bokeh")
 
+from bokeh.document import Document
+from bokeh.models import GlyphRenderer, LinearAxis
+
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.image import ROWS, values_of
-from vibrodrive.explorer.motion import DRAWN, POINTS
+from vibrodrive.explorer.layout import build
+from vibrodrive.explorer.motion import POINTS
 from vibrodrive.explorer.session import read_address
 from vibrodrive.explorer.work import compute_into
 from vibrodrive.jit.slices import Halted
 from vibrodrive.model import config
+from vibrodrive.model.states import LASTING
 
 pytestmark = [
     pytest.mark.jit,
@@ -31,6 +38,8 @@ pytestmark = [
 ]
 
 SMALL = "&columns=200&transient=100&periods=40"
+
+DRAG_SECONDS = 3.0
 
 LEFT, RIGHT, TOP, BOTTOM = 100, 870, 90, 445
 """Pixels of the frame of the diagram, a few to be on the safe side."""
@@ -125,19 +134,46 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     assert (pixels == pixels[..., :1]).all()  # grey
 
 
+@pytest.mark.parametrize("query", ["", "&mode=map&columns=12&rows=8", "&scene=SI&x=omega0&low=80&high=200"])
+def test_a_page_is_built_as_its_scripts_arrange_it(tab, explorer, query):
+    tab.open(explorer.address + SMALL + query)
+    kinds = ("Row", "TextInput", "Select", "Slider", "Figure")
+    found = tab.model(
+        "return [all.filter((m) => arguments[0].includes(m.type)).map((m) => [m.type, m.name, m.visible]),"
+        " all.filter((m) => m.type === 'LinearAxis').map((m) => m.axis_label),"
+        " all.filter((m) => m.type === 'GlyphRenderer').map((m) => m.visible)]",
+        kinds,
+    )
+    document = Document()
+    build(document, shown(tab), "")
+    built = [
+        [[m.__view_model__, m.name, m.visible] for m in document.models if m.__view_model__ in kinds],
+        [m.axis_label for m in document.models if isinstance(m, LinearAxis)],
+        [m.visible for m in document.models if isinstance(m, GlyphRenderer)],
+    ]
+    assert [Counter(map(str, part)) for part in found] == [Counter(map(str, part)) for part in built]
+
+
 def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explorer):
     worker = explorer._explorer.engine.worker
     tab.open(explorer.address + SMALL + "&eps=2e-4")
     before, frames = worker.computations, tab.ask("page.frames.length")
-    places = [(500 + round(150 * math.sin(k / 9)), 300 + k % 7) for k in range(90)]
-    tab.drag((500, 300), places)
+    begun = monotonic()
+    tab.mouse("Pressed", 500, 300)
+    for k in itertools.count(1):
+        place = 500 + round(150 * math.sin(k / 9)), 300 + k % 7
+        tab.mouse("Moved", *place)
+        if monotonic() - begun > DRAG_SECONDS and tab.ask("page.frames.length") > frames + 3:
+            break
+        assert monotonic() - begun < tab.PATIENCE, "no pictures while the mouse moves"
+        sleep(0.01)
+    tab.mouse("Released", *place)
     tab.settle()
     assert worker.most_at_once == 1
-    assert worker.computations > before
-    assert tab.ask("page.frames.length") > frames + 3
+    assert worker.computations > before + 3
     state, view = tab.state(), shown(tab)
     assert (view.low, view.high, view.bottom) == (state["low"], state["high"], state["bottom"])
-    moved = (places[-1][0] - 500) / 770 * (3.25 - 2.4)
+    moved = (place[0] - 500) / 770 * (3.25 - 2.4)
     assert state["low"] == pytest.approx(2.4 - moved, abs=5e-3)
     _, (x, _, dw, _) = image(tab)
     _, share = canvas(tab)
@@ -222,7 +258,7 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     at_all, *times = np.array(curves["time"])
     assert (times == at_all).all()
     for name, wanted in (("xi", sample.xi), ("dxi", sample.dxi)):
-        for state, curve in zip(DRAWN, np.array(curves[name], float)[:-1], strict=True):
+        for state, curve in zip(LASTING, np.array(curves[name], float)[:-1], strict=True):
             own, there = sample.state == state, ~np.isnan(curve)  # null where it is another state
             assert there.any() == own.any()
             if own.any():

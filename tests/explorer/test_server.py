@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -43,6 +44,24 @@ def test_the_page_is_given_to_whoever_has_the_token(explorer):
     assert status == 200
     assert "<title>vibrodrive explore</title>" in text
     assert "cdn.bokeh.org" not in text  # nothing comes from elsewhere
+    assert sorted(re.findall(r"static/js/([\w-]+)\.min\.js", text)) == [
+        "bokeh",
+        "bokeh-widgets",
+    ]  # and no more than used
+
+
+def test_a_page_waits_for_neither_numba_nor_matplotlib():
+    script = """if True:
+        import sys
+        from bokeh.document import Document
+        import vibrodrive.explorer.server
+        from vibrodrive.explorer.layout import build
+        from vibrodrive.explorer.view import View
+        build(Document(), View.read({"eps": 1e-4}), "")
+        print(*{"numba", "matplotlib", "h5py"} & set(sys.modules))
+    """
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout.split()) == (0, [])
 
 
 @pytest.mark.parametrize(

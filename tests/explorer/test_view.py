@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 pytest.importorskip("bokeh")
 
 from vibrodrive.explorer import export
+from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, read_address
 from vibrodrive.explorer.view import RANGES, View, view_of
-from vibrodrive.explorer.work import Pace, Work
+from vibrodrive.explorer.work import Work
 from vibrodrive.figures.colours import _CLASSIFY, paint
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config

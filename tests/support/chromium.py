@@ -96,9 +96,10 @@ class Tab:
             "Input.dispatchMouseEvent", {"type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": by}
         )
 
-    def model(self, script):
+    def model(self, script, *arguments):
         """Something of Bokeh's models: `all` is a list of them."""
-        return self.driver.execute_script(f"const all = [...Bokeh.documents[0]._all_models.values()]; {script}")
+        all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
+        return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
 
     def choose(self, name, value):
         """Set a widget as its user would."""

@@ -134,9 +134,9 @@ const set_field = (name, value) => {
 };
 
 // Slider and field of one number hold the same value; a slider of orders of magnitude holds its logarithm.
-page.slide = (name) => {
-  if (!is_new("slider " + name, sliders[name].value)) return;
-  const value = exponents.includes(name) ? Math.pow(10, sliders[name].value) : sliders[name].value;
+page.slide = ({name, value: place}) => {
+  if (!is_new("slider " + name, place)) return;
+  const value = exponents.includes(name) ? Math.pow(10, place) : place;
   set_field(name, String(Number(value.toPrecision(10))));
   page.ask();
 };
@@ -150,8 +150,8 @@ const follow = (name) => {
 };
 
 const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "scene"];
-page.enter = (name) => {
-  if (!is_new(name, fields[name].value)) return;
+page.enter = ({name, value}) => {
+  if (!is_new(name, value)) return;
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();

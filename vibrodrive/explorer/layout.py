@@ -24,7 +24,6 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from vibrodrive.explorer.motion import DRAWN
 from vibrodrive.explorer.view import (
     ALONE,
     BESIDE,
@@ -42,6 +41,7 @@ from vibrodrive.explorer.view import (
 )  # fmt: skip
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.physical import SCENE
+from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
@@ -53,7 +53,7 @@ SYMBOLS = {
 """The paper's symbol for every parameter, quantity of a scene and ordinate, in letters that a page has."""
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
-"""Of the states of DRAWN, and of the excitation."""
+"""Of the states of LASTING, and of the excitation."""
 
 KIND_COLOURS = {
     "onset": "#737373", "period doubling": "#0072B2", "fold": "#D55E00", "border": "#000000", "grazing": "#009E73",
@@ -128,7 +128,7 @@ def build(document: Document, view: View, token: str) -> Page:
         one.multi_line("x", "y", source=unstable, color="#D55E00", width=1.2, dash=[6, 3]),
         one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5),
     ]
-    named = one.multi_line("x", "y", source=curves, color="colour", width=2, visible=False)
+    named = one.multi_line("x", "y", source=curves, color="colour", width=2)
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
     motion = ColumnDataSource(NO_MOTION)
@@ -149,6 +149,12 @@ def build(document: Document, view: View, token: str) -> Page:
         "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
         "diagram": [inputs["quantity"], inputs["compare"], *lines],
     }
+    for name, items in only.items():  # as the page is going to arrange it: each later change lays it out anew
+        for item in items:
+            item.visible = name in (view.mode, view.scene)
+    for p in (one, two):
+        p.xaxis.axis_label = SYMBOLS[view.x]
+        p.yaxis.axis_label = SYMBOLS[view.y if view.mode == MAP else view.quantity]
     root = column(
         row(*top),
         row(
@@ -176,18 +182,19 @@ def build(document: Document, view: View, token: str) -> Page:
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
+    moved, entered, slid, tapped = map(_call, ("moved(cb_obj)", "enter(cb_obj)", "slide(cb_obj)", "tap(cb_obj)"))
     for axis in (x_range, y_range, x2, y2):
         for end in ("start", "end"):
-            axis.js_on_change(end, _call("moved(cb_obj)"))
-    for name, field in inputs.items():
-        field.js_on_change("value", _call(f"enter('{name}')"))
-    for name, slider in sliders.items():
-        slider.js_on_change("value", _call(f"slide('{name}')"))
+            axis.js_on_change(end, moved)
+    for field in inputs.values():
+        field.js_on_change("value", entered)
+    for slider in sliders.values():
+        slider.js_on_change("value", slid)
     frame.js_on_change("data", _call("painted()"))
     news.js_on_change("data", _call("hear()"))
     for shown in (one, two):
         for click in (Tap, DoubleTap, PressUp):  # a click on a page that is busy may seem long, or to be one of two
-            shown.js_on_event(click, _call("tap(cb_obj)"))
+            shown.js_on_event(click, tapped)
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
     buttons["Fit"].js_on_click(_call("fit_now()"))
     for label, command in (
@@ -252,7 +259,7 @@ def _time_curve(motion: ColumnDataSource) -> Any:
 
 def _legend() -> Div:
     """What the colours of the curves mean: above them, where it is not painted anew with each."""
-    names = [*(state.name.lower() for state in DRAWN), "sin τ (scaled)"]
+    names = [*(state.name.lower() for state in LASTING), "sin τ (scaled)"]
     lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
     return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
 
@@ -274,13 +281,13 @@ def _inputs(view: View) -> dict[str, Any]:
     }
     state = view.state()
     found: dict[str, Any] = {
-        name: Select(title=title, options=options, value=state[name], width=width)
+        name: Select(name=name, title=title, options=options, value=state[name], width=width)
         for name, (title, options, width) in choices.items()
     }
     for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
         title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else SYMBOLS.get(name, name)
         width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
-        found[name] = TextInput(title=title, value=repr(state[name]), width=width)
+        found[name] = TextInput(name=name, title=title, value=repr(state[name]), width=width)
     assert {*found} == {f.name for f in fields(View)} - {"low", "high", "bottom", "top", "y_low", "y_high", "at"}
     return found
 
@@ -290,5 +297,5 @@ def _slider(name: str, view: View) -> Slider:
     value = float(getattr(view, name))
     value = math.log10(value) if name in EXPONENTS else value
     shown = "log Δτ" if name in EXPONENTS else SYMBOLS.get(name, name)
-    return Slider(title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
+    return Slider(name=name, title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
                   show_value=False)  # fmt: skip

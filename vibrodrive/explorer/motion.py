@@ -16,7 +16,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.records import SUMMARY
-from vibrodrive.model.states import State
+from vibrodrive.model.states import LASTING
 
 SHOWN = 12
 """Excitation periods that are drawn, at most."""
@@ -29,9 +29,6 @@ FAST = 8
 
 MOST_POINTS = 20_000
 """Points of a curve, at most: a motion with many switches a period is drawn over fewer periods."""
-
-DRAWN = (State.UP, State.DOWN, State.STICK, State.REST)
-"""The states that last, in the order of their colours."""
 
 
 class Motion(NamedTuple):
@@ -65,7 +62,7 @@ def motion_at(view: View, halt: Halt) -> Motion:
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
-    """The curves: periods since the transient, ξ and ξ' of each of DRAWN, NaN where it is another state; and, as ξ of
+    """The curves: periods since the transient, ξ and ξ' of each of LASTING, NaN where it is another state; and, as ξ of
     one more, sin τ in the lowest third of the range of ξ."""
     from vibrodrive.figures.curves import curve  # brings Matplotlib, for which the page does not wait
 
@@ -80,12 +77,12 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     # at a switch a point belongs to the state before it and to the one after it
     before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
     start = 2.0 * math.pi * a["transient"] + a["tau0"]
-    here = [(before == state) | (after == state) for state in DRAWN]
+    here = [(before == state) | (after == state) for state in LASTING]
     known = drawn.xi[np.isfinite(drawn.xi)]
     low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
     drive = low + (1.0 + np.sin(drawn.tau)) / 6.0 * (high - low or 1.0)
     return {
-        "time": [(drawn.tau - start) / (2.0 * math.pi)] * (len(DRAWN) + 1),
+        "time": [(drawn.tau - start) / (2.0 * math.pi)] * (len(LASTING) + 1),
         "xi": [*(np.where(there, drawn.xi, np.nan) for there in here), drive],
         "dxi": [*(np.where(there, drawn.dxi, np.nan) for there in here), np.full(len(drive), np.nan)],
     }

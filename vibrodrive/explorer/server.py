@@ -17,6 +17,7 @@ from urllib.parse import urlencode
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
+from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.util import bind_sockets
@@ -26,8 +27,8 @@ from tornado.ioloop import IOLoop
 from tornado.iostream import IOStream
 from tornado.web import RequestHandler
 
-from vibrodrive.batch.sweep import check_threads
-from vibrodrive.explorer.session import Engine, Session
+from vibrodrive.explorer.engine import Engine
+from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
 
 ADDRESS = "127.0.0.1"
@@ -62,6 +63,10 @@ class Guarded(BokehTornado):
             return self.get_handler_delegate(request, Refusal, {"why": why})
         return super().find_handler(request, **kwargs)
 
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """What the page is made of, without Bokeh's tables, formulas and drawing by the graphics card."""
+        return super().resources(absolute_url).clone(components=["bokeh", "bokeh-widgets"])
+
     def refusal(self, request: HTTPServerRequest) -> str:
         """Why a request is refused, "" if it is not."""
         if request.host not in self.hosts:
@@ -93,7 +98,11 @@ class Explorer:
     def __init__(self, view: View, port: int = 0, threads: int | None = None) -> None:
         for chatty in ("bokeh", "tornado"):  # what users are to know is said on the page
             logging.getLogger(chatty).setLevel(logging.ERROR)
-        self.engine = Engine(check_threads(threads))
+        if threads is not None:
+            from vibrodrive.batch.sweep import check_threads  # brings Numba, for which the page does not wait
+
+            check_threads(threads)
+        self.engine = Engine(threads)
         self.token = secrets.token_urlsafe(24)
         self.view = view
         application = Application(FunctionHandler(self._open))
@@ -126,6 +135,7 @@ class Explorer:
         address = urlencode([(key, v.decode(errors="replace")) for key, values in given.items() for v in values[:1]
                              if key != "token" and not key.startswith("bokeh")])  # fmt: skip
         Session(document, self.engine, self.view, address, self.token)
+        self.engine.warm()
 
     def run(self) -> None:
         """Serve until `close` is called."""

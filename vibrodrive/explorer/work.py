@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import fill_records
+from vibrodrive.batch.sweep import check_threads, fill_records
+from vibrodrive.explorer.pace import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 
 FRAME_SECONDS = 0.03
@@ -32,41 +32,11 @@ STRIDES = (16, 8, 4, 2, 1)
 COARSEST_DIAGRAM = 4
 """Of a diagram every fourth column at least: coarser, its lines cannot be followed."""
 
-FEWEST = 64
-"""Points of a level, at least: as many as are advanced abreast."""
-
 GROWTH = 4.0
 """How many times more points a level may have than the one before."""
 
 SHORTEST = 8
 """Periods of a sketch, at least: left out, and recorded."""
-
-
-class Pace:
-    """Excitation periods computed a second, as measured, for each kind of motion."""
-
-    FIRST = 5e5
-    """Before anything has been measured."""
-
-    def __init__(self) -> None:
-        self._measured: dict[tuple[int, bool, bool], float] = {}
-
-    def of(self, plan: Plan) -> float:
-        return self._measured.get(self._kind(plan), self.FIRST)
-
-    def learn(self, plan: Plan, points: int, seconds: float) -> None:
-        """Take what was just measured, half of it: a machine that others use is slower for a moment only."""
-        if points < FEWEST:  # that was the time of starting
-            return
-        periods = points * _length(plan)
-        new = periods / max(seconds, 1e-4)
-        old = self._measured.get(self._kind(plan), new)
-        self._measured[self._kind(plan)] = 0.5 * (old + new)
-
-    @staticmethod
-    def _kind(plan: Plan) -> tuple[int, bool, bool]:
-        disturbed = "eps" in plan.axes or plan.scalars["eps"] > 0.0
-        return plan.settings.method, disturbed, SECTION in plan.record
 
 
 class Part(NamedTuple):
@@ -97,7 +67,7 @@ class Work:
     """All motions of one sweep, or of two that differ in how switches are found alone."""
 
     plans: list[Plan]
-    threads: int
+    threads: int | None
     order: np.ndarray = field(init=False)
     steps: np.ndarray = field(init=False)
     part: Part = field(init=False)
@@ -133,7 +103,7 @@ class Work:
 
     def _at_once(self, pace: Pace, seconds: float) -> int:
         """How many points of each plan can be computed in that time."""
-        each = sum(_length(plan) / pace.of(plan) for plan in self.plans)
+        each = sum(length(plan) / pace.of(plan) for plan in self.plans)
         return max(1, int(seconds / each))
 
     def _sketch(self, pace: Pace, halt: Halt) -> Part | None:
@@ -153,10 +123,6 @@ class Work:
         return sketch
 
 
-def _length(plan: Plan) -> int:
-    return plan.settings.transient + plan.settings.periods
-
-
 def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """All points of a product of axes, the coarse grid first: (their numbers, how many each finer grid has)."""
     strides = STRIDES if len(shape) > 1 else [s for s in STRIDES if s <= COARSEST_DIAGRAM]
@@ -168,7 +134,7 @@ def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     return order, np.cumsum(counts)
 
 
-def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int, halt: Halt, pace: Pace) -> None:
+def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace) -> None:
     """Compute the points of these numbers, in any order, and put them in their places. Raises Halted."""
     began, n = perf_counter(), len(which)
     whole = results.rows(0, plan.n_points)
@@ -177,7 +143,7 @@ def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int, 
     assert status is not None
     assert margin is not None
     assert counts is not None
-    records = fill_records(plan, plan.rows(which), threads, halt, section, status, margin, counts)
+    records = fill_records(plan, plan.rows(which), check_threads(threads), halt, section, status, margin, counts)
     for array, part in zip(whole, (section, status, margin, counts), strict=True):
         if array is not None:
             array[which] = part

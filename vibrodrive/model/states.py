@@ -24,6 +24,9 @@ class State(Named):
     IMPACT = 4
 
 
+LASTING = (State.UP, State.DOWN, State.STICK, State.REST)
+"""All but the impact, which takes no time."""
+
 TRANSITIONS = (
     # state, switching function, what decides, next state
     (State.UP, "S3", "H < -1", State.DOWN),

@@ -1,0 +1,65 @@
+"""What all pages of a server share: the thread that computes, the process for exact work, and the pace.
+
+Nothing here imports Numba before the first page has been built: it takes the browser longer to load that page than the
+worker to load Numba and the kernels meanwhile.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibrodrive.explorer.aside import Aside
+from vibrodrive.explorer.pace import Pace
+from vibrodrive.explorer.worker import Rank, Slot, Worker
+from vibrodrive.jit.slices import Halt
+
+if TYPE_CHECKING:
+    from vibrodrive.explorer.session import Session
+
+WARMING = Slot(-1, Rank.EXPORT)
+"""Where that stands: with no page."""
+
+OPENING_SECONDS = 1.0
+"""How long it waits for a page that is going to be opened, and must be built before the browser can go on."""
+
+
+class Engine:
+    """What computes for the pages."""
+
+    def __init__(self, threads: int | None) -> None:
+        self.threads = threads
+        self.worker = Worker(self._failed)
+        self.aside = Aside(_warm_exact)
+        self.pace = Pace()
+        self.pages: dict[int, Session] = {}
+        self.worker.request(WARMING, self._warm_unasked)
+
+    def warm(self) -> None:
+        """Load what a first picture needs, now."""
+        self.worker.request(WARMING, self._warm)
+
+    def _warm_unasked(self, halt: Halt) -> None:
+        self.worker.pause(halt, OPENING_SECONDS)
+        self._warm(halt)
+
+    def _warm(self, halt: Halt) -> None:
+        from vibrodrive.explorer.tasks import warm_picture
+
+        warm_picture(self, halt)
+
+    def _failed(self, slot: Slot, error: BaseException) -> None:
+        page = self.pages.get(slot.page)
+        if page is not None:
+            page.failed(slot.rank, error)
+
+    def close(self) -> None:
+        """End the thread and the process."""
+        self.worker.close()
+        self.aside.close()
+
+
+def _warm_exact() -> None:
+    """Load what exact work needs, in the process for it."""
+    from vibrodrive.explorer import exact
+
+    exact.warm()

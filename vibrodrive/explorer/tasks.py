@@ -1,0 +1,246 @@
+"""What the worker does for a page, a task for each rank of work, and how the page then shows it.
+
+The tasks run in the thread of the worker; what they change of the page they hand to that of the server.
+"""
+
+from __future__ import annotations
+
+import base64
+import functools
+import html
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.explorer import exact, export
+from vibrodrive.explorer.engine import Engine
+from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
+from vibrodrive.explorer.layout import CURVE_COLOURS, KIND_COLOURS
+from vibrodrive.explorer.motion import Motion, lines, motion_at, words
+from vibrodrive.explorer.plane import painted
+from vibrodrive.explorer.session import Session, overlay_of
+from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
+from vibrodrive.explorer.work import Level, Work
+from vibrodrive.explorer.worker import Rank
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.drawing import MAP
+from vibrodrive.periodic.search import kind_of
+
+REST_SECONDS = 0.12
+"""How long a first picture stands before finer ones are computed: while the mouse moves, the next request comes
+earlier than that."""
+
+PENDING = "multiplier and k₂ are being computed …"
+"""What stands in their place."""
+
+INK = ink_palette()
+"""Of diagrams."""
+
+
+def work_of(session: Session, view: View) -> Work:
+    """What has been computed of this sweep already, if that was the last one."""
+    views = [view, view.certified()] if view.compared else [view]
+    made_from = [v.toml().partition("\n[figure]")[0] for v in views]
+    work = session.work
+    if work is None or made_from != session.made_from:
+        work = session.work = None  # the old one is let go before the new one is made
+        session.made_from = made_from
+        work = session.work = Work([v.plan() for v in views], session.engine.threads)
+    return work
+
+
+def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
+    """The diagram or map of a view: coarse, then finer."""
+    for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
+        if count == 0 or level.complete or not session.unpainted:  # frames do not queue up where they are sent slowly
+            _draw(session, view, seq, level)
+        if count == 0 and not level.complete:
+            session.engine.worker.pause(halt, REST_SECONDS)
+    latest = session.view  # a click since then has changed `at` alone
+    if latest.at == latest.at and latest.mode != MAP:
+        session.follow(halt, Rank.MOTION, latest, seq)
+    else:
+        session.follow(halt, Rank.EXACT, latest, None, [])
+
+
+def _draw(session: Session, view: View, seq: int, level: Level) -> None:
+    # of the latest view: it differs by `at`, or the page is not going to keep this address
+    head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
+    said = f"{100 * level.share:.0f} % of the sweep"
+    if level.sketch is not None and not level.complete:
+        s = level.sketch.results[0].settings
+        said += f"; the rest a sketch of {s.transient} + {s.periods} periods"
+    head["status"] = ("complete" if level.complete else said) + _legend(view)
+    left, right = _edges(view, SPAN, view.columns)
+    if view.mode == MAP:
+        low, high = _edges(view, Y_SPAN, view.rows)
+        cells, palette, legend = painted(level, view.shade, view.limits)
+        head["status"] += f"<br>{legend}"
+        images = [cells]
+    else:
+        palette = INK
+        low, high = view.bottom, view.top
+        if low != low:
+            low, high = fitting_range(level, view.quantity)
+            head["fit"] = [low, high]
+        images = pictures(level, view.quantity, low, high)
+        if view.compared and view.compare == DIFFERENCE:
+            images = [difference(*images)]
+    place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
+    session.unpainted += 1
+    # the head first, as Bokeh compares what is new with what was: it differs
+    session.later(
+        partial(_paint, session, [{"head": [json.dumps(head)], "image": [image], **place} for image in images])
+    )
+
+
+def _legend(view: View) -> str:
+    """What the colours of a diagram mean."""
+    said = f" · above {view.method}, below certified" if view.compared else ""
+    if view.compared and view.compare == DIFFERENCE:
+        said = " · black: what both show, "
+        said += f"<span style='color:#D55E00'>vermilion: what {view.method} alone shows</span>, "
+        said += "<span style='color:#0072B2'>blue: what certified alone shows</span>"
+    if view.orbits and view.mode != MAP:
+        said += " · orbits of the undisturbed motion: blue stable, vermilion dashed unstable, circles bifurcations"
+    return said
+
+
+def _paint(session: Session, frames: list[dict[str, Any]]) -> None:
+    session.unpainted = 0
+    if len(frames) > 1:
+        session.page.other.data = frames[1]
+    session.page.frame.data = frames[0]
+
+
+def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
+    """The curves of the motion at `view.at`, and what is to be said of it."""
+    motion = motion_at(view, halt)
+    said = words(motion, view)
+    columns = lines(motion.trajectory)
+
+    def show() -> None:
+        session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
+        session.tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
+
+    session.later(show)
+    session.follow(halt, Rank.EXACT, view, motion, said)
+
+
+def show_exact(session: Session, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
+    """What is exact about a view and its motion, in the background."""
+    session.engine.aside.start()  # before it is needed: the next click finds it warm
+    warm_motion()
+    call = partial(session.engine.aside.call, halt)
+    if motion is not None:
+        found = list(said)
+        for line in exact_words(call, motion):
+            found.append(line)
+            session.later(partial(session.tell, {"words": "<br>".join(found)}))
+    wanted = overlay_of(view)
+    if wanted is None or wanted == session.overlay:
+        return
+    if view.mode == MAP:
+        spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
+        curves = call(exact.plane_curves, spans["A"], spans["B"], view.orbits)
+        session.later(partial(_show_curves, session, view, curves))
+    else:
+        window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
+        session.later(partial(_show_orbits, session, view, *call(exact.orbit_lines, *window)))
+
+
+def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
+    session.overlay = overlay_of(view)
+    for source, stable in ((session.page.stable, True), (session.page.unstable, False)):
+        curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
+                  for column in line.values.T]  # fmt: skip
+        source.data = {"x": [x for x, _ in curves], "y": [y for _, y in curves]}
+    marks = [(m, y) for m in bifurcations for y in m.values.tolist()]
+    session.page.marks.data = {
+        "x": [float(place(m.A, view.scale)) for m, _ in marks],
+        "y": [y for _, y in marks],
+        "kind": [m.kind for m, _ in marks],
+        "A": [repr(m.A) for m, _ in marks],
+        "period": [m.period for m, _ in marks],
+        "colour": [KIND_COLOURS[m.kind] for m, _ in marks],
+    }
+
+
+def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
+    session.overlay = overlay_of(view)
+    across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
+    session.page.curves.data = {
+        "x": [place(x, view.scale) for x, _ in across],
+        "y": [place(y, view.y_scale) for _, y in across],
+        "kind": [kind for kind, *_ in found],
+        "period": [period for _, period, *_ in found],
+        "colour": [KIND_COLOURS[kind] for kind, *_ in found],
+    }
+
+
+def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
+    """A view as a file: "toml", "png" or "pdf"."""
+    if kind == "toml":
+        content = view.toml().encode()
+    else:
+        work = work_of(session, view)
+        for _ in work.levels(session.engine.pace, halt):
+            pass
+        content = export.drawn(view, work.part.results[0], kind)
+    file = {"name": f"view.{kind}", "base64": base64.b64encode(content).decode()}
+    session.later(partial(session.tell, {"file": file}))
+
+
+TASKS: dict[Rank, Callable[..., None]] = {
+    Rank.MOTION: show_motion,
+    Rank.PICTURE: show_picture,
+    Rank.EXPORT: send_file,
+    Rank.EXACT: show_exact,
+}
+"""Called with the page, what was asked for, and the flag that halts them."""
+
+
+def warm_picture(engine: Engine, halt: Halt) -> None:
+    """Load all that a first picture needs."""
+    view = View.read({"columns": 200})
+    for level in Work([view.plan()], engine.threads).levels(engine.pace, halt):
+        pictures(level, view.quantity, *fitting_range(level, view.quantity))
+
+
+@functools.cache
+def warm_motion() -> None:
+    """Load all that a first click needs, Matplotlib above all, once there is a picture to click on."""
+    view = View.read({"columns": 200, "at": View().low})
+    lines(motion_at(view, Halt()).trajectory)
+
+
+def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
+    """What is exact about a motion, a line at a time: its multiplier, and its limit."""
+    known = motion.trajectory.arguments
+    period = motion.summary["period"]
+    if known["eps"] == 0.0 and period > 0:
+        multiplier = call(exact.multiplier_at, known["A"], known["B"], period, motion.trajectory.impacts["phase"])
+        if multiplier == multiplier:
+            yield f"multiplier {multiplier:.10g}: {kind_of(multiplier)}"
+    names = ("A", "B", "eta", "xi0", "dxi0", "tau0")
+    k = call(exact.limit_at, {name: known[name] for name in names})
+    if k["k2"] == k["k2"]:
+        yield f"k₂ in ε: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
+    else:
+        yield f"k₂ in ε: {html.escape(k['how'])}"
+
+
+def place(values: Any, scale: str) -> Any:
+    """Where values of an axis are drawn."""
+    return np.log10(values) if scale == LOG else values
+
+
+def _edges(view: View, names: tuple[str, str, str], count: int) -> tuple[float, float]:
+    """Where the outer cells of an axis end: its first and last value lie in their middles."""
+    low, high, scale = (getattr(view, name) for name in names)
+    first, last = float(place(low, scale)), float(place(high, scale))
+    half = 0.5 * (last - first) / (count - 1)
+    return first - half, last + half
