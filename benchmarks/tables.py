@@ -189,7 +189,7 @@ def explorer(data: dict[str, Any]) -> str:
     memory = data["memory"]
     notes = (
         f"From a click to its curves: {milliseconds(data['click_milliseconds'])}. "
-        f"From the command to the first picture: {data['first_picture_seconds']:.1f} s. "
+        f"From the command to the first picture, in a browser that is open: {data['first_picture_seconds']:.1f} s. "
         f"Over {memory['frames']} pictures the server's memory grows by {memory['grown_MiB']:.1f} MiB. {machine(data)}."
     )
     return table(head, rows) + "\n\n" + notes
