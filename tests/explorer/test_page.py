@@ -134,12 +134,18 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     assert (pixels == pixels[..., :1]).all()  # grey
 
 
-@pytest.mark.parametrize("query", ["", "&mode=map&columns=12&rows=8", "&scene=SI&x=omega0&low=80&high=200"])
+@pytest.mark.parametrize(
+    "query",
+    [
+        "", "&mode=map&columns=12&rows=8", "&scene=SI&x=omega0&low=80&high=200",
+        "&method=fixed&compare=beside", "&method=fixed&compare=difference",
+    ],
+)  # fmt: skip
 def test_a_page_is_built_as_its_scripts_arrange_it(tab, explorer, query):
     tab.open(explorer.address + SMALL + query)
     kinds = ("Row", "TextInput", "Select", "Slider", "Figure")
     found = tab.model(
-        "return [all.filter((m) => arguments[0].includes(m.type)).map((m) => [m.type, m.name, m.visible]),"
+        "return [all.filter((m) => arguments[0].includes(m.type)).map((m) => [m.type, m.name, m.height, m.visible]),"
         " all.filter((m) => m.type === 'LinearAxis').map((m) => m.axis_label),"
         " all.filter((m) => m.type === 'GlyphRenderer').map((m) => m.visible)]",
         kinds,
@@ -147,7 +153,7 @@ def test_a_page_is_built_as_its_scripts_arrange_it(tab, explorer, query):
     document = Document()
     build(document, shown(tab), "")
     built = [
-        [[m.__view_model__, m.name, m.visible] for m in document.models if m.__view_model__ in kinds],
+        [[m.__view_model__, m.name, m.height, m.visible] for m in document.models if m.__view_model__ in kinds],
         [m.axis_label for m in document.models if isinstance(m, LinearAxis)],
         [m.visible for m in document.models if isinstance(m, GlyphRenderer)],
     ]

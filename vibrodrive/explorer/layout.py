@@ -121,7 +121,6 @@ def build(document: Document, view: View, token: str) -> Page:
     sliders = {name: _slider(name, view) for name in SLIDERS}
     format_x, format_y = _ticks(inputs["scale"], None), _ticks(inputs["y_scale"], inputs["mode"])
     one, two = (_diagram(x, y, format_x, format_y) for x, y in ((x_range, y_range), (x2, y2)))
-    two.visible = False
     stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
     lines = [
         one.multi_line("x", "y", source=stable, color="#0072B2", width=1.5),
@@ -149,10 +148,13 @@ def build(document: Document, view: View, token: str) -> Page:
         "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
         "diagram": [inputs["quantity"], inputs["compare"], *lines],
     }
-    for name, items in only.items():  # as the page is going to arrange it: each later change lays it out anew
+    # as the page is going to arrange all that: each later change of it would lay out the page anew
+    for name, items in only.items():
         for item in items:
             item.visible = name in (view.mode, view.scene)
+    two.visible = view.compared and view.compare == BESIDE
     for p in (one, two):
+        p.height = LOW if two.visible else TALL
         p.xaxis.axis_label = SYMBOLS[view.x]
         p.yaxis.axis_label = SYMBOLS[view.y if view.mode == MAP else view.quantity]
     root = column(
