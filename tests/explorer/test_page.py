@@ -8,6 +8,7 @@ import itertools
 import math
 import os
 import random
+import threading
 from collections import Counter
 from time import monotonic, sleep
 
@@ -210,6 +211,25 @@ def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monk
     tab.settle()
 
 
+def test_a_long_wait_is_explained_until_it_is_over(tab, explorer, monkeypatch):
+    tab.open(explorer.address + SMALL)
+    assert "complete" in page_text(tab)
+    released = threading.Event()
+
+    def late(*arguments):
+        released.wait(tab.PATIENCE)
+        compute_into(*arguments)
+
+    monkeypatch.setattr("vibrodrive.explorer.work.compute_into", late)
+    tab.choose("eps", "1e-4")
+    tab.until(lambda: "is compiled" in page_text(tab), "a word on what takes so long")
+    assert "complete" not in page_text(tab)
+    released.set()
+    tab.settle()
+    assert "complete" in page_text(tab)
+    assert "is compiled" not in page_text(tab)
+
+
 def test_twenty_box_zooms_and_back(tab, explorer):
     tab.open(explorer.address + SMALL)
     addresses = []
@@ -348,6 +368,23 @@ def test_a_map_and_the_diagram_under_a_click(tab, explorer):
     tab.until("page.fields.mode.value === 'map'", "the map again")
     tab.settle()
     assert followed(tab) is None
+
+
+def test_a_map_and_a_diagram_keep_their_windows_when_the_mode_is_chosen(tab, explorer):
+    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # its ordinate begins below 0, and B cannot
+    tab.open(explorer.address + small + "&y_low=0.05&y_high=0.2&quantity=xi&bottom=-0.5&top=2.5")
+    tab.choose("mode", "map")
+    tab.settle()
+    assert (shown(tab).mode, shown(tab).y_low, shown(tab).y_high) == ("map", 0.05, 0.2)
+    assert shown(tab).limits is None
+    (_, low, _, height) = image(tab)[1]
+    assert (low, low + height) == pytest.approx((0.05 - 0.15 / 18, 0.2 + 0.15 / 18))
+    tab.choose("mode", "diagram")
+    tab.settle()
+    assert (shown(tab).mode, shown(tab).y_low, shown(tab).y_high) == ("diagram", 0.05, 0.2)
+    tab.choose("mode", "map")
+    tab.settle()
+    assert (shown(tab).y_low, shown(tab).y_high) == (0.05, 0.2)
 
 
 def test_the_ends_of_the_colours_of_a_map_are_kept_until_they_are_to_fit(tab, explorer):

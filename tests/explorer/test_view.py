@@ -204,9 +204,14 @@ def test_ranges_of_every_parameter_are_views():
 
 
 def test_another_abscissa_brings_its_own_range():
-    state = View.read({"low": 3.0, "high": 3.1, "at": 3.05}).state()
+    state = View.read({"low": 3.0, "high": 3.1, "at": 3.05, "bottom": 0.8, "top": 1.3}).state()
     found = adapted(state | {"x": "dtau"}, "x").state()
     assert (found["low"], found["high"], found["scale"], found["at"]) == (*RANGES["dtau"], None)
+    assert (found["bottom"], found["top"]) == (None, None)
+    found = adapted(state | {"scene": "SI"}, "scene").state()
+    assert (found["x"], found["bottom"]) == ("A", 0.8)
+    found = adapted(state | {"x": "B", "low": 0.1, "high": 0.2, "scene": "SI"}, "scene").state()
+    assert (found["x"], found["bottom"]) == ("a0", None)
 
 
 def test_a_logarithmic_axis_begins_above_zero():

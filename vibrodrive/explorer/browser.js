@@ -7,6 +7,7 @@ const page = {
   tapped: false, // another motion has been chosen since
   settled: false, // what is painted is complete, and what was asked for last
   begun: false, // the first view stands in the address: from now on each change of it is a step of "back"
+  over_plane: false, // a map is shown: when another mode has just been chosen, what the ranges hold is still of this one
   waiting: 0, // timer of an address that is going to be kept
   patience: 0, // ms that a newer view waits for the one under way
   held: 0, // timer of diagrams that are not painted until their picture is there
@@ -23,11 +24,15 @@ const page = {
   words: "", // what is said about the motion that is followed
   followed: NaN, // where that is on the axis
   refused: "", // why the view asked for last is not shown
+  status: "", // what is said below the diagrams, but for COMPILING
+  slow: 0, // timer until that is said
 };
 window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait for the picture that is to move with them
 const PATIENCE = 250; // ms that a newer view waits for an older one at most, where that before was painted
 page.patience = PATIENCE;
+const COMPILING = "computing …; what is used for the first time after an installation is compiled, for up to a minute";
+const SLOW = 1500; // ms without an answer after which that is said
 const REST = 300; // ms for which a view stands before it is a step of "back"
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
@@ -56,7 +61,7 @@ page.state = () => {
   const view = {...page.extra};
   for (const [name, field] of Object.entries(fields)) view[name] = field.value;
   Object.assign(view, span(x_range, "scale", "low", "high"));
-  if (fields.mode.value === "map") Object.assign(view, span(y_range, "y_scale", "y_low", "y_high"));
+  if (page.over_plane) Object.assign(view, span(y_range, "y_scale", "y_low", "y_high"));
   else if (!page.fit) Object.assign(view, {bottom: y_range.start, top: y_range.end});
   return view;
 };
@@ -66,6 +71,8 @@ page.send = () => {
   const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
   if (page.refused) say(page.refused = "", notice);
+  clearTimeout(page.slow);
+  page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before a first picture it says so already
   tell({view, only_motion});
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
@@ -112,6 +119,8 @@ const insist = () => {
 
 const free = () => {
   page.busy = false;
+  clearTimeout(page.slow);
+  if (page.status) say(page.status);
   release();
   if (page.pending) page.send();
 };
@@ -216,7 +225,7 @@ page.painted = () => {
   page.patience = PATIENCE;
   draw_picture(first, frame.data);
   if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
-  say(head.status);
+  page.status = head.status;
   if (head.seq === page.asked) remember(head.address);
   free();
   requestAnimationFrame(() => setTimeout(() => {

@@ -180,7 +180,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
     elif changed in ("x", "y") and known[changed] == "B":
         known["scene"] = DIMENSIONLESS
     strangers = ("B",) if known["scene"] == SI else SCENE_AXES
-    for axis, other, keys in (("x", "y", (*SPAN, "at")), ("y", "x", Y_SPAN)):
+    for axis, other, keys in (("x", "y", (*SPAN, "at", *ENDS)), ("y", "x", Y_SPAN)):
         if known[axis] in strangers:
             usual = ("A", "B") if known["scene"] != SI else ("mu",) if known[other] == "A" else ("a0", "omega0")
             known[axis] = next(name for name in usual if name != known[other])
@@ -190,7 +190,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """The view after one of its choices has changed: what stood on the old one makes room. Raises ValueError."""
-    drop = {"x": (*SPAN, "at"), "y": Y_SPAN, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
+    drop = {"x": (*SPAN, "at", *ENDS), "y": Y_SPAN, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):
