@@ -107,6 +107,16 @@ def canvas(tab, figure=0):
     return pixels[::-1, :, :3], found[2]
 
 
+def labels(tab, name):
+    """What stands along the horizontal axis of this name, and where."""
+    return tab.model(
+        "const a = all.find((m) => m.type === 'LinearAxis' && m.axis_label === arguments[0]);"
+        "const t = Bokeh.index.find_one_by_id(a.id).tick_coords.major[0];"
+        "return [a.formatter.doFormat(t, {loc: 0}), t]",
+        name,
+    )
+
+
 def shown(tab):
     """The view that the address holds."""
     return read_address(tab.driver.current_url.split("?", 1)[1])
@@ -241,16 +251,11 @@ def test_twenty_box_zooms_and_back(tab, explorer):
         tab.settle()
     deep = shown(tab)
     assert deep.high - deep.low < 1e-9
-    labels = tab.model(
-        "const a = all.find((m) => m.type === 'LinearAxis' && m.axis_label === 'A');"
-        "const t = Bokeh.index.find_one_by_id(a.id).tick_coords.major[0];"
-        "return [a.formatter.doFormat(t, {loc: 0}), t]"
-    )
-    first, *rest = labels[0]
-    assert float(first) == pytest.approx(labels[1][0], abs=(deep.high - deep.low) / 100)
-    for text, tick in zip(rest, labels[1][1:], strict=True):
+    (first, *rest), ticks = labels(tab, "A")
+    assert float(first) == pytest.approx(ticks[0], abs=(deep.high - deep.low) / 100)
+    for text, tick in zip(rest, ticks[1:], strict=True):
         assert text.startswith("+")
-        assert float(text) == pytest.approx(tick - labels[1][0], rel=0.01)
+        assert float(text) == pytest.approx(tick - ticks[0], rel=0.01)
     tab.driver.back()
     tab.until(lambda: shown(tab) == addresses[-1], "the view before")
     tab.settle()
@@ -264,6 +269,9 @@ def test_a_link_restores_the_view(tab, explorer):
     view = shown(tab)
     assert (view.x, view.low, view.high, view.scale, view.B) == ("eps", 1e-6, 1e-3, "log", 0.2)
     assert view.quantity == tab.ask("page.fields.quantity.value") == "impact_speed"
+    texts, exponents = labels(tab, "ε")
+    assert {"1e-6", "1e-5", "1e-4", "0.001"} <= {*texts}
+    assert list(map(float, texts)) == pytest.approx([10**u for u in exponents], rel=0.005)
 
 
 def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
