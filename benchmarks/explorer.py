@@ -37,8 +37,6 @@ WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
 
 CLICKS = 10
 
-STARTS = 5
-
 MOVEMENTS = 60
 """Of the mouse, a second: a browser passes on one for each refresh of a screen."""
 
@@ -149,39 +147,24 @@ def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
         server.wait()
 
 
-def start(tab: Tab) -> tuple[float, float]:
-    """Seconds from the command until its address is there, and until a picture is painted."""
-    began = time.perf_counter()
-    with served() as (_, address):
-        serving = time.perf_counter() - began
-        tab.driver.get(address)
-        tab.until("!!page && page.frames.length > 0", "a picture")
-        return serving, time.perf_counter() - began
-
-
 def main() -> None:
     options = arguments(__doc__ or "")
     if lacking():
         sys.exit(f"explorer: {lacking()}")
     seconds, frames = (2.0, 100) if options.quick else (6.0, 10_000)
     found: dict[str, Any] = {"scenes": {}}
-    with browser() as tab:
-        starts = [start(tab) for _ in range(1 + STARTS)][1:]  # the browser, too, has to be warm
-        serving, painted = (round(float(np.median(seconds)), 2) for seconds in zip(*starts, strict=True))
-        found |= {"serving_seconds": serving, "first_picture_seconds": painted}
-        say(f"address after {serving} s, first picture after {painted} s")
-        with served() as (server, address):
-            for name, query in SCENES.items():
-                tab.open(address + WINDOW + query)
-                drag(tab, 1.0)  # the pace is known, and the browser has compiled
-                found["scenes"][name] = drag(tab, seconds)
-                row = found["scenes"][name]
-                say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms, load {row['load']}")
-            tab.open(address + WINDOW)
-            found["click_milliseconds"] = click(tab)
-            say(f"click to curves: {found['click_milliseconds']} ms")
-            found["memory"] = memory(tab, server.pid, frames)
-            say(f"memory: {found['memory']}")
+    with browser() as tab, served() as (server, address):
+        for name, query in SCENES.items():
+            tab.open(address + WINDOW + query)
+            drag(tab, 1.0)  # the pace is known, and the browser has compiled
+            found["scenes"][name] = drag(tab, seconds)
+            row = found["scenes"][name]
+            say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms, load {row['load']}")
+        tab.open(address + WINDOW)
+        found["click_milliseconds"] = click(tab)
+        say(f"click to curves: {found['click_milliseconds']} ms")
+        found["memory"] = memory(tab, server.pid, frames)
+        say(f"memory: {found['memory']}")
     draw(found, options.output)
 
 

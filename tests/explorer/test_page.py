@@ -308,6 +308,23 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     assert followed(tab) != pytest.approx(place, abs=2e-3)
 
 
+def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer):
+    lasting = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi); return s.data.time.length"
+    tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&dtau=0.05&at=3.1")
+    tab.until(lambda: "of the certified, undisturbed motion" in tab.ask("page.words"), "k₂")
+    assert "A = 3.1" in tab.ask("page.words")
+    assert "steps of Δτ = 0.05" in tab.ask("page.words")
+    assert tab.model(lasting) > 0
+    tab.ask("page.command({address: arguments[0]})", SMALL + "&low=3.15&method=fixed&dtau=0.05&at=3.1")
+    tab.until(lambda: tab.model(lasting) == 0, "no curves")
+    tab.settle()
+    assert "A click on a diagram" in tab.ask("page.words")
+    assert tab.model(lasting) == 0
+    tab.driver.back()
+    tab.until(lambda: tab.model(lasting) > 0, "the curves again")
+    assert "A = 3.1" in tab.ask("page.words")
+
+
 def followed(tab):
     """Where the line at the motion that is followed stands, as a share of the width; None if it is not there."""
     return tab.model("""

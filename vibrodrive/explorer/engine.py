@@ -59,7 +59,8 @@ class Engine:
 
 
 def _warm_exact() -> None:
-    """Load what exact work needs, in the process for it."""
-    from vibrodrive.explorer import exact
+    """Load what exact work needs, in the process for it; and compile what the worker is to find compiled."""
+    from vibrodrive.explorer import exact, motion
 
     exact.warm()
+    motion.warm()

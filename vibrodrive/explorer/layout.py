@@ -104,7 +104,7 @@ class Page:
 
 BLANK: dict[str, Any] = {name: [0] for name in ("head", "image", "palette", "x", "y", "dw", "dh")}
 LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
-HINT = "A click on the diagram shows the motion there."
+HINT = "A click on a diagram shows the motion there; on a map, the diagram."
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
 NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
 NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}

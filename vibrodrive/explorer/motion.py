@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import html
 import math
 from dataclasses import replace
@@ -13,7 +14,7 @@ from vibrodrive.batch.sweep import compute
 from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.parameters import Method, Status
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.states import LASTING
@@ -88,6 +89,12 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     }
 
 
+@functools.cache
+def warm() -> None:
+    """Load, or compile, what a motion and its curves need."""
+    lines(motion_at(View.read({"columns": 200, "at": View().low}), Halt()).trajectory)
+
+
 def words(motion: Motion, view: View) -> list[str]:
     """What is to be said of it, a line each, as HTML."""
     from vibrodrive.figures.colours import states
@@ -98,7 +105,10 @@ def words(motion: Motion, view: View) -> list[str]:
     said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:
         said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
-    said += [f"{status.name}: {html.escape(status.advice)}"]
+    advice = html.escape(status.advice)
+    if status == Status.OK and t.arguments["method"] == Method.FIXED:
+        advice = f"steps of Δτ = {t.arguments['dtau']:.6g}; each switch is taken at the step behind it, if seen there"
+    said.append(f"{status.name}: {advice}")
     said.append(f"closest decision {t.margin:.3g} away")
     if status == Status.OK:
         cycle = f"period {period}" if period > 0 else "no period up to 64"

@@ -14,7 +14,7 @@ from urllib.parse import parse_qsl
 from bokeh.document import Document
 
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.layout import NO_CURVES, NO_LINES, NO_MARKS, build
+from vibrodrive.explorer.layout import HINT, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
 from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, LOG, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
@@ -43,6 +43,7 @@ class Session:
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
+        self.followed = False
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -100,6 +101,8 @@ class Session:
         wanted = overlay_of(view)
         if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):
             self._clear()
+        if self.followed and not view.follows:
+            self._forget_motion()
         worker = self.engine.worker
         if only_motion:
             worker.cancel(self.number, Rank.EXACT)
@@ -147,6 +150,11 @@ class Session:
         self.overlay = None
         self.page.stable.data = self.page.unstable.data = dict(NO_LINES)
         self.page.marks.data, self.page.curves.data = dict(NO_MARKS), dict(NO_CURVES)
+
+    def _forget_motion(self) -> None:
+        self.followed = False
+        self.page.motion.data = dict(NO_MOTION)
+        self.tell({"words": HINT})
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]

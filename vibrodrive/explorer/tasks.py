@@ -6,7 +6,6 @@ The tasks run in the thread of the worker; what they change of the page they han
 from __future__ import annotations
 
 import base64
-import functools
 import html
 import json
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
 from vibrodrive.explorer.layout import CURVE_COLOURS, KIND_COLOURS
-from vibrodrive.explorer.motion import Motion, lines, motion_at, words
+from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
 from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
@@ -27,6 +26,7 @@ from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
+from vibrodrive.model.parameters import Method
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12
@@ -60,7 +60,7 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
     latest = session.view  # a click since then has changed `at` alone
-    if latest.at == latest.at and latest.mode != MAP:
+    if latest.follows:
         session.follow(halt, Rank.MOTION, latest, seq)
     else:
         session.follow(halt, Rank.EXACT, latest, None, [])
@@ -123,6 +123,9 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     columns = lines(motion.trajectory)
 
     def show() -> None:
+        if not session.view.follows:  # by now
+            return
+        session.followed = True
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         session.tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
 
@@ -132,9 +135,10 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 def show_exact(session: Session, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
     """What is exact about a view and its motion, in the background."""
-    session.engine.aside.start()  # before it is needed: the next click finds it warm
-    warm_motion()
     call = partial(session.engine.aside.call, halt)
+    if motion is None:  # before they are needed: the next click finds both processes warm
+        call(warm)  # where it is compiled, this thread would hold up a picture
+        warm()
     if motion is not None:
         found = list(said)
         for line in exact_words(call, motion):
@@ -210,13 +214,6 @@ def warm_picture(engine: Engine, halt: Halt) -> None:
         pictures(level, view.quantity, *fitting_range(level, view.quantity))
 
 
-@functools.cache
-def warm_motion() -> None:
-    """Load all that a first click needs, Matplotlib above all, once there is a picture to click on."""
-    view = View.read({"columns": 200, "at": View().low})
-    lines(motion_at(view, Halt()).trajectory)
-
-
 def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
     """What is exact about a motion, a line at a time: its multiplier, and its limit."""
     known = motion.trajectory.arguments
@@ -225,12 +222,14 @@ def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
         multiplier = call(exact.multiplier_at, known["A"], known["B"], period, motion.trajectory.impacts["phase"])
         if multiplier == multiplier:
             yield f"multiplier {multiplier:.10g}: {kind_of(multiplier)}"
+    as_it_is = known["method"] == Method.CERTIFIED and known["eps"] == 0.0
+    whose = "" if as_it_is else " of the certified, undisturbed motion"
     names = ("A", "B", "eta", "xi0", "dxi0", "tau0")
     k = call(exact.limit_at, {name: known[name] for name in names})
     if k["k2"] == k["k2"]:
-        yield f"k₂ in ε: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
+        yield f"k₂ in ε{whose}: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
     else:
-        yield f"k₂ in ε: {html.escape(k['how'])}"
+        yield f"k₂ in ε{whose}: {html.escape(k['how'])}"
 
 
 def place(values: Any, scale: str) -> Any:

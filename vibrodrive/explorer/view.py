@@ -293,6 +293,11 @@ class View:
         """Whether the certified motions are wanted beside those of this view."""
         return self.mode == DIAGRAM and self.compare != ALONE and self.method != "certified"
 
+    @property
+    def follows(self) -> bool:
+        """Whether a motion is shown beside it: `at` is a place in its window."""
+        return self.mode == DIAGRAM and self.low <= self.at <= self.high
+
     def toml(self) -> str:
         """The configuration of this view for `vibrodrive sweep`: it fixes every number, whatever the defaults."""
         over = {self.x: (self.low, self.high, self.columns, self.scale)}

@@ -1,0 +1,55 @@
+"""How long the first picture of the explorer takes: from the command to the picture, in a browser that is open.
+
+Warm: the kernels are on disk, and the first of the starts, which also warms the browser, is not counted.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from benchmarks.common import arguments, figure, look, say, write
+from benchmarks.explorer import served
+from tests.support.chromium import Tab, browser, lacking
+
+STARTS = 9
+
+STEPS = ("address printed", "page loaded", "picture painted")
+
+
+def start(tab: Tab) -> list[float]:
+    """Seconds from the command until each of STEPS."""
+    began, reached = time.perf_counter(), []
+
+    def note() -> None:
+        reached.append(round(time.perf_counter() - began, 2))
+
+    with served() as (_, address):
+        note()
+        tab.driver.get(address)
+        note()
+        tab.until("!!page && page.frames.length > 0", "a picture")
+        note()
+    return reached
+
+
+def main() -> None:
+    options = arguments(__doc__ or "")
+    if lacking():
+        sys.exit(f"first_picture: {lacking()}")
+    with browser() as tab:
+        starts = []
+        for _ in range(1 + (2 if options.quick else STARTS)):
+            starts.append(start(tab))
+            say(", ".join(f"{step} after {s} s" for step, s in zip(STEPS, starts[-1], strict=True)))
+    found = {step: sorted(seconds) for step, seconds in zip(STEPS, zip(*starts[1:], strict=True), strict=True)}
+    fig, axes = figure(height=2.0)
+    ax = axes[0, 0]
+    for k, (step, seconds) in enumerate(found.items()):
+        ax.plot(seconds, [step] * len(seconds), **look(k, of_ours=True) | {"linestyle": ""})
+    ax.set(xlabel="seconds after the command, of each start", xlim=(0, None), ylim=(2.5, -0.5))
+    write("first_picture", found, fig, options.output)
+
+
+if __name__ == "__main__":
+    main()
