@@ -44,10 +44,8 @@ def test_the_page_is_given_to_whoever_has_the_token(explorer):
     assert status == 200
     assert "<title>vibrodrive explore</title>" in text
     assert "cdn.bokeh.org" not in text  # nothing comes from elsewhere
-    assert sorted(re.findall(r"static/js/([\w-]+)\.min\.js", text)) == [
-        "bokeh",
-        "bokeh-widgets",
-    ]  # and no more than used
+    scripts = re.findall(r"static/js/([\w-]+)\.min\.js", text)
+    assert sorted(scripts) == ["bokeh", "bokeh-widgets"]  # and no more than is used
 
 
 def test_a_page_waits_for_neither_numba_nor_matplotlib():

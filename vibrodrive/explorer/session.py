@@ -43,7 +43,6 @@ class Session:
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
-        self.followed = False
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -101,7 +100,7 @@ class Session:
         wanted = overlay_of(view)
         if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):
             self._clear()
-        if self.followed and not view.follows:
+        if self.page.motion.data["time"] and not view.follows:
             self._forget_motion()
         worker = self.engine.worker
         if only_motion:
@@ -152,7 +151,6 @@ class Session:
         self.page.marks.data, self.page.curves.data = dict(NO_MARKS), dict(NO_CURVES)
 
     def _forget_motion(self) -> None:
-        self.followed = False
         self.page.motion.data = dict(NO_MOTION)
         self.tell({"words": HINT})
 
@@ -181,6 +179,10 @@ def read_address(address: str) -> View:
     return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
+OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN
+"""What goes with an axis: another brings its own."""
+
+
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
     """Of axes and scene keep what was changed: B is no axis where it follows from a scene, which else has no axes."""
     if known.get(changed) in SCENE_AXES:
@@ -188,7 +190,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
     elif changed in ("x", "y") and known[changed] == "B":
         known["scene"] = DIMENSIONLESS
     strangers = ("B",) if known["scene"] == SI else SCENE_AXES
-    for axis, other, keys in (("x", "y", (*SPAN, "at", *ENDS)), ("y", "x", Y_SPAN)):
+    for axis, other, keys in (("x", "y", OF_ABSCISSA), ("y", "x", OF_ORDINATE)):
         if known[axis] in strangers:
             usual = ("A", "B") if known["scene"] != SI else ("mu",) if known[other] == "A" else ("a0", "omega0")
             known[axis] = next(name for name in usual if name != known[other])
@@ -198,7 +200,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """The view after one of its choices has changed: what stood on the old one makes room. Raises ValueError."""
-    drop = {"x": (*SPAN, "at", *ENDS), "y": Y_SPAN, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
+    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):

@@ -9,6 +9,7 @@ import base64
 import html
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -125,7 +126,6 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     def show() -> None:
         if not session.view.follows:  # by now
             return
-        session.followed = True
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         session.tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
 
@@ -137,9 +137,10 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
     """What is exact about a view and its motion, in the background."""
     call = partial(session.engine.aside.call, halt)
     if motion is None:  # before they are needed: the next click finds both processes warm
-        call(warm)  # where it is compiled, this thread would hold up a picture
+        with suppress(RuntimeError):  # of a machine on which the other one does not run: a click says so
+            call(warm)  # where it is compiled, this thread would hold up a picture
         warm()
-    if motion is not None:
+    else:
         found = list(said)
         for line in exact_words(call, motion):
             found.append(line)
