@@ -199,8 +199,8 @@ def first_picture(data: dict[str, Any]) -> str:
     """How long one waits for it."""
     seconds = data["picture painted"]
     return (
-        "From the command to the first picture, in a browser that is open and with the kernels on disk: "
-        f"{statistics.median(seconds):.1f} s, at most {max(seconds):.1f} s in {len(seconds)} starts."
+        "From the command to the first picture, in a browser that has shown the page before and with the kernels on "
+        f"disk: {statistics.median(seconds):.1f} s, at most {max(seconds):.1f} s in {len(seconds)} starts."
     )
 
 

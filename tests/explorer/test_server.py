@@ -10,6 +10,7 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from contextlib import closing
 from time import monotonic, sleep
 
 import pytest
@@ -26,6 +27,10 @@ def explorer():
     found = vd.explore(threads=1)
     yield found
     found.close()
+
+
+def port_of(explorer):
+    return int(explorer.address.split(":")[2].split("/")[0])
 
 
 def answer(address, **headers):
@@ -84,7 +89,7 @@ def test_without_the_token_there_is_nothing(explorer, path):
     ],
 )
 def test_foreign_hosts_and_origins_are_refused_token_or_not(explorer, headers):
-    port = explorer.address.split(":")[2].split("/")[0]
+    port = port_of(explorer)
     sent = {k: v.format(port=port) for k, v in headers.items()}
     assert answer(explorer.address, **sent)[0] == 403
     assert answer(explorer.address.split("?")[0] + "static/js/bokeh.min.js", **sent)[0] == 403
@@ -103,11 +108,13 @@ def test_a_websocket_needs_the_session_of_a_page(explorer, origin, token):
     }  # fmt: skip
     if origin:
         headers["Origin"] = base if origin == "own" else origin
-    assert answer(base + "/ws", **headers)[0] in (400, 401, 403)
+    assert answer(base + "/ws", **headers)[0] == 403
+    with_token = explorer.address.replace("/?", "/ws?")
+    assert answer(with_token, **headers)[0] in (400, 401, 403)
 
 
 def test_only_this_machine_is_listened_to(explorer):
-    port = int(explorer.address.split(":")[2].split("/")[0])
+    port = port_of(explorer)
     with socket.socket() as other:
         other.settimeout(5)
         assert other.connect_ex(("127.0.0.2", port)) != 0
@@ -141,9 +148,51 @@ def test_a_signal_ends_the_command_within_a_second(signum):
         process.wait()
 
 
+def test_the_port_is_the_same_each_time_unless_it_is_taken(monkeypatch):
+    from vibrodrive.explorer import server
+
+    with socket.create_server(("127.0.0.1", 0)) as found:
+        usual = found.getsockname()[1]
+    monkeypatch.setattr(server, "PORT", usual)
+    with closing(vd.explore(threads=1)) as first, closing(vd.explore(threads=1)) as second:
+        assert [answer(explorer.address)[0] for explorer in (first, second)] == [200, 200]
+        assert port_of(first) == usual != port_of(second)
+    with closing(vd.explore(threads=1)) as again:
+        assert port_of(again) == usual
+
+
+def test_help_names_the_usual_port():
+    from vibrodrive.explorer.server import PORT
+
+    done = subprocess.run(
+        [sys.executable, "-m", "vibrodrive", "explore", "--help"], capture_output=True, text=True, check=True
+    )
+    assert f"(default {PORT};" in done.stdout
+
+
+def test_the_command_looks_for_garbage_as_soon_as_all_is_imported():
+    script = """if True:
+        import gc, sys
+        from vibrodrive.cli import main
+        from vibrodrive.explorer.server import Explorer
+
+        def run(explorer):
+            before = gc.isenabled()
+            explorer.engine.warm()
+            while not explorer.engine.worker.idle():
+                pass
+            print(before, gc.isenabled(), gc.get_freeze_count() > 0)
+
+        Explorer.run = run
+        main(["explore", "--no-browser", "--port", "0"])
+    """
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=600, check=False)
+    assert done.stdout.split()[1:] == ["False", "True", "True"]
+
+
 def test_a_port_that_is_taken_is_refused_in_a_line(explorer):
-    port = explorer.address.split(":")[2].split("/")[0]
-    process, address = started("--port", port)
+    port = port_of(explorer)
+    process, address = started("--port", str(port))
     _, complaint = process.communicate(timeout=60)
     assert (process.returncode, address) == (2, "")
     assert complaint.startswith(f"vibrodrive: --port {port}: ")

@@ -6,6 +6,7 @@ worker to load Numba and the kernels meanwhile.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibrodrive.explorer.aside import Aside
@@ -26,8 +27,9 @@ OPENING_SECONDS = 1.0
 class Engine:
     """What computes for the pages."""
 
-    def __init__(self, threads: int | None) -> None:
+    def __init__(self, threads: int | None, imported: Callable[[], object] | None = None) -> None:
         self.threads = threads
+        self.imported = imported
         self.worker = Worker(self._failed)
         self.aside = Aside(_warm_exact)
         self.pace = Pace()
@@ -45,6 +47,8 @@ class Engine:
     def _warm(self, halt: Halt) -> None:
         from vibrodrive.explorer.tasks import warm_picture
 
+        if self.imported is not None:
+            self.imported()
         warm_picture(self, halt)
 
     def _failed(self, slot: Slot, error: BaseException) -> None:

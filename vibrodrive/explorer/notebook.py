@@ -88,7 +88,7 @@ def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
 
     try:
         asyncio.set_event_loop(asyncio.new_event_loop())
-        explorer = Explorer(view, 0, threads)
+        explorer = Explorer(view, threads=threads)
     except BaseException as error:
         started.set_exception(error)
         return

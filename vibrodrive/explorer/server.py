@@ -11,6 +11,9 @@ from __future__ import annotations
 import hmac
 import logging
 import secrets
+import socket
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 from urllib.parse import urlencode
 
@@ -20,7 +23,6 @@ from bokeh.document import Document
 from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
-from bokeh.server.util import bind_sockets
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
@@ -35,6 +37,10 @@ ADDRESS = "127.0.0.1"
 
 NAMES = (ADDRESS, "localhost")
 """What this machine may be called in a request."""
+
+PORT = 6283
+"""Where the page is served unless that is taken (1000 · 2π): a browser keeps the scripts that it has loaded from there,
+compiled, and comes sooner to the next page."""
 
 
 class Refusal(RequestHandler):
@@ -74,7 +80,7 @@ class Guarded(BokehTornado):
         origin = request.headers.get("Origin") or request.headers.get("Sec-WebSocket-Origin")
         if origin is not None and origin.removeprefix("http://") not in self.hosts:
             return "refused: a page of another origin has asked"
-        if request.path.startswith("/static/") or request.path in ("/ws", "/favicon.ico"):
+        if request.path.startswith("/static/") or request.path == "/favicon.ico":
             return ""
         given = b"".join(request.query_arguments.get("token", [])[:1])
         if not hmac.compare_digest(given, self.token.encode()):
@@ -92,21 +98,55 @@ class Prompt(HTTPServer):
         super().handle_stream(stream, address)
 
 
-class Explorer:
-    """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it."""
+def _listening(port: int | None) -> socket.socket:
+    if port is None:
+        with suppress(OSError):
+            return socket.create_server((ADDRESS, PORT))
+    return socket.create_server((ADDRESS, port or 0))
 
-    def __init__(self, view: View, port: int = 0, threads: int | None = None) -> None:
+
+class Explorer:
+    """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it.
+
+    Parameters
+    ----------
+    view : View
+        what a page shows unless its address says otherwise.
+    port : int, optional
+        to serve on, 0 for any that is free; PORT by default, or any if that is taken.
+    threads : int, optional
+        to compute with; all by default.
+    imported : callable, optional
+        called when all that it computes with has been imported, from another thread; perhaps again later.
+
+    Raises
+    ------
+    OSError
+        where the port cannot be served on.
+    ValueError
+        with one sentence, if there are not so many threads.
+    """
+
+    def __init__(
+        self,
+        view: View,
+        port: int | None = None,
+        threads: int | None = None,
+        imported: Callable[[], object] | None = None,
+    ) -> None:
         for chatty in ("bokeh", "tornado"):  # what users are to know is said on the page
             logging.getLogger(chatty).setLevel(logging.ERROR)
         if threads is not None:
             from vibrodrive.batch.sweep import check_threads  # brings Numba, for which the page does not wait
 
             check_threads(threads)
-        self.engine = Engine(threads)
+        self.engine = Engine(threads, imported)
         self.token = secrets.token_urlsafe(24)
         self.view = view
         application = Application(FunctionHandler(self._open))
-        sockets, self.port = bind_sockets(ADDRESS, port)
+        listening = _listening(port)
+        listening.setblocking(False)
+        self.port: int = listening.getsockname()[1]
         tornado = Guarded(
             {"/": application},
             self.token,
@@ -120,7 +160,7 @@ class Explorer:
             websocket_compression_level=1,
         )
         self.http = Prompt(tornado)
-        self.http.add_sockets(sockets)
+        self.http.add_sockets([listening])
         self.server = BaseServer(IOLoop.current(), tornado, self.http)
         self.server.start()
 
