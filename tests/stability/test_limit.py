@@ -92,7 +92,19 @@ def test_first_subharmonic_in_epsilon():
     assert k.kept.impacts
     assert k.kept.gaps
     assert not k.lost.impacts
-    assert k.how == "gaps 2 became 2, 4"
+    assert k.how == "gaps 2 became 1, 2"
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("A", "periods", "how"),
+    [
+        (2.8416, 1500, "gaps 2 became 1, 2"),  # impacts come between the old ones, which keep their distances
+        (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
+    ],
+)
+def test_a_loss_says_what_has_changed(A, periods, how):
+    assert limit(A, "eps", transient=500, periods=periods).how == how
 
 
 @pytest.mark.jit

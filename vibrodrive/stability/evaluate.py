@@ -154,11 +154,13 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
         reasons.append("impacts in another order")
     if ("gaps" in criterion.names or "impacts" in criterion.names) and not found.gaps:
         usual: Sequence[int] = ()
-        seen: Sequence[int] = impact_gaps(motion.impacts).tolist()
+        seen = impact_gaps(motion.impacts)
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
-            seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section))).tolist()
-        reasons.append(f"gaps {_listed(usual)} became {_listed(sorted(set(seen)))}")
+            seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
+        now = np.unique(seen).tolist()
+        elsewhere = " in another order" if now == sorted(set(usual)) else ""
+        reasons.append(f"gaps {_listed(usual)} became {_listed(now)}{elsewhere}")
     if "order" in criterion.names and not found.order:
         nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
         broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)

@@ -94,7 +94,7 @@ def follow_cycle(
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
     speed = np.ascontiguousarray(inner["speed"])
-    least = max(2, int(np.count_nonzero(speed > share * cycle.speed.min())))
+    least = max(2, _too_fast_for_touches(cycle, speed, share))
     most = min(len(inner), math.ceil(periods * m / n) + m)
     for count in range(max(least, math.floor(periods * m / n) - m - 4), most + 1):
         chosen = np.sort(np.argsort(-speed, kind="stable")[:count]) if count < len(inner) else np.arange(count)
@@ -104,9 +104,14 @@ def follow_cycle(
 
 
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
-    """The fastest impacts of a disturbed motion, in order: as many as the cycle has in so many excitation periods."""
-    count = round(periods * len(cycle.gaps) / cycle.n)
+    """The fastest impacts of a disturbed motion, in order: as many as the cycle has in so many excitation periods, and
+    all that are no touches."""
+    count = max(round(periods * len(cycle.gaps) / cycle.n), _too_fast_for_touches(cycle, impacts["speed"], SHARE))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
+
+
+def _too_fast_for_touches(cycle: ImpactCycle, speed: np.ndarray, share: float) -> int:
+    return int(np.count_nonzero(speed > share * cycle.speed.min()))
 
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
