@@ -433,6 +433,27 @@ def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explore
     assert (repr(doubling.A), "period doubling") in list(zip(*found, strict=True))
 
 
+def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer):
+    tab.open(explorer.address + "&columns=200&low=2.55&high=2.65")
+    waits = "page.status.includes('exact curves are being computed')"
+    assert not tab.ask(waits)
+    tab.choose("orbits", "3")
+    tab.until(waits, "that they are")
+    tab.until("page.status.startsWith('complete') && !" + waits, "that they are there")
+    assert tab.model("return all.some((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.x.length > 0)")
+
+
+def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, explorer, monkeypatch):
+    def ended(aside, halt, function, *arguments):
+        raise RuntimeError("the process for exact work has ended")
+
+    monkeypatch.setattr("vibrodrive.explorer.aside.Aside.call", ended)
+    tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
+    tab.until("page.refused.includes('the process for exact work has ended')", "why there are no curves")
+    tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a picture all the same")
+    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion all the same")
+
+
 @pytest.mark.parametrize("kind", ["png", "pdf"])
 def test_figures_come_from_the_package(tab, explorer, kind):
     tab.open(explorer.address + SMALL)

@@ -273,6 +273,10 @@ page.hear = () => {
     if (item.apply) page.apply(item.apply);
     if (item.file) download(item.file);
     if (item.refused !== undefined) say(page.refused = item.refused, notice);
+    if (item.picture === page.asked) {
+      page.status = item.status;
+      if (!page.busy) say(page.status);
+    }
     if (item.words !== undefined) say(page.words = item.words, words);
     if (item.done === page.seq) {
       if (item.address !== undefined) remember(item.address);

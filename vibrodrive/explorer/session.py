@@ -30,7 +30,8 @@ NUMBERS = itertools.count()
 class Session:
     """A page, from when it is opened to when it is closed.
 
-    `base` is the view that "Reset" leads to; `address` the query of the page's own address, without its token.
+    `base` is the view that "Reset" leads to; `address` the query of the page's own address, without its token. `status`
+    is what is said of the last picture, after the number of the view that it shows.
     """
 
     def __init__(self, document: Document, engine: Engine, base: View, address: str, token: str) -> None:
@@ -43,6 +44,7 @@ class Session:
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
+        self.status = 0, ""
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -131,6 +133,8 @@ class Session:
     def failed(self, rank: Rank, error: BaseException) -> None:
         """A task of this page broke off: say so, in one line."""
         self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
+        if rank in (Rank.MOTION, Rank.EXACT):  # exact curves come last
+            self.later(self._nothing_sought)
 
     # -- what the page is told ---------------------------------------------------------------------------------
 
@@ -144,6 +148,16 @@ class Session:
         see the last only."""
         self.unheard += [{"number": next(self.numbers), **item} for item in items]
         self.page.news.data = {"items": [json.dumps(self.unheard)]}
+
+    def laid_over(self, overlay: Overlay | None) -> None:
+        """These exact curves are on the page, which has been given their data before."""
+        self.overlay = overlay
+        self._nothing_sought()
+
+    def _nothing_sought(self) -> None:
+        """Below the picture that waited for exact curves nothing is said of them any more."""
+        number, status = self.status
+        self.tell({"status": status, "picture": number})
 
     def _clear(self) -> None:
         self.overlay = None

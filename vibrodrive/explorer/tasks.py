@@ -25,7 +25,7 @@ from vibrodrive.explorer.session import Session, overlay_of
 from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
-from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.parameters import Method
 from vibrodrive.periodic.search import kind_of
@@ -36,6 +36,9 @@ earlier than that."""
 
 PENDING = "multiplier and k₂ are being computed …"
 """What stands in their place."""
+
+SOUGHT = " · exact curves are being computed"
+"""Said of a picture until it has them."""
 
 INK = ink_palette()
 """Of diagrams."""
@@ -70,16 +73,17 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     # of the latest view: it differs by `at`, or the page is not going to keep this address
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
-    said = f"{100 * level.share:.0f} % of the sweep"
-    if level.sketch is not None and not level.complete:
-        s = level.sketch.results[0].settings
-        said += f"; the rest a sketch of {s.transient} + {s.periods} periods"
-    head["status"] = ("complete" if level.complete else said) + _legend(view)
+    said, meaning = "complete", _legend(view)
+    if not level.complete:
+        said = f"{100 * level.share:.0f} % of the sweep"
+        if level.sketch is not None:
+            s = level.sketch.results[0].settings
+            said += f"; the rest a sketch of {s.transient} + {s.periods} periods"
     left, right = _edges(view, SPAN, view.columns)
     if view.mode == MAP:
         low, high = _edges(view, Y_SPAN, view.rows)
         cells, palette, legend = painted(level, view.shade, view.limits)
-        head["status"] += f"<br>{legend}"
+        meaning += f"<br>{legend}"
         images = [cells]
     else:
         palette = INK
@@ -91,6 +95,10 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
         if view.compared and view.compare == DIFFERENCE:
             images = [difference(*images)]
     place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
+    session.status = seq, said + meaning
+    if level.complete and overlay_of(view) not in (None, session.overlay):
+        said += SOUGHT + (", for up to a minute" if view.mode == MAP else "")
+    head["status"] = said + meaning
     session.unpainted += 1
     # the head first, as Bokeh compares what is new with what was: it differs
     session.later(
@@ -142,9 +150,15 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
         warm()
     else:
         found = list(said)
-        for line in exact_words(call, motion):
-            found.append(line)
+        try:
+            for line in exact_words(call, motion):
+                found.append(line)
+                session.later(partial(session.tell, {"words": "<br>".join(found)}))
+        except Halted:
+            raise
+        except Exception:  # it is told above the diagram; here nothing is pending any more
             session.later(partial(session.tell, {"words": "<br>".join(found)}))
+            raise
     wanted = overlay_of(view)
     if wanted is None or wanted == session.overlay:
         return
@@ -158,7 +172,6 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
-    session.overlay = overlay_of(view)
     for source, stable in ((session.page.stable, True), (session.page.unstable, False)):
         curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
                   for column in line.values.T]  # fmt: skip
@@ -172,10 +185,10 @@ def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcat
         "period": [m.period for m, _ in marks],
         "colour": [KIND_COLOURS[m.kind] for m, _ in marks],
     }
+    session.laid_over(overlay_of(view))
 
 
 def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
-    session.overlay = overlay_of(view)
     across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
     session.page.curves.data = {
         "x": [place(x, view.scale) for x, _ in across],
@@ -184,6 +197,7 @@ def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.nd
         "period": [period for _, period, *_ in found],
         "colour": [KIND_COLOURS[kind] for kind, *_ in found],
     }
+    session.laid_over(overlay_of(view))
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
