@@ -199,6 +199,25 @@ def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explor
     assert (x, x + dw) == pytest.approx((state["low"], state["high"]), abs=0.01)
 
 
+def test_a_mouse_that_rests_before_it_moves_drags_and_one_that_does_not_move_clicks(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    before = shown(tab)
+    tab.mouse("Pressed", 500, 300)
+    sleep(0.6)
+    for x in (480, 450):
+        tab.mouse("Moved", x, 300)
+    tab.mouse("Released", 450, 300)
+    tab.settle()
+    moved = shown(tab)
+    assert moved.low - before.low == pytest.approx(50 / 770 * (3.25 - 2.4), abs=5e-3)
+    assert tab.state()["at"] is None
+    tab.mouse("Pressed", 500, 300)
+    sleep(0.6)
+    tab.mouse("Released", 500, 300)
+    tab.until("page.state().at !== null", "a click")
+    assert (tab.state()["low"], tab.state()["high"]) == (moved.low, moved.high)
+
+
 def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monkeypatch):
     tab.open(explorer.address + SMALL)
 

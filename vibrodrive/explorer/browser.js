@@ -35,6 +35,10 @@ const COMPILING = "computing …; what is used for the first time after an insta
 const SLOW = 1500; // ms without an answer after which that is said
 const REST = 300; // ms for which a view stands before it is a step of "back"
 
+// Where the mouse rests for a moment after it is pressed, or the page is busy then, Bokeh would hold that for a press, and
+// neither move the diagram with what follows nor call it a tap.
+Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
+
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
 fields = plain(fields);
 sliders = plain(sliders);

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.events import DoubleTap, PressUp, Tap
+from bokeh.events import DoubleTap, Tap
 from bokeh.layouts import column, row
 from bokeh.models import (
     Button,
@@ -195,7 +195,7 @@ def build(document: Document, view: View, token: str) -> Page:
     frame.js_on_change("data", _call("painted()"))
     news.js_on_change("data", _call("hear()"))
     for shown in (one, two):
-        for click in (Tap, DoubleTap, PressUp):  # a click on a page that is busy may seem long, or to be one of two
+        for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
             shown.js_on_event(click, tapped)
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
     buttons["Fit"].js_on_click(_call("fit_now()"))
