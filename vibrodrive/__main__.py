@@ -1,5 +1,18 @@
-"""`python -m vibrodrive` is the same as `vibrodrive`."""
+"""`vibrodrive`, and `python -m vibrodrive`, which is the same."""
 
-from vibrodrive.cli import main
+from __future__ import annotations
 
-main()
+import signal
+from typing import NoReturn
+
+
+def main() -> NoReturn:
+    """Run the command line and exit."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C while the commands are imported: not with a traceback
+    from vibrodrive.cli import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()

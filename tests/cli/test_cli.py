@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -526,3 +527,21 @@ def test_memory_does_not_grow_with_the_sweep(run):
             Path(f"{points}.h5").unlink()
         peak[points] = int(fresh(code))
     assert peak[60_000] - peak[2000] < 60 * 1024
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_while_the_commands_are_imported_ends_without_a_traceback():
+    script = """if True:
+        import os, signal, sys
+
+        class Interrupts:
+            def find_spec(self, name, path, target=None):
+                if name == "vibrodrive.cli.sweep":
+                    os.kill(os.getpid(), signal.SIGINT)
+
+        sys.meta_path.insert(0, Interrupts())
+        from vibrodrive.__main__ import main
+        main()
+    """
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
