@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.jit.slices import in_slices
 
 pytestmark = pytest.mark.jit
 
@@ -116,6 +117,26 @@ def test_ctrl_c_is_answered_within_a_second(name):
     sleep(0.1)
     assert process_time() - used < 0.05, "nothing computes any more"
     assert motion() == MOTION
+
+
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+def test_no_slice_of_a_scan_is_long(method, monkeypatch):
+    """Not even the first one: a step may visit a million grid points."""
+    took = []
+
+    def watched(advance, halt=None, first=None):
+        def one(steps):
+            began = process_time()
+            done = advance(steps)
+            took.append((process_time() - began, steps))
+            return done
+
+        in_slices(one, halt, first)
+
+    monkeypatch.setattr("vibrodrive.batch.trajectory.in_slices", watched)
+    vd.simulate(A=3.04, method=method, dtau=1e-7, scan="literal", transient=0, periods=20)
+    each = sum(seconds for seconds, _ in took) / sum(steps for _, steps in took)
+    assert max(steps for _, steps in took) * each < ANSWER / 4
 
 
 def test_processes_of_an_executor_end_their_tasks_too():

@@ -24,7 +24,7 @@ import numpy as np
 
 from vibrodrive.batch.carry import Carried, States, continued, layers
 from vibrodrive.batch.records import SWITCH, as_quantities, new_errors
-from vibrodrive.jit.slices import Halt, in_slices
+from vibrodrive.jit.slices import FIRST, FIRST_SCANNED, Halt, in_slices
 from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
@@ -32,7 +32,7 @@ from vibrodrive.kernels.lane import LANES, PASSES, new_lanes
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
-from vibrodrive.model.parameters import COLUMNS, Method, Scan, bad, check_count
+from vibrodrive.model.parameters import COLUMNS, Method, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings
 from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
@@ -137,9 +137,8 @@ def fill(
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0))
-    literal = s.scan == Scan.LITERAL and s.method != Method.CERTIFIED
     bounded = errors if s.method != Method.FIXED else None
-    alone = literal or bounded is not None
+    alone = s.literal or bounded is not None
     records: list[tuple[np.ndarray | None, ...]] = [(main if alone else None, None, None, None)] * threads
     if impacts is not None or summary is not None:
         memory = new_history(threads, summary is not None)
@@ -148,7 +147,7 @@ def fill(
     more: tuple[Any, ...] = ()
     if alone:
         off = None if bounded is None else np.empty((0, 3))
-        more = literal, np.empty(0, SWITCH), off, np.zeros(1, np.int64), bounded
+        more = s.literal, np.empty(0, SWITCH), off, np.zeros(1, np.int64), bounded
     kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points, alone)]
 
     def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:
@@ -163,7 +162,7 @@ def fill(
                 k[thread, 1, PASSES] = passes
                 return call(thread, *task)
 
-            in_slices(advance, halt)
+            in_slices(advance, halt, FIRST_SCANNED if s.literal else FIRST)
 
     if threads > 1:
         for kernel, order, _ in kernels:  # compiled before there are threads

@@ -12,14 +12,14 @@ import numpy as np
 
 from vibrodrive.batch.frames import Table, frame
 from vibrodrive.batch.records import SWITCH, new_errors
-from vibrodrive.jit.slices import Halt, in_slices
+from vibrodrive.jit.slices import FIRST, FIRST_SCANNED, Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels.lane import PASSES, new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.parameters import COLUMNS, ETA, Method, Scan, Status, bad, check_count
+from vibrodrive.model.parameters import COLUMNS, ETA, Method, Status, bad, check_count
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
 
@@ -355,7 +355,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         w, k = new_lanes(1)
         arguments = (
             w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.transient, s.periods,
-            s.budget, section, impacts, None, None, None, status, margin, counts, work, s.scan == Scan.LITERAL,
+            s.budget, section, impacts, None, None, None, status, margin, counts, work, s.literal,
             rows, off if bounded else None, stored, errors if bounded else None,
         )  # fmt: skip
 
@@ -363,7 +363,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
             k[0, 1, PASSES] = passes
             return single(s.method)(*arguments)
 
-        in_slices(advance, halt)
+        in_slices(advance, halt, FIRST_SCANNED if s.literal else FIRST)
         n = int(stored[0])
         if n <= capacity:
             break

@@ -23,6 +23,9 @@ thread may keep Python to itself."""
 FIRST = 256
 """Steps of the first slice, where the caller says nothing."""
 
+FIRST_SCANNED = 1
+"""The same where every grid point is visited: a step then takes up to milliseconds."""
+
 GROWTH = 16
 """How many times longer a slice may be than the one before."""
 

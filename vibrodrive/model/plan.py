@@ -66,6 +66,11 @@ class Settings:
     periods: int = _setting(250, check_count, low=1)
     budget: int = _setting(DEFAULT_BUDGET, check_count, low=1)
 
+    @property
+    def literal(self) -> bool:
+        """Whether every grid point is visited: the certified path has no grid."""
+        return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
+
 
 SETTINGS: dict[str, Callable[[str, object], int]] = {f.name: f.metadata["check"] for f in fields(Settings)}
 """The check of each: name and value -> the plain int that a Settings holds. Raises TypeError or ValueError."""
