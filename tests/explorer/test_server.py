@@ -67,8 +67,21 @@ def test_a_page_waits_for_neither_numba_nor_matplotlib():
     assert (done.returncode, done.stdout.split()) == (0, [])
 
 
+def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
+    """Python may have one of the two threads fail."""
+    script = """if True:
+        import sys
+        import vibrodrive as vd
+        explorer = vd.explore()
+        print("numba" in sys.modules)
+        explorer.close()
+    """
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout.split()) == (0, ["True"])
+
+
 @pytest.mark.parametrize(
-    "path", ["/", "/?token=", "/?token=x&token={token}", "/autoload.js", "/metadata", "/?low=3", "/nowhere"]
+    "path", ["/", "/?token=", "/?token=x&token={token}", "/autoload.js", "/metadata", "/?low=3", "/nowhere", "/ws"]
 )
 def test_without_the_token_there_is_nothing(explorer, path):
     base, _, token = explorer.address.partition("/?token=")

@@ -242,6 +242,18 @@ def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
         aside.close()
 
 
+class Unpickled:
+    """Arrives as the thread that it is unpickled in."""
+
+    def __reduce__(self):
+        return threading.current_thread, ()
+
+
+def test_requests_are_unpickled_by_the_thread_that_warms_up(aside):
+    """Which imports their modules: of two that import Numba at once Python may have one fail."""
+    assert aside.call(Halt(), getattr, Unpickled(), "name") == "MainThread"
+
+
 def test_a_process_that_was_killed_is_started_again(aside):
     aside.call(Halt(), abs, -1)
     aside._process.kill()

@@ -101,7 +101,7 @@ class Aside:
         process = self._process
         if process is not None and process.stdin is not None:
             with suppress(OSError, ValueError):  # it has ended: `call` hears of it from `_receive`
-                pickle.dump((number, function, arguments), process.stdin)
+                pickle.dump((number, None if function is None else pickle.dumps((function, arguments))), process.stdin)
                 process.stdin.flush()
 
 
@@ -117,7 +117,7 @@ def serve() -> None:
     """The other process: answers what is written to its standard input until that is closed."""
     requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints is no answer
-    inbox: queue.SimpleQueue[tuple[float, Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
+    inbox: queue.SimpleQueue[tuple[float, bytes]] = queue.SimpleQueue()
     current, given_up = math.inf, 0.0  # numbers: of the call under way, and of the last one that was given up
 
     def interrupt(signum: int, frame: object) -> None:
@@ -129,9 +129,9 @@ def serve() -> None:
         nonlocal given_up
         with suppress(EOFError):
             while True:
-                number, function, arguments = pickle.load(requests)
-                if function is not None:
-                    inbox.put((number, function, arguments))
+                number, call = pickle.load(requests)
+                if call is not None:
+                    inbox.put((number, call))
                 else:
                     given_up = number
                     signal.setitimer(signal.ITIMER_REAL, 1e-6, AGAIN_SECONDS)
@@ -140,10 +140,11 @@ def serve() -> None:
     signal.signal(signal.SIGALRM, interrupt)
     threading.Thread(target=read, daemon=True).start()
     while True:
-        number, function, arguments = inbox.get()
+        number, call = inbox.get()
         try:
             outcome: tuple[float, bool, Any]
             try:
+                function, arguments = pickle.loads(call)  # here: two threads that import at once may deadlock
                 current = number
                 if current <= given_up:
                     continue

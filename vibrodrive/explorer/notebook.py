@@ -6,6 +6,7 @@ import asyncio
 import html
 import threading
 from concurrent.futures import Future
+from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
@@ -79,6 +80,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     if find_spec("bokeh") is None:
         raise ModuleNotFoundError("explore needs the extra: pip install 'vibrodrive[explore]'")
     view = View() if config is None else view_of(configuration.read(Path(config)))
+    import_module("vibrodrive.explorer.tasks")  # with Numba: of two threads that import it at once one may fail
     return Explored(view, threads)
 
 
