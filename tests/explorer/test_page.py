@@ -22,6 +22,7 @@ from bokeh.models import GlyphRenderer, LinearAxis
 
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
+from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.image import ROWS, values_of
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import POINTS
@@ -452,12 +453,24 @@ def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explore
     assert (repr(doubling.A), "period doubling") in list(zip(*found, strict=True))
 
 
-def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer):
+def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer, monkeypatch):
+    call, may_end = Aside.call, threading.Event()
+
+    def slow(aside, halt, function, *arguments):
+        while not may_end.wait(0.01):
+            if halt.called:
+                raise Halted
+        return call(aside, halt, function, *arguments)
+
+    monkeypatch.setattr(Aside, "call", slow)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65")
     waits = "page.status.includes('exact curves are being computed')"
     assert not tab.ask(waits)
     tab.choose("orbits", "3")
     tab.until(waits, "that they are")
+    tab.ask("page.command({address: 'low=x'})")
+    tab.until("page.refused !== ''", "a refusal of something else meanwhile")
+    may_end.set()
     tab.until("page.status.startsWith('complete') && !" + waits, "that they are there")
     assert tab.model("return all.some((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.x.length > 0)")
 
@@ -466,7 +479,7 @@ def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, e
     def ended(aside, halt, function, *arguments):
         raise RuntimeError("the process for exact work has ended")
 
-    monkeypatch.setattr("vibrodrive.explorer.aside.Aside.call", ended)
+    monkeypatch.setattr(Aside, "call", ended)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
     tab.until("page.refused.includes('the process for exact work has ended')", "why there are no curves")
     tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a picture all the same")

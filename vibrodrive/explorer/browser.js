@@ -13,6 +13,7 @@ const page = {
   held: 0, // timer of diagrams that are not painted until their picture is there
   due: false, // they are going to be painted
   asked: 0, // number of the request for the picture that is wanted
+  answered: 0, // of that for the picture that is painted
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
   scales: {}, // of both axes, as they are drawn
   kept: {}, // ends of ranges as they were given
@@ -229,7 +230,7 @@ page.painted = () => {
   page.patience = PATIENCE;
   draw_picture(first, frame.data);
   if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
-  page.status = head.status;
+  Object.assign(page, {answered: head.seq, status: head.status});
   if (head.seq === page.asked) remember(head.address);
   free();
   requestAnimationFrame(() => setTimeout(() => {
@@ -277,7 +278,7 @@ page.hear = () => {
     if (item.apply) page.apply(item.apply);
     if (item.file) download(item.file);
     if (item.refused !== undefined) say(page.refused = item.refused, notice);
-    if (item.picture === page.asked) {
+    if (item.picture === page.answered) {
       page.status = item.status;
       if (!page.busy) say(page.status);
     }
