@@ -432,6 +432,22 @@ def test_a_map_and_a_diagram_keep_their_windows_when_the_mode_is_chosen(tab, exp
     assert (shown(tab).y_low, shown(tab).y_high) == (0.05, 0.2)
 
 
+def test_what_lies_along_an_axis_has_no_value_to_be_set(tab, explorer):
+    def locked():
+        return sorted(tab.model("return all.filter((m) => m.disabled).map((m) => `${m.name} ${m.type}`)"))
+
+    tab.open(explorer.address + SMALL)
+    assert locked() == ["A Slider", "A TextInput"]
+    tab.choose("x", "xi0")
+    tab.settle()
+    assert locked() == ["xi0 TextInput"]
+    tab.choose("mode", "map")
+    tab.settle()
+    assert locked() == ["B Slider", "B TextInput", "xi0 TextInput"]
+    tab.open(explorer.address + SMALL + "&mode=map&x=eps&y=eta&rows=8&columns=9")
+    assert locked() == ["eps Slider", "eps TextInput", "eta Slider", "eta TextInput"]
+
+
 def test_the_ends_of_the_colours_of_a_map_are_kept_until_they_are_to_fit(tab, explorer):
     ranged = "&mode=map&columns=12&rows=8&transient=20&periods=64&shade=energy&bottom=0.25&top=1.5"
     tab.open(explorer.address + ranged)

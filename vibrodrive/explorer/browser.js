@@ -216,6 +216,10 @@ const arrange = () => {
   for (const [name, items] of Object.entries(only)) {
     for (const item of items) item.visible = name === fields.mode.value || name === fields.scene.value;
   }
+  for (const [name, field] of Object.entries(fields)) { // what lies along an axis is set by the window
+    field.disabled = name === fields.x.value || (over_plane && name === fields.y.value);
+    if (sliders[name]) sliders[name].disabled = field.disabled;
+  }
 };
 
 // A frame has arrived: the next one is asked for at once, and computed while this one is painted. It can't overtake:

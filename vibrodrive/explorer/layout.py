@@ -289,7 +289,9 @@ def _inputs(view: View) -> dict[str, Any]:
     for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
         title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else SYMBOLS.get(name, name)
         width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
-        found[name] = TextInput(name=name, title=title, value=repr(state[name]), width=width)
+        found[name] = TextInput(
+            name=name, title=title, value=repr(state[name]), width=width, disabled=name in view.axes
+        )
     assert {*found} == {f.name for f in fields(View)} - {"low", "high", "bottom", "top", "y_low", "y_high", "at"}
     return found
 
@@ -300,4 +302,4 @@ def _slider(name: str, view: View) -> Slider:
     value = math.log10(value) if name in EXPONENTS else value
     shown = "log Δτ" if name in EXPONENTS else SYMBOLS.get(name, name)
     return Slider(name=name, title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
-                  show_value=False)  # fmt: skip
+                  show_value=False, disabled=name in view.axes)  # fmt: skip
