@@ -39,6 +39,8 @@ LONG = {"bifurcations", "curves", "explore", "limit", "limits", "plot", "Results
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
 def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
+    if name == "explore":
+        pytest.importorskip("bokeh")
     monkeypatch.chdir(tmp_path)
     for path, write in FILES.get(name, {}).items():
         write(path)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, ModuleType
 
@@ -27,8 +28,9 @@ ROOT = Path(vibrodrive.__file__).parent
 
 
 def modules() -> dict[str, ModuleType]:
+    left_out = ["__main__", ".configs"] + ([] if find_spec("bokeh") else [".explorer."])
     names = [m.name for m in pkgutil.walk_packages(vibrodrive.__path__, "vibrodrive.")]
-    return {n: importlib.import_module(n) for n in names if not n.endswith("__main__") and ".configs" not in n}
+    return {n: importlib.import_module(n) for n in names if not any(part in n for part in left_out)}
 
 
 def origins(module: ModuleType) -> dict[str, str]:
