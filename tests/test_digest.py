@@ -13,7 +13,7 @@ import pytest
 
 import vibrodrive as vd
 
-DIGEST = "f83caeadc096bce194d7c0fe4b0ca175ea95278b07135e583e25bcb93f750ecb"
+DIGEST = "1a491f33162e9711075cd509426aeaed23a38b06d790072126ff7f29a4f3c60c"
 
 DIAGRAM = dict(A=np.linspace(1.05, 9.0, 90), eps=[0.0, 2e-4], transient=20, periods=12)
 STARTS = dict(A=np.linspace(1.2, 6.0, 12), B=[0.0, 0.6, 1.3], xi0=[0.0, 3.0], dxi0=[-2.0, 1.5], tau0=1.0)

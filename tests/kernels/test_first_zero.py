@@ -21,7 +21,7 @@ from vibrodrive.kernels.first_zero import advance, parabola, safe_step, zero_fre
 
 Function = Callable[[float], tuple[float, ...]]
 
-STEPS = 400
+STEPS = 4000
 
 
 def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> list[float]:

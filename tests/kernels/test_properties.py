@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibrodrive as vd
@@ -77,6 +77,9 @@ def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
 
 @bounded
 @given(SCENES)
+@example(dict(A=1.0, B=0.400390625, eps=1e-4, eta=100.99504938362077, xi0=0.0, dxi0=5e-324, tau0=0.0))
+@example(dict(A=1.1, B=1.3201919013162353, eps=1e-6, eta=100.99504938362077, xi0=0.0, dxi0=1e-47, tau0=1.0))
+@example(dict(A=0.125, B=1.0, eps=1.0, eta=2.0, xi0=0.0, dxi0=2.0, tau0=0.0))
 def test_order_of_states(scene):
     """Every switch is one of Fig. 2's, and begins in the state in which the last one ended."""
     check_order(motion(scene, 20))

@@ -305,22 +305,26 @@ NEAR_BOUNDARY = 1e-8
 
 
 @inline
-def on_boundary(w, i, where, there, level):
+def on_boundary(w, i, where, there, level, h):
     """(`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ + low.
 
     The cursor is good to its own rounding, which the fast clock multiplies by η, and a slide that begins with exactly
     ξ'' = 0 would begin with the H' of another time. One step of Newton's method, to first order in what it moves. LATE
     is what the rounding of H leaves of it, over ROUNDING (margins.py). Elsewhere nothing is moved, and LATE is 0.
+
+    Time does not run back: the wait, which took h, ends no earlier than it began; and φ is the double next to φ + low,
+    so that what follows at once is not recorded before it.
     """
     eta = w[ETA + i]
     rate = there.p + eta * there.pf
     inverse = 1.0 / choose(rate == 0.0, 1e-300, rate)
     shift = (level - adhesive_force(w, i, there.q, there.qf)) * inverse
+    near = where & (abs(eta * shift) < NEAR_BOUNDARY) & (abs(shift) < NEAR_BOUNDARY)
+    shift = choose(near, choose(shift > -h, shift, -h), 0.0)
     fast = eta * shift
-    near = where & (abs(fast) < NEAR_BOUNDARY) & (abs(shift) < NEAR_BOUNDARY)
-    shift, fast = choose(near, shift, 0.0), choose(near, fast, 0.0)
+    turned, phi, low = turns(there.phi, there.low + shift)
     moved = Arrival(
-        there.x, there.v, there.turned, there.phi, there.low + shift,
+        there.x, there.v, there.turned + turned, phi, low,
         fma(-there.q, shift, there.p), fma(there.p, shift, there.q), there.theta + fast,
         fma(-there.qf, fast, there.pf), fma(there.pf, fast, there.qf),
     )  # fmt: skip
@@ -335,7 +339,7 @@ def propagate(w, k, i, wait_ends, level):
     """
     h = w[CURSOR + i]
     if w[AF + i] > 0.0:
-        return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level)
+        return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level, h)
     there = propagate_undisturbed(w, i, h)
     if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
         there = arrive(segment_of(w, i), w[A + i], w[PHI + i], w[LOW + i], w[P + i], w[Q + i], h)

@@ -83,7 +83,7 @@ def apply_switch_disturbed(w, k, i, transient, periods, budget):
     period, phi, low = k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i]
     margin, usual = w[r.MARGIN + i], magnitude_scale(w, i)
     level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)
-    there, late = on_boundary(w, i, waited, propagate_disturbed(w, k, i, h), level)
+    there, late = on_boundary(w, i, waited, propagate_disturbed(w, k, i, h), level, h)
     x0, v0 = w[r.X0 + i], w[r.V0 + i]
     x = choose(waited, x0, there.x)
     force = adhesive_force(w, i, there.q, there.qf)
