@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
+from vibrodrive.stability.evaluate import _became
 from vibrodrive.stability.limit import limit, limits
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.orbit_curve import curve_distance
@@ -93,6 +94,18 @@ def test_first_subharmonic_in_epsilon():
     assert k.kept.gaps
     assert not k.lost.impacts
     assert k.how == "gaps 2 became 1, 2"
+
+
+@pytest.mark.parametrize(
+    ("usual", "now", "said"),
+    [
+        ([2], [1, 2], "gaps 2 became 1, 2"),
+        ([1, 2, 2], [1, 2], "gaps 1, 2, 2 became 1, 2 in another order"),
+        ([2], [2], "gaps 2 became 2, of fewer impacts"),
+    ],
+)
+def test_what_became_of_gaps(usual, now, said):
+    assert _became(usual, now) == said
 
 
 @pytest.mark.jit

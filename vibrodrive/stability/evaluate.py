@@ -158,9 +158,7 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
-        now = np.unique(seen).tolist()
-        elsewhere = " in another order" if now == sorted(set(usual)) else ""
-        reasons.append(f"gaps {_listed(usual)} became {_listed(now)}{elsewhere}")
+        reasons.append(_became(usual, np.unique(seen).tolist()))
     if "order" in criterion.names and not found.order:
         nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
         broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
@@ -171,6 +169,14 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
     if math.isfinite(criterion.k3):
         reasons.append(f"rho = {motion.distance(base):.3g} from the orbit as a curve")
     return "; ".join(reasons)
+
+
+def _became(usual: Sequence[int], now: Sequence[int]) -> str:
+    """What has become of gaps between impacts, from those of a cycle and which there are now."""
+    said = f"gaps {_listed(usual)} became {_listed(now)}"
+    if list(now) != sorted(set(usual)):
+        return said
+    return said + (" in another order" if len(now) > 1 else ", of fewer impacts")
 
 
 def _listed(numbers: Sequence[int]) -> str:
