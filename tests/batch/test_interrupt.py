@@ -81,7 +81,8 @@ def compiled():
     MOTION = motion()
     MOTION.sample(1)
     vd.simulate(A=3.04, eps=1e-4, transient=0, periods=1)
-    vd.simulate(A=3.04, method="muller", dtau=1e-2, scan="literal", transient=0, periods=1)
+    for method in ("fixed", "muller"):
+        vd.simulate(A=3.04, method=method, dtau=1e-2, scan="literal", transient=0, periods=1)
     vd.sweep(A=[3.0, 3.04], eps=[0.0, 1e-4], transient=0, periods=1)
     vd.limit(3.04, transient=20, periods=10)
     vd.orbits(3.04)
