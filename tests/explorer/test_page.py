@@ -11,6 +11,7 @@ import random
 import threading
 from collections import Counter
 from time import monotonic, sleep
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,7 +27,8 @@ from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.image import ROWS, values_of
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import POINTS
-from vibrodrive.explorer.session import read_address
+from vibrodrive.explorer.session import Session, overlay_of, read_address
+from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import compute_into
 from vibrodrive.jit.slices import Halted
 from vibrodrive.model import config
@@ -489,6 +491,45 @@ def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer,
     may_end.set()
     tab.until("page.status.startsWith('complete') && !" + waits, "that they are there")
     assert tab.model("return all.some((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.x.length > 0)")
+
+
+def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explorer, monkeypatch):
+    def never(aside, halt, function, *arguments):
+        while not halt.called:
+            sleep(0.01)
+        raise Halted
+
+    def fails(*arguments, **more):
+        raise ValueError("no picture today")
+
+    monkeypatch.setattr(Aside, "call", never)
+    tab.open(explorer.address + SMALL + "&orbits=3")
+    tab.until("page.status.includes('being computed')", "that curves are sought")
+    monkeypatch.setattr("vibrodrive.explorer.work.compute_into", fails)
+    tab.choose("periods", "41")
+    tab.until("page.refused.includes('no picture today')", "why")
+    tab.until("!page.status.includes('being computed')", "that nothing is sought any more")
+
+
+def test_clicks_and_files_in_quick_succession_come_to_an_end(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    tab.click(300, 300)
+    tab.click(600, 320)
+    tab.settle()
+    tab.click(450, 300)
+    tab.ask("(page.file = null, page.command({file: 'toml'}))")
+    tab.until("page.file !== null", "the file")
+    tab.until("!page.busy && location.search.includes('at=')", "the motion in the address")
+
+
+def test_curves_that_come_too_late_are_not_laid_over_another_view():
+    sought = overlay_of(View.read({"orbits": 2}))
+    for shown, belong in [
+        ({"orbits": 2, "low": 3.0}, True),
+        ({"orbits": 0}, False),
+        ({"orbits": 2, "quantity": "xi"}, False),
+    ]:
+        assert Session.belongs(SimpleNamespace(view=View.read(shown)), sought) is belong
 
 
 def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, explorer, monkeypatch):

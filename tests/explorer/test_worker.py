@@ -200,6 +200,28 @@ def test_a_pause_ends_with_the_next_request(worker):
     assert monotonic() - began < 5
 
 
+def test_a_request_takes_the_place_of_other_ranks_too(worker, failures):
+    """Of its page, in one step: what is halted by it can have nothing follow."""
+    begun, ended, done = threading.Event(), threading.Event(), []
+
+    def exact(halt):
+        begun.set()
+        while not halt.called:
+            sleep(0.002)
+        worker.follow(halt, Slot(1, Rank.EXACT), lambda halt: done.append("follows"))
+        ended.set()
+
+    worker.request(Slot(1, Rank.EXACT), exact)
+    assert begun.wait(5)
+    worker.request(Slot(1, Rank.MOTION), lambda halt: done.append("motion"))
+    worker.request(Slot(2, Rank.EXACT), lambda halt: done.append("another page"))
+    worker.request(Slot(1, Rank.PICTURE), lambda halt: done.append("picture"), (Rank.EXACT, Rank.MOTION))
+    finished(worker)
+    assert ended.is_set()
+    assert sorted(done) in (["another page", "motion", "picture"], ["another page", "picture"])
+    assert failures == []
+
+
 @pytest.fixture(scope="module")
 def aside():
     found = Aside(os.getpid)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import os
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, read
 
 @click.command()
 @click.argument("config", type=FILE, required=False)
-@click.option("--port", type=click.IntRange(0, 65535), help="Port to serve on (default 6283; any, if that is taken).")
+@click.option("--port", type=click.IntRange(0, 65535), help="Port to serve on; 0: any (default 6283, or any if taken).")
 @click.option("--no-browser", is_flag=True, help="Open no browser: only print the address.")
 @SET
 @METHOD
@@ -49,7 +48,8 @@ def explore(
     except ValueError as error:
         raise click.ClickException(f"--{error}") from None
     except OSError as error:
-        raise click.ClickException(f"--port {port}: {os.strerror(error.errno or 0)}") from None
+        why = (error.strerror or str(error)).partition(" (")[0]
+        raise click.ClickException(f"{'no free port' if port is None else f'--port {port}'}: {why}") from None
     click.echo(explorer.address)
     if not no_browser:
         import webbrowser

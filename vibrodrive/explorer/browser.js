@@ -14,6 +14,7 @@ const page = {
   due: false, // they are going to be painted
   asked: 0, // number of the request for the picture that is wanted
   answered: 0, // of that for the picture that is painted
+  whole: 0, // the same, if that is complete
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
   scales: {}, // of both axes, as they are drawn
   kept: {}, // ends of ranges as they were given
@@ -100,8 +101,8 @@ const release = () => {
 const but_for_motion = (view) => JSON.stringify({...view, at: null});
 
 const tell = (message) => {
-  page.seq += 1;
-  request.data = {message: [JSON.stringify({seq: page.seq, heard: page.heard, ...message})]};
+  if (!("file" in message)) page.seq += 1; // what is under way is still wanted
+  request.data = {message: [JSON.stringify({seq: page.seq, time: performance.now(), heard: page.heard, ...message})]};
 };
 
 page.ask = (again) => {
@@ -242,9 +243,12 @@ page.painted = () => {
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
     page.frames.push(now);
     if (answers) page.latencies.push(now - began);
-    page.settled = head.complete && head.seq === page.asked && !page.pending;
+    page.whole = head.complete ? head.seq : 0;
+    settle();
   }, 0));
 };
+
+const settle = () => { page.settled = page.whole === page.asked && !page.pending; };
 
 // Past Bokeh's models: a change of theirs lays the whole page out anew.
 const said = {};
@@ -290,6 +294,7 @@ page.hear = () => {
     if (item.done === page.seq) {
       if (item.address !== undefined) remember(item.address);
       free();
+      settle();
     }
   }
 };

@@ -140,11 +140,11 @@ class Explorer:
             from vibrodrive.batch.sweep import check_threads  # brings Numba, for which the page does not wait
 
             check_threads(threads)
+        listening = _listening(port)
         self.engine = Engine(threads, imported)
         self.token = secrets.token_urlsafe(24)
         self.view = view
         application = Application(FunctionHandler(self._open))
-        listening = _listening(port)
         listening.setblocking(False)
         self.port: int = listening.getsockname()[1]
         tornado = Guarded(

@@ -104,19 +104,16 @@ class Session:
             self._clear()
         if self.page.motion.data["time"] and not view.follows:
             self._forget_motion()
-        worker = self.engine.worker
         if only_motion:
-            worker.cancel(self.number, Rank.EXACT)
-            self.request(Rank.MOTION, view, seq)
-            return
-        worker.cancel(self.number, Rank.EXACT, Rank.MOTION)
-        self.request(Rank.PICTURE, view, seq)
+            self.request(Rank.MOTION, view, seq, instead_of=(Rank.EXACT,))
+        else:
+            self.request(Rank.PICTURE, view, seq, instead_of=(Rank.EXACT, Rank.MOTION))
 
     # -- what the worker does for it -----------------------------------------------------------------------------
 
-    def request(self, rank: Rank, *arguments: Any) -> None:
-        """Have the task of this rank done with these arguments."""
-        self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments))
+    def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
+        """Have the task of this rank done with these arguments, and those of other ranks not any more."""
+        self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments), instead_of)
 
     def follow(self, halt: Halt, rank: Rank, *arguments: Any) -> None:
         """The same from a task, which it follows."""
@@ -133,8 +130,8 @@ class Session:
     def failed(self, rank: Rank, error: BaseException) -> None:
         """A task of this page broke off: say so, in one line."""
         self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
-        if rank in (Rank.MOTION, Rank.EXACT):  # exact curves come last
-            self.later(self._nothing_sought)
+        if rank != Rank.EXPORT:  # exact curves come last, and now not at all
+            self.later(self.nothing_sought)
 
     # -- what the page is told ---------------------------------------------------------------------------------
 
@@ -152,9 +149,14 @@ class Session:
     def laid_over(self, overlay: Overlay | None) -> None:
         """These exact curves are on the page, which has been given their data before."""
         self.overlay = overlay
-        self._nothing_sought()
+        self.nothing_sought()
 
-    def _nothing_sought(self) -> None:
+    def belongs(self, overlay: Overlay | None) -> bool:
+        """Whether such exact curves are to lie over the latest view, if for another window."""
+        wanted = overlay_of(self.view)
+        return overlay is not None and wanted is not None and wanted[0] == overlay[0]
+
+    def nothing_sought(self) -> None:
         """Below the picture that waited for exact curves nothing is said of them any more."""
         number, status = self.status
         self.tell({"status": status, "picture": number})

@@ -160,7 +160,10 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
             session.later(partial(session.tell, {"words": "<br>".join(found)}))
             raise
     wanted = overlay_of(view)
-    if wanted is None or wanted == session.overlay:
+    if wanted is None:
+        return
+    if wanted == session.overlay:  # since the picture was drawn, perhaps
+        session.later(session.nothing_sought)
         return
     if view.mode == MAP:
         spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
@@ -172,6 +175,8 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
+    if not session.belongs(overlay_of(view)):  # any more
+        return
     for source, stable in ((session.page.stable, True), (session.page.unstable, False)):
         curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
                   for column in line.values.T]  # fmt: skip
@@ -189,6 +194,8 @@ def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcat
 
 
 def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
+    if not session.belongs(overlay_of(view)):  # any more
+        return
     across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
     session.page.curves.data = {
         "x": [place(x, view.scale) for x, _ in across],

@@ -66,9 +66,11 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name="explorer", daemon=True)
         self._thread.start()
 
-    def request(self, slot: Slot, task: Task) -> None:
-        """Compute this, instead of what was asked for in this slot before."""
-        with self._changed:
+    def request(self, slot: Slot, task: Task, instead_of: tuple[Rank, ...] = ()) -> None:
+        """Compute this, instead of what was asked for in this slot before, or in others of the page."""
+        with self._changed:  # both at once: nothing follows what is halted
+            if instead_of:
+                self.cancel(slot.page, *instead_of)
             self._waiting[slot] = Request(slot, next(self._numbers), task)
             if self._current is not None:
                 running, halt = self._current
