@@ -93,6 +93,7 @@ def test_never_below_the_obstacle(scene):
 
 @bounded
 @given(SCENES)
+@example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
 def test_every_switch_satisfies_its_switching_function(scene):
     """To rounding, evaluated in 50 digits from the switch before."""
     t = motion(scene)

@@ -103,5 +103,5 @@ def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
     speed = A + AF / eta + abs(s.dxi) + (1 + float(model.B)) * h
     if s.after == IMPACT:
         path = s.xi + (speed + force * h) * (1 + h)
-        return xi, ROUNDING * fresh * path + tick * (abs(dxi) + speed)
+        return xi, ROUNDING * fresh * path + tick * (abs(dxi) + speed + 0.5 * force * tick)
     return dxi, ROUNDING * (speed + force * h) + tick * force
