@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import types
 
 import vibrodrive as vd
 from tests.support.agreement import same_status
@@ -94,7 +95,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
             pass
 
     whole = results()
-    sliced = ("batch.sweep", "batch.trajectory", "periodic.itineraries", "periodic.fixed_points", "periodic.impact_map")
+    sliced = ("batch.trajectory", "periodic.itineraries", "periodic.fixed_points", "periodic.impact_map")
     for module in sliced:
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), "in_slices", one_at_a_time)
     assert results() == whole
@@ -111,10 +112,11 @@ def test_each_kernel_is_compiled_once():
     vd.simulate(A=3, method="fixed", dtau=1, transient=1, periods=2).sample(3)
     vd.sweep(A=np.arange(12)[::3], eps=np.float32([0, 1e-4]), transient=1, periods=1, threads=1)
     vd.sweep(A=[1, 2, 3], method="muller", dtau=0.01, transient=1, periods=1, threads=2)
-    for kernel in (*(batch(int(m), disturbed) for m in vd.Method for disturbed in (True, False)), sample_segments):
-        assert len(kernel.signatures) <= 2  # sections, or more
-    for method in vd.Method:
-        assert len(single(int(method)).signatures) <= 2  # with bounds, as `simulate` has them, or without
+    both = False, True
+    kernels = [batch(int(m), kind, more) for m in vd.Method for kind in both for more in both]
+    alone = [single(int(m), False, bounded) for m in vd.Method for bounded in both]
+    assert {signature for kernel in (*kernels, *alone) for signature in kernel.signatures} == {(types.int64,)}
+    assert len(sample_segments.signatures) == 1
 
 
 CONSTANTS = """

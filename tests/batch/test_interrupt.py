@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.jit.slices import in_slices
 
 pytestmark = pytest.mark.jit
 
@@ -120,26 +119,6 @@ def test_ctrl_c_is_answered_within_a_second(name):
     assert motion() == MOTION
 
 
-@pytest.mark.parametrize("method", ["fixed", "muller"])
-def test_no_slice_of_a_scan_is_long(method, monkeypatch):
-    """Not even the first one: a step may visit a million grid points."""
-    took = []
-
-    def watched(advance, halt=None, first=None):
-        def one(steps):
-            began = process_time()
-            done = advance(steps)
-            took.append((process_time() - began, steps))
-            return done
-
-        in_slices(one, halt, first)
-
-    monkeypatch.setattr("vibrodrive.batch.trajectory.in_slices", watched)
-    vd.simulate(A=3.04, method=method, dtau=1e-7, scan="literal", transient=0, periods=20)
-    each = sum(seconds for seconds, _ in took) / sum(steps for _, steps in took)
-    assert max(steps for _, steps in took) * each < ANSWER / 4
-
-
 def test_processes_of_an_executor_end_their_tasks_too():
     """Those that compute a block, and those that have one waiting: the executor is free at once."""
     with ProcessPoolExecutor(2) as pool:
@@ -180,25 +159,3 @@ def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
     assert float(done.stdout) < ANSWER
     assert done.stderr == ""
     assert perf_counter() - began < 8.0
-
-
-FORK = """
-import multiprocessing
-import numpy as np
-import vibrodrive as vd
-
-def section(_=None):
-    return vd.sweep(A=np.linspace(3, 3.25, 50), eps=[0, 1e-4], transient=5, periods=5, threads=2).section
-
-here = section()
-with multiprocessing.get_context("fork").Pool(2) as pool:
-    for there in pool.map(section, range(4)):
-        assert np.array_equal(here, there)
-print("equal")
-"""
-
-
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="two threads need two cores")
-def test_a_process_that_has_swept_on_threads_can_fork_ones_that_do():
-    done = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True, timeout=60)
-    assert done.stdout == "equal\n", done.stderr

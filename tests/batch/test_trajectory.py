@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.batch.records import SWITCH
 from vibrodrive.batch.trajectory import SWITCH_ERROR
+from vibrodrive.kernels.arguments import SWITCH
 
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])

@@ -8,6 +8,9 @@ import pytest
 
 import vibrodrive as vd
 from tests.support.agreement import same_status
+from vibrodrive.batch.parallel import run
+from vibrodrive.jit.slices import Halt
+from vibrodrive.kernels.arguments import Arguments, numbers_of
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.model.parameters import COLUMNS
@@ -33,11 +36,12 @@ def evaluations(**arguments) -> float:
     s, n = plan.settings, plan.n_points
     points, work = plan.points(0, n), np.empty(n)
     w, k = new_lanes(1)
-    batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0))(
-        w[0], k[0], points, np.arange(n), np.zeros(1, np.int64), s.transient, s.periods, s.budget,
-        np.empty((n, s.periods, 2)), None, None, None, None, np.empty(n, np.int8), np.empty(n),
-        np.empty((n, 5), np.int64), work,
+    kernel = batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0), False)
+    arguments = Arguments(
+        w[0], k[0], np.zeros(1, np.int64), points, np.arange(n), np.zeros(1, np.int64), numbers_of(s),
+        np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
     )  # fmt: skip
+    run([(kernel, [arguments])], Halt())
     return float(work.sum())
 
 

@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.batch.parallel import run
 from vibrodrive.batch.records import as_quantities
+from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels import lane, summary
+from vibrodrive.kernels.arguments import Arguments, numbers_of
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import ROWS, new_history
 from vibrodrive.kernels.summary import OUT, TOTALS, summarise
@@ -237,11 +240,13 @@ def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
     plan = make_plan(scene | {"method": method})
     w, k = lane.new_lanes(1)
     history, totals = new_history(1, True)
-    batch(plan.settings.method, eps > 0.0)(
-        w[0], k[0], plan.points(0, 1), np.arange(1), np.zeros(1, np.int64), 2, 6, plan.settings.budget,
-        np.empty((1, 6, 2)), np.empty((1, 0, 4)), history[0], totals[0], np.empty((1, OUT)), np.empty(1, np.int8),
-        np.empty(1), np.empty((1, 5), np.int64), np.empty(1),
+    kernel = batch(plan.settings.method, eps > 0.0, True)
+    arguments = Arguments(
+        w[0], k[0], np.zeros(1, np.int64), plan.points(0, 1), np.arange(1), np.zeros(1, np.int64),
+        numbers_of(plan.settings), np.empty((1, 6, 2)), np.empty(1, np.int8), np.empty(1), np.empty((1, 5), np.int64),
+        np.empty(1), np.empty((1, 0, 4)), history[0], totals[0], np.empty((1, OUT)),
     )  # fmt: skip
+    run([(kernel, [arguments])], Halt())
     switches = vd.simulate(**scene, method=method).switches
     rows = history[0, 0, : k[0, 0, lane.HISTORY_COUNT]]
     assert (rows == np.column_stack([switches[n] for n in ("period", "phase", "before", "after", "xi", "dxi")])).all()

@@ -10,9 +10,6 @@ from vibrodrive.kernels.certainty import Errors
 from vibrodrive.model.parameters import Method
 from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
-SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
-"""A row of `Trajectory.switches`, which kernels write as it is; `xi` and `dxi` are those just before the switch."""
-
 
 def new_errors(method: int, points: int, instants: int) -> Errors:
     """Memory for bounds of `points` motions: NaN for a fixed grid, whose kernels write none."""

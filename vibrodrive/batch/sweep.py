@@ -1,10 +1,7 @@
 """Many points at once: blocks of a plan, computed on all cores, yielded as they finish.
 
-Local blocks are computed by plain threads, for the kernels hold no lock; each thread draws its next point from one
-atomic counter, so cost that varies from point to point leaves no core idle. With an executor (anything with the
-interface of `concurrent.futures`) each block is a task of its own. A point's bits depend on neither.
-
-No thread outlives a sweep, and no OpenMP takes part: a process that has swept may be forked.
+Local blocks are computed by a loop of `numba.prange` (parallel.py). With an executor (anything with the interface of
+`concurrent.futures`) each block is a task of its own, on one thread. A point's bits depend on neither.
 """
 
 from __future__ import annotations
@@ -23,12 +20,14 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.carry import Carried, States, continued, layers
-from vibrodrive.batch.records import SWITCH, as_quantities, new_errors
-from vibrodrive.jit.slices import FIRST, FIRST_SCANNED, Halt, in_slices
+from vibrodrive.batch.parallel import run
+from vibrodrive.batch.records import as_quantities, new_errors
+from vibrodrive.jit.slices import Halt
+from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
 from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
-from vibrodrive.kernels.lane import LANES, PASSES, new_lanes
+from vibrodrive.kernels.lane import LANES, new_lanes
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
@@ -40,6 +39,9 @@ from vibrodrive.model.results import Results
 RETRIES = 3
 """How often a block whose worker died is submitted again."""
 
+
+REGISTER = 8
+"""Lanes that the widest registers hold: they cost little more than one, so no thread is started for fewer points."""
 
 Span = tuple[int, int, int]
 """A block to be computed: index, start, stop."""
@@ -103,7 +105,7 @@ def fill_records(
     for first, end in layers(plan, start, start + n):
         at = slice(first - start, end - start)
         fill(
-            plan.settings, continued(points[at], states), min(threads, -(-(end - first) // LANES)), halt,
+            plan.settings, continued(points[at], states), threads, halt,
             section[at], status[at], margin[at], counts[at],
             None if impacts is None else impacts[at], None if summary is None else summary[at],
             None if errors is None else Errors(errors.section[at], errors.until[at]),
@@ -134,75 +136,46 @@ def fill(
     followed one by one, not in lanes.
     """
     s, n = settings, len(points)
+    bounded = errors is not None and s.method != Method.FIXED
+    alone = s.literal or bounded
+    threads = max(1, min(threads, n if alone else -(-n // REGISTER)))
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
-    main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0))
-    bounded = errors if s.method != Method.FIXED else None
-    alone = s.literal or bounded is not None
-    records: list[tuple[np.ndarray | None, ...]] = [(main if alone else None, None, None, None)] * threads
-    if impacts is not None or summary is not None:
-        memory = new_history(threads, summary is not None)
-        records = [(main, *own, sums if summary is None else summary) for own in zip(*memory, strict=True)]
-    results = status, margin, counts, np.empty(n)
-    more: tuple[Any, ...] = ()
+    recorded = impacts is not None or summary is not None
+    history, totals = new_history(threads, summary is not None)
+    settled = Arguments(
+        w[0], k[0], halt.flag, points, np.arange(n), np.zeros(1, np.int64), numbers_of(s), sections[0],
+        status, margin, counts, np.empty(n), np.empty((n, 0, 4)) if impacts is None else impacts,
+        summary=np.empty((n, 0)) if summary is None else summary,
+    )  # fmt: skip
     if alone:
-        off = None if bounded is None else np.empty((0, 3))
-        more = s.literal, np.empty(0, SWITCH), off, np.zeros(1, np.int64), bounded
-    kernels = [(kernel, order, np.zeros(1, np.int64)) for kernel, order in _kernels(s, points, alone)]
+        settled = settled._replace(rows=np.empty(0, SWITCH), stored=np.zeros(1, np.int64), off=np.empty((0, 3)))
+    if bounded and errors is not None:
+        settled = settled._replace(bounds=errors.section, until=errors.until)
 
-    def call(thread: int, kernel: Any, order: np.ndarray, counter: np.ndarray) -> bool:
-        own = sections[thread], *records[thread]
-        arguments = points, order, counter, s.transient, s.periods, s.budget, *own, *results, *more
-        return kernel(w[thread], k[thread], *arguments)
+    def each(order: np.ndarray) -> list[Arguments]:
+        """Arguments for each thread: memory of its own, and one counter for all."""
+        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # a thread takes its share of a few points
+        shared = settled._replace(order=order, counter=np.zeros(1, np.int64), numbers=numbers_of(s, lanes))
+        own = zip(w, k, sections, history, totals, strict=True)
+        return [
+            shared._replace(lanes_w=lanes_w, lanes_k=lanes_k, section=rows, history=kept, totals=sums)
+            for lanes_w, lanes_k, rows, kept, sums in own
+        ]
 
-    def work(thread: int) -> None:
-        for task in kernels:
-
-            def advance(passes: int, task: tuple[Any, ...] = task) -> bool:
-                k[thread, 1, PASSES] = passes
-                return call(thread, *task)
-
-            in_slices(advance, halt, FIRST_SCANNED if s.literal else FIRST)
-
-    if threads > 1:
-        for kernel, order, _ in kernels:  # compiled before there are threads
-            call(0, kernel, order[:0], np.zeros(1, np.int64))
-    _in_threads(work, threads, halt)
-
-
-def _kernels(settings: Settings, points: np.ndarray, alone: bool) -> list[tuple[Any, np.ndarray]]:
-    """What computes which points: kernels, and for each the numbers of its points, int64 (m,).
-
-    Disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap.
-    `alone`: one motion at a time.
-    """
     if alone:
-        return [(single(settings.method), np.arange(len(points)))]
+        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt)
+        return
     disturbed = _disturbed(points)
-    parts = (batch(settings.method, kind) for kind in (True, False)), (disturbed, ~disturbed)
-    return [(kernel, np.flatnonzero(which)) for kernel, which in zip(*parts, strict=True) if which.any()]
+    # disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap
+    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
+    run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
     """Which points have a disturbance that is anything at all: as `is_disturbed` of kernels/setup.py, to the bit."""
     a, eps, eta = (points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))
     return a * eps * eta * eta > 0.0
-
-
-def _in_threads(work: Callable[[int], None], count: int, halt: Halt) -> None:
-    """work(0) in this thread, work(1), …, work(count - 1) in others. All have ended when it returns or raises."""
-    if count == 1:
-        work(0)
-        return
-    with ThreadPoolExecutor(count - 1, thread_name_prefix="sweep") as pool:
-        try:
-            others = [pool.submit(work, thread) for thread in range(1, count)]
-            work(0)
-            for other in others:
-                other.result()
-        except BaseException:
-            halt.call()
-            raise
 
 
 def load_kernels(plan: Plan) -> None:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.frames import Table, frame
-from vibrodrive.batch.records import SWITCH, new_errors
-from vibrodrive.jit.slices import FIRST, FIRST_SCANNED, Halt, in_slices
+from vibrodrive.batch.parallel import run
+from vibrodrive.batch.records import new_errors
+from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
-from vibrodrive.kernels.lane import PASSES, new_lanes
+from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
+from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
@@ -342,7 +344,7 @@ def simulate(
 
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """`simulate` the one point of a plan. Raises Halted if `halt` is called meanwhile."""
-    s = plan.settings
+    s, halt = plan.settings, halt or Halt()
     capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
@@ -353,17 +355,12 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         bounded = s.method != Method.FIXED
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
-        arguments = (
-            w[0], k[0], plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), s.transient, s.periods,
-            s.budget, section, impacts, None, None, None, status, margin, counts, work, s.literal,
-            rows, off if bounded else None, stored, errors if bounded else None,
+        arguments = Arguments(
+            w[0], k[0], halt.flag, plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s),
+            section, status, margin, counts, work, impacts, rows=rows, stored=stored, off=off, bounds=errors.section,
+            until=errors.until,
         )  # fmt: skip
-
-        def advance(passes: int, k=k, arguments=arguments) -> bool:
-            k[0, 1, PASSES] = passes
-            return single(s.method)(*arguments)
-
-        in_slices(advance, halt, FIRST_SCANNED if s.literal else FIRST)
+        run([(single(s.method, False, bounded), [arguments])], halt)
         n = int(stored[0])
         if n <= capacity:
             break

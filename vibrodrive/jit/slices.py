@@ -15,6 +15,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 SECONDS = 0.05
 """What a slice is to take: a small part of the second in which Ctrl-C is to be answered, as a step may soon cost
 several times what it costs now; long beside the few microseconds of a call, and beside the 5 ms for which another
@@ -23,33 +25,35 @@ thread may keep Python to itself."""
 FIRST = 256
 """Steps of the first slice, where the caller says nothing."""
 
-FIRST_SCANNED = 1
-"""The same where every grid point is visited: a step then takes up to milliseconds."""
-
 GROWTH = 16
 """How many times longer a slice may be than the one before."""
 
 
 class Halt:
-    """A flag that ends work in other threads at the end of their slices.
+    """A flag that ends work in other threads: kernels that look at it, and slices.
 
     With a `sign` also in other processes of this machine that were given a copy: a file of that name means halt.
     """
 
     def __init__(self, sign: str | None = None) -> None:
         self._sign = sign
-        self._called = False
+        self.flag = np.zeros(1, np.int64)  # for kernels, which look at it themselves
 
     def __reduce__(self) -> tuple[type[Halt], tuple[str | None]]:
         return Halt, (self._sign,)
 
     @property
+    def across(self) -> bool:
+        """Whether another process may call it."""
+        return self._sign is not None
+
+    @property
     def called(self) -> bool:
-        return self._called or (self._sign is not None and os.path.exists(self._sign))
+        return bool(self.flag[0]) or (self._sign is not None and os.path.exists(self._sign))
 
     def call(self) -> None:
         """Halt the work in this process."""
-        self._called = True
+        self.flag[0] = 1
 
     def call_across(self, tasks: Collection[Future[Any]]) -> None:
         """Halt it in other processes, too: the sign stands until the last of the `tasks` there has ended."""

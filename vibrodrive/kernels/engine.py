@@ -13,9 +13,10 @@ from __future__ import annotations
 
 from functools import cache
 
+from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline, jit, part_each
-from vibrodrive.jit.counter import next_index
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.arguments import arguments_at
 from vibrodrive.kernels.codes import (
     AT_ONCE,
     CERTIFIED,
@@ -32,7 +33,7 @@ from vibrodrive.kernels.event import begin_search, process_event
 from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
 from vibrodrive.kernels.history import assign_slots, keep_switch, leave_slot
 from vibrodrive.kernels.impacts import keep_impact
-from vibrodrive.kernels.lane import DRAWN, IN_USE, LANES, PASSES, PAUSED, ROWS_K, ROWS_W, STRIDE
+from vibrodrive.kernels.lane import ROWS_K, ROWS_W, STRIDE
 from vibrodrive.kernels.record import finish
 from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
 from vibrodrive.kernels.setup import load
@@ -98,11 +99,11 @@ def list_unusual(k, todo, n):
 
 
 @cache
-def batch(method: int, disturbed: bool):
+def batch(method: int, disturbed: bool, recorded: bool):
     """The kernel of sweeps that finds switches by `method`, for points with a disturbance or for those without one.
 
-    Each is compiled when it is first called, from what it needs alone; once more where more than sections is recorded,
-    as types tell None from an array.
+    Each is compiled when it is first called, from what it needs alone. `recorded`: whether it writes impacts and
+    summaries, where they are wanted; a kernel that writes sections alone is faster.
     """
     grid, fixed = method != CERTIFIED, method == FIXED
     if grid and not disturbed:
@@ -111,45 +112,28 @@ def batch(method: int, disturbed: bool):
     repeats = not (disturbed or fixed)
 
     @jit(_nrt=False)
-    def run(
-        lanes_w, lanes_k, points, order, counter, transient, periods, budget,
-        section, impacts, history, totals, summary, status, margin, counts, work,
-    ):  # fmt: skip
-        """Trajectories of points[order[c]] for every c that `counter` hands out, into the rows of the same number.
-
-        lanes_w, lanes_k : memory of the lanes, and for lists (lane.py)
-        points float64 (n, columns), order int64 (m,), counter int64 (1,)
-        section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
-        status int8 (n,), margin float64 (n,), counts int64 (n, 5): results
-        work float64 (n,): evaluations of switching functions
-        impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
-        history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
-        summary float64 (n, OUT): what each motion comes to; not computed where totals is (LANES, 0)
-        The last three groups may all be None where neither is wanted.
-
-        Returns whether all is done. If not, the passes granted (lane.PASSES) are spent, and the next call goes on.
-        """
-        w, k, todo = lanes_w[0], lanes_k[0], lanes_k[1]
-        if todo[PAUSED]:
-            n, c = todo[IN_USE], todo[DRAWN]
+    def run(address):
+        """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
+        a = arguments_at(address)
+        w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
+        halt, points, order, counter = a.halt, a.points, a.order, a.counter
+        transient, periods, budget, lanes = a.numbers[0], a.numbers[1], a.numbers[2], a.numbers[4]
+        section, status, margin, counts, work = a.section, a.status, a.margin, a.counts, a.work
+        if recorded:
+            impacts, history, totals, summary = a.impacts, a.history, a.totals, a.summary
         else:
-            n, c = 0, next_index(counter)
-            assign_slots(k)
-        passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
-        while True:
-            passes -= 1
-            if passes == 0:
-                todo[PAUSED], todo[IN_USE], todo[DRAWN] = 1, n, c
-                return False
-            while c < order.shape[0] and n < LANES:
+            impacts = history = totals = summary = None
+        assign_slots(k)
+        n, c = 0, next_index(counter)
+        while not is_set(halt):
+            while c < order.shape[0] and n < lanes:
                 if load(w, k, n, points, order[c], method, transient, periods, section, None, None, None, None):
                     n += 1
                 else:
                     finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
                 c = next_index(counter)
             if n == 0:
-                todo[PAUSED] = 0
-                return True
+                return 0
             if disturbed:
                 if grid:
                     search_on_grid(w, n, True, STEPS_ON_GRID)
@@ -200,5 +184,6 @@ def batch(method: int, disturbed: bool):
                     for row in range(ROWS_K):
                         k[row * STRIDE + i] = k[row * STRIDE + n]
                     leave_slot(k, n, slot)
+        return 0
 
     return run

@@ -82,10 +82,6 @@ LINE = 64
     HISTORY_SLOT, HISTORY_KEEPS, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
-PASSES, PAUSED, IN_USE, DRAWN = (LANES + row for row in range(4))
-"""Behind the list of lanes in [thread, 1] of `new_lanes`: how many passes a kernel may take (0: as many as there are),
-whether it has paused, and what it goes on with then: lanes in use, and the next point."""
-
 
 @inline
 def full(n):

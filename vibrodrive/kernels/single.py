@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from functools import cache
 
+from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
-from vibrodrive.jit.counter import next_index
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.certainty import end_errors
+from vibrodrive.kernels.arguments import arguments_at
+from vibrodrive.kernels.certainty import Errors, end_errors
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.event import process_event
 from vibrodrive.kernels.first_zero import search
 from vibrodrive.kernels.history import assign_slots
-from vibrodrive.kernels.lane import IN_USE, PASSES, PAUSED
 from vibrodrive.kernels.literal_scan import fill_tables
 from vibrodrive.kernels.literal_scan import scan as scan_every
 from vibrodrive.kernels.record import finish
@@ -24,7 +24,7 @@ from vibrodrive.kernels.setup import load
 from vibrodrive.kernels.undisturbed import search_one_bracket
 
 MOST = 1000
-"""Steps of a search after which Python may look at its signals (slices.py)."""
+"""Steps of a search after which a kernel looks whether it is to end early."""
 
 
 @part
@@ -66,39 +66,37 @@ def follow(w, k, table, method, literal):
 
 
 @cache
-def single(method: int):
-    """The kernel that finds the switches of one trajectory after the other by `method`; see engine.py."""
+def single(method: int, recorded: bool, bounded: bool):
+    """The kernel that finds the switches of one trajectory after the other by `method`; see engine.py.
+
+    `recorded`: whether it writes summaries, where they are wanted, beside impacts. `bounded`: whether it computes
+    bounds of the errors of the motion (certainty.py).
+    """
 
     @jit(_nrt=False)
-    def run(
-        lanes_w, lanes_k, points, order, counter, transient, periods, budget,
-        section, impacts, history, totals, summary, status, margin, counts, work, literal, rows, off, stored, errors,
-    ):  # fmt: skip
-        """As the kernels of `batch`, and:
-
-        literal : whether every point of the grid is visited
-        rows SWITCH (cap,), stored int64 (1,): the switches from the last one before the record on, as many as fit, and
-        how many there were (batch/records.py)
-        off float64 (cap, 3), errors : where bounds of what rows (time, ξ, ξ') and section are off by are written
-        (certainty.py); both may be None
-        """
-        w, table, k, todo = lanes_w[0], lanes_w[1], lanes_k[0], lanes_k[1]
-        under_way = False
-        if todo[PAUSED]:
-            under_way = todo[IN_USE] > 0
+    def run(address):
+        """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
+        a = arguments_at(address)
+        w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
+        halt, points, order, counter = a.halt, a.points, a.order, a.counter
+        transient, periods, budget, literal = a.numbers[0], a.numbers[1], a.numbers[2], a.numbers[3] != 0
+        section, status, margin, counts, work = a.section, a.status, a.margin, a.counts, a.work
+        impacts, rows, stored = a.impacts, a.rows, a.stored
+        if recorded:
+            history, totals, summary = a.history, a.totals, a.summary
         else:
-            assign_slots(k)
-        passes = todo[PASSES] + 1 if todo[PASSES] > 0 else 0  # from 0 it counts down without end
-        while True:
-            passes -= 1
-            if passes == 0:
-                todo[PAUSED], todo[IN_USE] = 1, 1 if under_way else 0
-                return False
+            history = totals = summary = None
+        if bounded:
+            off, errors = a.off, Errors(a.bounds, a.until)
+        else:
+            off = errors = None
+        assign_slots(k)
+        under_way = False
+        while not is_set(halt):
             if not under_way:
                 c = next_index(counter)
                 if c >= order.shape[0]:
-                    todo[PAUSED] = 0
-                    return True
+                    return 0
                 if not load(
                     w, k, 0, points, order[c], method, transient, periods, section, rows, off, stored, errors,
                 ):  # fmt: skip
@@ -120,6 +118,7 @@ def single(method: int):
                 finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
                 if errors is not None:
                     end_errors(w, k, 0, periods, errors)
+        return 0
 
     return run
 

@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.records import SWITCH
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.batch.trajectory import follow
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import single as kernel
+from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.model.parameters import COLUMNS, Scan

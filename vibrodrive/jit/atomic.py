@@ -1,4 +1,4 @@
-"""The next point for whichever thread is free: an atomic counter, so that no core idles while points remain."""
+"""Integers that several threads share: the number of the next point, and the flag that ends a kernel early."""
 
 from __future__ import annotations
 
@@ -20,6 +20,17 @@ def _fetch_add(typingctx, array):
     return None
 
 
+@intrinsic
+def _load(typingctx, array):
+    def codegen(context, builder, signature, args):
+        view = context.make_array(signature.args[0])(context, builder, args[0])
+        return builder.load_atomic(view.data, "monotonic", 8)  # read again each time, never kept in a register
+
+    if isinstance(array, types.Array) and array.dtype == types.int64:
+        return types.int64(array), codegen
+    return None
+
+
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -34,3 +45,13 @@ def next_index(counter):
 @overload(next_index)
 def _next_index(counter):
     return lambda counter: _fetch_add(counter)
+
+
+def is_set(flag):
+    """Return whether flag[0], which another thread may change, is not zero. `flag` is int64 of length 1."""
+    return flag[0] != 0
+
+
+@overload(is_set)
+def _is_set(flag):
+    return lambda flag: _load(flag) != 0

@@ -1,0 +1,139 @@
+"""A sweep is a loop of `numba.prange`: on every threading layer, from several threads, in forked children."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from numba import types
+
+import vibrodrive as vd
+from vibrodrive.batch import parallel
+from vibrodrive.kernels.arguments import Arguments, packed
+from vibrodrive.model.plan import make_plan
+
+TWO = int(numba.config.NUMBA_NUM_THREADS) > 1
+POINTS = dict(A=np.linspace(1.2, 3.25, 20), transient=2, periods=3)
+WAYS = [
+    dict(eps=[0.0, 2e-4]),
+    dict(eps=[0.0, 2e-4], record=["section", "impacts", "summary"]),
+    dict(eps=[0.0, 2e-4], record=["section", "error"]),
+    *(
+        dict(eps=[0.0, 2e-4], method=method, dtau=0.1, scan=scan)
+        for method in ("fixed", "muller")
+        for scan in ("skip", "literal")
+    ),
+]
+
+
+@pytest.mark.jit
+@pytest.mark.skipif(not TWO, reason="Numba has one thread")
+@pytest.mark.parametrize("way", WAYS)
+def test_every_sweep_runs_in_the_loop_and_has_the_bits_of_one_thread(way, monkeypatch):
+    used = []
+
+    def watched(first, second, addresses):
+        used.append(addresses.shape[1])
+        parallel_loop(first, second, addresses)
+
+    parallel_loop = parallel.run_on_threads
+    monkeypatch.setattr(parallel, "run_on_threads", watched)
+    two = vd.sweep(**POINTS, **way, threads=2)
+    assert used == [2]
+    one = vd.sweep(**POINTS, **way, threads=1)
+    assert used == [2]
+    for q in make_plan(POINTS | way).record:
+        names = {"section": ["section"], "impacts": ["impact_phase"], "summary": ["period", "energy"]}.get(q, ["error"])
+        assert all(np.array_equal(getattr(one, n), getattr(two, n), equal_nan=True) for n in names)
+    assert all(np.array_equal(getattr(one, n), getattr(two, n)) for n in ("status", "margin", "switches"))
+
+
+@pytest.mark.jit
+def test_the_loop_is_a_prange():
+    """Compiled anew, for what Numba found out about its loops is not kept on disk."""
+    assert parallel.run_on_threads.targetoptions["parallel"]
+    function = types.FunctionType(types.int64(types.int64))
+    again = numba.njit(parallel=True)(parallel.run_on_threads.py_func)
+    again.compile((function, function, types.Array(types.int64, 2, "C")))
+    (metadata,) = again.get_metadata().values()
+    assert metadata["parfor_diagnostics"].count_parfors() == 1
+
+
+SCRIPT = """
+import os, sys, threading
+import numba
+import numpy as np
+import vibrodrive as vd
+from vibrodrive.batch import parallel
+
+def section(threads=2):
+    return vd.sweep(A=np.linspace(3, 3.25, 50), eps=[0, 1e-4], transient=5, periods=5, threads=threads).section
+
+one = section(1)
+numba.set_num_threads(1)
+assert np.array_equal(section(), one)
+assert numba.get_num_threads() == 1, "the user's own number of threads"
+assert numba.threading_layer() == sys.argv[1]
+
+found = [None] * 4
+def sweep(k):
+    for _ in range(20):
+        found[k] = section()
+threads = [threading.Thread(target=sweep, args=(k,)) for k in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert all(np.array_equal(there, one) for there in found)
+
+def child(work):
+    pid = os.fork()
+    if pid == 0:
+        os._exit(0 if work() else 1)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+assert child(lambda: np.array_equal(section(), one)) == 0, "a forked child sweeps"
+
+@numba.njit(parallel=True)
+def total(n):
+    s = 0
+    for i in numba.prange(n):
+        s += i
+    return s
+
+total(10)
+print(child(lambda: total(10) == 45), flush=True)
+"""
+
+
+@pytest.mark.jit
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
+def test_threads_and_forked_children_of_one_process_sweep(layer):
+    """Four threads at once, and a child. The user's own prange in a child ends it under GNU's OpenMP (docs/cluster.md)."""
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, layer],
+        env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    if "threading layer could be loaded" in done.stderr:
+        pytest.skip(f"no {layer} here")
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) == (-15 if layer == "omp" and sys.platform == "linux" else 0)
+
+
+@pytest.mark.jit
+def test_arrays_of_another_kind_are_refused():
+    memory, one = np.zeros((1, 2)), np.zeros(1, np.int64)
+    results = np.zeros((1, 2, 2)), np.zeros(1, np.int8), np.zeros(1), np.zeros((1, 5), np.int64), np.zeros(1)
+    arguments = Arguments(memory, memory.astype(np.int64), one, memory, one, one, one, *results)
+    assert packed([arguments]).shape[0] == 1
+    for wrong in (np.zeros((1, 2), np.float32), np.zeros(2), np.zeros((2, 4))[:, ::2]):
+        with pytest.raises(TypeError, match="points"):
+            packed([arguments._replace(points=wrong)])

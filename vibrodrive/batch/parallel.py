@@ -1,0 +1,147 @@
+"""Kernels on threads: a loop of `numba.prange`, which Ctrl-C ends within a second.
+
+Each thread runs the kernel with lanes of its own and draws points from a counter that all share, so that points of
+unequal cost keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for
+all of them; called by name, each kernel would be compiled a second time with it.
+
+Compiled code cannot be interrupted. It therefore runs in a thread of its own, while the calling thread waits for it
+and can be interrupted. The kernels look at a flag in memory, which ends them.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from _thread import start_new_thread
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.extending import typeof_impl
+
+from vibrodrive.jit.compile import compilation, jit
+from vibrodrive.jit.slices import Halt, Halted
+from vibrodrive.kernels.arguments import Arguments, packed
+
+LOOK = 0.05
+"""Seconds between two looks at what may end a computation early: Ctrl-C, or another process that asks for it."""
+
+FORK_SAFE = "tbb", "workqueue"
+"""Threading layers of Numba that work in a forked child of a process that has used them. GNU's OpenMP ends such a
+child."""
+
+_SIGNATURE = types.int64(types.int64)
+
+# as numba.experimental has it, which takes a fifth of a second to import
+typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: types.FunctionType(_SIGNATURE))
+
+_COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+
+_lock = threading.Lock()  # the layer `workqueue` aborts the process where two threads use it at once
+_alone = False
+
+
+def _in_child() -> None:
+    """Note in a forked child whether the threading layer that its parent has started fails there."""
+    global _lock, _alone
+    _lock = threading.Lock()
+    try:
+        _alone = numba.threading_layer() not in FORK_SAFE
+    except ValueError:  # no layer was started
+        _alone = False
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_in_child)
+
+
+@jit(parallel=True)
+def run_on_threads(first, second, addresses):
+    """Call `first` with each of addresses[0] and then `second` with that of addresses[1], one thread for each.
+
+    addresses : int64 (2, threads), as from `packed`; 0 where `second` has nothing to do.
+    """
+    for thread in numba.prange(addresses.shape[1]):
+        first(addresses[0, thread])
+        if addresses[1, thread] != 0:
+            second(addresses[1, thread])
+
+
+@cache
+def _by_address(kernel: Any) -> types.CompileResultWAP:
+    """A kernel as a function that compiled code can call by its address."""
+    kernel.compile(_SIGNATURE)
+    return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
+
+
+def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt) -> None:
+    """Run one or two kernels, each with a set of arguments for each thread; all have ended when it returns or raises.
+
+    Raises Halted if that is called.
+    """
+    threads = len(calls[0][1])
+    watched = threads > 1 or halt.across or threading.current_thread() is threading.main_thread()
+    if watched:
+        _watch(lambda: _run(calls, threads, halt), halt)
+    else:
+        _run(calls, threads, halt)
+    if halt.called:
+        raise Halted
+
+
+def _watch(work: Callable[[], None], halt: Halt) -> None:
+    """Call `work` in a thread of its own. It is halted where this thread is interrupted."""
+    ended, errors = threading.Lock(), list[BaseException]()
+
+    def call() -> None:
+        try:
+            work()
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            ended.release()
+
+    ended.acquire()
+    start_new_thread(call, ())  # a Thread takes 40 µs more
+    try:
+        while not ended.acquire(timeout=LOOK):
+            if halt.called:
+                halt.call()
+    except BaseException:
+        halt.call()
+        while not compilation.running and not ended.acquire(
+            timeout=LOOK
+        ):  # a compiler ends behind, it cannot be halted
+            pass
+        raise
+    if errors:
+        raise errors[0]
+
+
+def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: Halt) -> None:
+    if not _COMPILES:
+        for kernel, sets in calls:
+            for arguments in sets:
+                kernel(arguments)
+        return
+    tables = [packed(sets) for _, sets in calls]
+    addresses = np.zeros((2, threads), np.int64)
+    for row, table in zip(addresses, tables):  # noqa: B905
+        row[:] = table.ctypes.data + table.strides[0] * np.arange(threads)
+    if threads == 1 or _alone:
+        for (kernel, _), row in zip(calls, addresses):  # noqa: B905
+            for address in row:
+                kernel(int(address))
+        return
+    functions = [_by_address(kernel) for kernel, _ in calls]
+    while not _lock.acquire(timeout=LOOK):
+        if halt.called:
+            return
+    try:
+        numba.set_num_threads(threads)  # of this thread alone
+        run_on_threads(functions[0], functions[-1], addresses)
+    finally:
+        _lock.release()

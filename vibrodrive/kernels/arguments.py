@@ -1,0 +1,146 @@
+"""Arguments of the kernels that follow motions, handed over as one address: all these kernels have one signature.
+
+A loop of `numba.prange` can call any of them by its own address, and is compiled once for all (batch/parallel.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, overload
+from numba.np.arrayobj import populate_array
+
+from vibrodrive.kernels.lane import LANES
+
+if TYPE_CHECKING:
+    from vibrodrive.model.plan import Settings
+
+SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
+"""A row of `Trajectory.switches`, which kernels write as it is; `xi` and `dxi` are those just before the switch."""
+
+
+class Arguments(NamedTuple):
+    """Arrays that a kernel of `batch` (engine.py) or `single` (single.py) reads and writes.
+
+    What is not wanted may be None, unless the kernel was made to write it.
+
+    lanes_w, lanes_k : memory of the lanes, and for lists (lane.py)
+    halt int64 (1,): the kernel returns early once this is not 0
+    points float64 (n, columns), order int64 (m,), counter int64 (1,): points[order[c]] is followed for each c that the
+    counter hands out; its results go into the rows of the same number
+    numbers int64 (5,): transient, periods, budget, whether every point of a grid is visited, and lanes to use
+    section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
+    status int8 (n,), margin float64 (n,), counts int64 (n, 5)
+    work float64 (n,): evaluations of switching functions
+    impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
+    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
+    summary float64 (n, OUT): summary of each motion; not computed where totals is (LANES, 0)
+    rows SWITCH (cap,), stored int64 (1,): the last switch before the record and those of the record, as many as fit,
+    and how many there were; of one motion
+    off float64 (cap, 3): bounds of the errors of each row (time, ξ, ξ')
+    bounds float64 (n, instants, 2), until float64 (n,): bounds of the errors of the section (certainty.py)
+    """
+
+    lanes_w: np.ndarray
+    lanes_k: np.ndarray
+    halt: np.ndarray
+    points: np.ndarray
+    order: np.ndarray
+    counter: np.ndarray
+    numbers: np.ndarray
+    section: np.ndarray
+    status: np.ndarray
+    margin: np.ndarray
+    counts: np.ndarray
+    work: np.ndarray
+    impacts: np.ndarray | None = None
+    history: np.ndarray | None = None
+    totals: np.ndarray | None = None
+    summary: np.ndarray | None = None
+    rows: np.ndarray | None = None
+    stored: np.ndarray | None = None
+    off: np.ndarray | None = None
+    bounds: np.ndarray | None = None
+    until: np.ndarray | None = None
+
+
+def numbers_of(settings: Settings, lanes: int = LANES) -> np.ndarray:
+    """Return what kernels read of the settings of a plan, and the lanes that a thread may use, as `numbers`."""
+    s = settings
+    return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
+
+
+_DTYPES: dict[str, Any] = {
+    **dict.fromkeys(("lanes_k", "halt", "order", "counter", "numbers", "counts", "stored"), np.dtype(np.int64)),
+    "status": np.dtype(np.int8),
+    "rows": SWITCH,
+}
+_DIMENSIONS = {
+    **dict.fromkeys(("lanes_w", "lanes_k", "points", "counts", "totals", "summary", "off"), 2),
+    **dict.fromkeys(("section", "impacts", "history", "bounds"), 3),
+}
+_KINDS = [(name, np.dtype(_DTYPES.get(name, np.float64)), _DIMENSIONS.get(name, 1)) for name in Arguments._fields]
+CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
+"""Integers that one set of arguments takes: for each array its address and its shape."""
+
+
+def packed(sets: Sequence[Arguments]) -> np.ndarray:
+    """Return addresses and shapes of the arrays of each set, int64 (sets, CELLS). The arrays must outlive it.
+
+    Raises TypeError for an array of another dtype or number of dimensions, or one that is not contiguous.
+    """
+    cells: list[int] = []
+    for arguments in sets:
+        for (name, dtype, dimensions), array in zip(_KINDS, arguments, strict=True):
+            if array is None:
+                cells += [0] * (1 + dimensions)
+                continue
+            if array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
+                raise TypeError(f"{name}: a contiguous {dtype} array of {dimensions} dimensions is needed")
+            cells += (array.ctypes.data, *array.shape)
+    return np.array(cells, np.int64).reshape(len(sets), CELLS)
+
+
+@intrinsic
+def _at_address(typingctx, address):
+    arrays = [numba.typeof(np.empty((0,) * dimensions, dtype)) for _, dtype, dimensions in _KINDS]
+    result = types.NamedTuple(arrays, Arguments)
+
+    def codegen(context, builder, signature, args):
+        integer = ir.IntType(64)
+        cells = builder.inttoptr(args[0], integer.as_pointer())
+        numbers = count()
+
+        def cell():
+            return builder.load(builder.gep(cells, [integer(next(numbers))]))
+
+        found = []
+        for kind in arrays:
+            array = context.make_array(kind)(context, builder)
+            data, shape = cell(), [cell() for _ in range(kind.ndim)]
+            itemsize = integer(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+            strides = [itemsize]
+            for length in reversed(shape[1:]):
+                strides.insert(0, builder.mul(strides[0], length))
+            pointer = builder.inttoptr(data, array.data.type)
+            populate_array(array, data=pointer, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
+            found.append(array._getvalue())
+        return context.make_tuple(builder, result, found)
+
+    return result(types.int64), codegen
+
+
+def arguments_at(address):
+    """Return the arguments of a kernel from their address in a row of `packed`; without the JIT they are given."""
+    return address
+
+
+@overload(arguments_at)
+def _arguments_at(address):
+    return lambda address: _at_address(address)
