@@ -114,7 +114,7 @@ print(child(lambda: total(10) == 45), flush=True)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
-    """Four threads at once, and a child. The user's own prange in a child ends it under GNU's OpenMP (docs/cluster.md)."""
+    """Four threads at once, and a child. The user's own prange in a child ends it under GNU's OpenMP."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, layer],
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},

@@ -83,7 +83,7 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt) -> None:
     Raises Halted if that is called.
     """
     threads = len(calls[0][1])
-    watched = threads > 1 or halt.across or threading.current_thread() is threading.main_thread()
+    watched = threads > 1 or halt.across or threading.get_ident() == threading.main_thread().ident
     if watched:
         _watch(lambda: _run(calls, threads, halt), halt)
     else:

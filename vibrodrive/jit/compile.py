@@ -204,7 +204,7 @@ def _compiled_aside(dispatcher):
     compile_for = dispatcher._compile_for_args
 
     def compile_aside(*args, **kwargs):
-        if threading.current_thread() is not threading.main_thread():
+        if threading.get_ident() != threading.main_thread().ident:
             return compile_for(*args, **kwargs)
         outcome = Future()
 
