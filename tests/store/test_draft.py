@@ -71,3 +71,11 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
         draft.write_text("new")
     assert (there.read_text(), link.is_symlink()) == ("new", True)
     assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
+
+
+@pytest.mark.parametrize("write", [hdf5, a_sweep])
+def test_a_name_may_be_as_long_as_the_system_allows(write, tmp_path):
+    path = tmp_path / ("n" * 252 + ".h5")
+    write(path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert draft_of(path) != draft_of(tmp_path / ("m" * 252 + ".h5"))

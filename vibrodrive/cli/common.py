@@ -21,7 +21,21 @@ if TYPE_CHECKING:
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
 
-FILE = click.Path(dir_okay=False, path_type=Path)
+
+class _Name(click.Path):
+    """A path that a message of one line can show."""
+
+    def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from vibrodrive.model.parameters import bad, is_name
+
+        if not is_name(os.fspath(value)):
+            role = "path" if param is None else str(param.name)
+            raise click.ClickException(bad(role, os.fspath(value), "a name without control characters"))
+        return super().convert(value, param, ctx)
+
+
+FILE = _Name(dir_okay=False, path_type=Path)
+DIRECTORY = _Name(file_okay=False, path_type=Path)
 
 SET = click.option(
     "--set", "overrides", metavar="KEY=VALUE", multiple=True, help="Replace an entry of the configuration."

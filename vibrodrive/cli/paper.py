@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import THREADS, say, working
+from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
 
 
 @click.command()
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=DIRECTORY,
     default=Path("paper"),
     show_default=True,
     help="Directory for the figures, the data and the claims; made if it is not there.",

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import say, working
+from vibrodrive.cli.common import DIRECTORY, say, working
 
 
 @click.command()
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=DIRECTORY,
     default=Path("validation"),
     show_default=True,
     help="Directory for validation.json and validation.md; made if it is not there.",

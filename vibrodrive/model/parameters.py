@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import unicodedata
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -142,6 +143,16 @@ def bad(key: str, value: object, allowed: str) -> str:
     except ValueError:
         text = "an integer of too many digits"  # more than Python writes down
     return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
+
+
+def is_name(text: str) -> bool:
+    """Whether a text can be the name of a file, and stand in a message of one line."""
+    return bool(text) and not has_control(text)
+
+
+def has_control(text: str) -> bool:
+    """Whether a text has characters that end its line, or that a terminal obeys."""
+    return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
 def real_number(key: str, value: object, allowed: str) -> float:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
+
+NAME_BYTES = 255
+"""Longest name of a file on the usual file systems. A longer one is refused by the system, under its own name."""
 
 
 def target_of(path: Path) -> Path:
@@ -18,7 +22,10 @@ def target_of(path: Path) -> Path:
 def draft_of(path: Path) -> Path:
     """Where a file (what it is, if it is a link) is written before it gets its name."""
     path = target_of(path)
-    return path.with_name(path.name + ".part")
+    name = path.name + ".part"
+    if len(os.fsencode(name)) > NAME_BYTES >= len(os.fsencode(path.name)):
+        name = hashlib.sha256(os.fsencode(path.name)).hexdigest() + ".part"
+    return path.with_name(name)
 
 
 @contextlib.contextmanager

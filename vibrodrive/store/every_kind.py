@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, is_name
 from vibrodrive.store.header import OtherKind, read_kind
 from vibrodrive.store.kind import KINDS
 
@@ -121,7 +121,7 @@ def check_path(path: object) -> Path:
     """The name of a file. Raises TypeError or ValueError with the one sentence."""
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise TypeError(bad("path", path, "the name of a result file"))
-    if not os.fspath(path) or "\0" in os.fspath(path):
+    if not is_name(os.fspath(path)):
         raise ValueError(bad("path", path, "the name of a result file"))
     return Path(path)
 
