@@ -6,7 +6,8 @@ Names are imported when they are first used: `import vibrodrive` alone loads nei
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+
+TYPE_CHECKING = False  # as `typing` has it, without its import: see __main__
 
 __version__ = "0.1.0"
 
@@ -49,6 +50,8 @@ _HOMES = {
 """Module of every public name."""
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from vibrodrive import plot
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore

@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
+import os
 import signal
-from typing import NoReturn
+import sys
+
+TYPE_CHECKING = False  # without `typing`, which takes 5 ms to import: until `main` runs, Ctrl-C ends with a traceback
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 
 def main() -> NoReturn:
     """Run the command line and exit."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C while the commands are imported: not with a traceback
+    signal.signal(signal.SIGINT, _stop)  # while the commands are imported
+    _open_closed_streams()
+    os.environ["MPLBACKEND"] = "agg"  # commands write figures to files, whatever display is set up
     from vibrodrive.cli import main as run
 
     run()
+
+
+def _stop(signum: int, frame: object) -> None:
+    os.write(2, b"vibrodrive: stopped by SIGINT\n")
+    os._exit(130)
+
+
+def _open_closed_streams() -> None:
+    """Open the standard streams that the shell closed (`2>&-`), on the null device.
+
+    Otherwise the first file that is opened gets their number, and messages are written into it.
+    """
+    for name, number in (("stdin", 0), ("stdout", 1), ("stderr", 2)):
+        if getattr(sys, name) is None:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free: this one
+            setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115 (open until the end)
 
 
 if __name__ == "__main__":
