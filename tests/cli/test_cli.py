@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -182,6 +181,10 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["sweep", "small.toml", "--set", "periods=600000000"], ["periods = 600000000", "<= 536870911"]),
         (["sweep", "small.toml", "-o", "nowhere/there.h5"], ["nowhere", "No such file"]),
         (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
+        (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
+        (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
+        (["plot", ""], ["file = ''", "name"]),
+        (["validate", "-o", ""], ["output = ''", "name"]),
         (["sweep", "broken.toml"], ["broken.toml", "broken TOML", "line 2"]),
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
         (["plot", "small.toml"], ["small.toml", "no result file"]),
@@ -530,7 +533,7 @@ def test_memory_does_not_grow_with_the_sweep(run):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_ctrl_c_while_the_commands_are_imported_ends_without_a_traceback():
+def test_ctrl_c_while_the_commands_are_imported_is_answered_in_one_line():
     script = """if True:
         import os, signal, sys
 
@@ -544,4 +547,30 @@ def test_ctrl_c_while_the_commands_are_imported_ends_without_a_traceback():
         main()
     """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "vibrodrive: stopped by SIGINT\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="streams of a shell")
+def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tmp_path):
+    plan = config.parse(SMALL).plan()
+    writer = open_writer(tmp_path / "small.h5", plan, Origin(SMALL))
+    for block in fake.run_blocks(plan):
+        writer.write(block)
+    writer.close()
+    command = f'exec "{sys.executable}" -m vibrodrive plot small.h5 2>&-'
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "MPLBACKEND": "nonsense"}
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, env=environment, timeout=120, check=False)
+    assert done.returncode == 0
+    assert (tmp_path / "small.png").stat().st_size > 0
+
+
+def test_a_file_that_is_moved_while_it_is_written_ends_a_sweep(run, quick, monkeypatch):
+    def blocks(plan, which=None, **options):
+        for block in fake.run_blocks(plan, which):
+            yield block
+            if Path("small.h5").exists():
+                os.rename("small.h5", "elsewhere.h5")
+
+    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
+    code, _, err = run("sweep", "small.toml")
+    assert (code, err) == (1, "vibrodrive: small.h5: moved or deleted while it was written\n")

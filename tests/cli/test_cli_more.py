@@ -66,6 +66,20 @@ def test_limits_go_into_a_file_and_a_figure(run):
     assert Path("limits.h5").read_bytes() == before
 
 
+def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch):
+    from vibrodrive.jobs import limits
+    from vibrodrive.stability.limit import Limit
+
+    def found(**arguments):
+        yield 0, Limit(2.5, 0.1, 101.0, arguments["disturbance"], arguments["method"], "impacts", k2=1e-3)
+        Path("limits.h5").unlink()
+        yield 1, Limit(2.5, 0.2, 101.0, arguments["disturbance"], arguments["method"], "impacts", k2=1e-3)
+
+    monkeypatch.setattr(limits, "limits", found)
+    code, _, err = run("limits", "limits.toml", "--set", "A=[2.5]", "--set", "B=[0.1, 0.2]")
+    assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
+
+
 @pytest.mark.jit
 def test_limits_over_two_axes_are_listed_drawn_and_described(run):
     two = ("--set", "eta=[20.3, 50.5]", "--set", "A=[2.5, 2.8]")

@@ -80,7 +80,9 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
 def _expected(error: Exception) -> int | None:
     """Exit code of an error that has a line of its own; None for what should not happen."""
     if isinstance(error, OSError):
-        return 2 if error.errno in REFUSED else 1
+        from vibrodrive.store.file import Unwritable
+
+        return 1 if isinstance(error, Unwritable) or error.errno not in REFUSED else 2
     from vibrodrive.jobs.output import Refused
     from vibrodrive.jobs.sweep import Failed
     from vibrodrive.model.config import ConfigError

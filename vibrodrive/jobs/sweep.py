@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import logging
 import re
 import signal
@@ -177,7 +178,8 @@ class _Work:
                 writer.close()
             except Unwritable as error:
                 writer.abandon()
-                raise Failed(f"{error}: {_held(writer)}") from None
+                gone = error.errno == errno.ENOENT
+                raise Failed(str(error) if gone else f"{error}: {_held(writer)}") from None
             except NoResult:
                 writer.abandon()
                 raise

@@ -50,6 +50,12 @@ def unwritable(error: BaseException, path: Path) -> Unwritable:
     return Unwritable(code, os.strerror(code), str(path))
 
 
+def refuse_moved(path: Path) -> None:
+    """Raise Unwritable if an open file no longer has its name: what is written to it would be lost."""
+    if not path.exists():
+        raise Unwritable(errno.ENOENT, "moved or deleted while it was written", str(path))
+
+
 @contextlib.contextmanager
 def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     """An empty HDF5 file that gets its name when the block ends well, in the place of a result file of that name.

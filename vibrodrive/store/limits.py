@@ -36,6 +36,7 @@ from vibrodrive.store.file import (
     find_faults,
     new_file,
     reading,
+    refuse_moved,
     unwritable,
     versions_of,
 )
@@ -326,6 +327,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
 
 def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> None:
     """One limit of curve c at an index of the axes. Data first, then the mark that says they are there."""
+    refuse_moved(Path(file.filename))
     place = (c, *at)
     for name, value in _values(found).items():
         if name in file:  # velocities are missing in schema 1

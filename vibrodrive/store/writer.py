@@ -25,7 +25,7 @@ from vibrodrive.store import system
 from vibrodrive.store.checksums import check_block, point_sums, read_marks, record_sums, section_sums
 from vibrodrive.store.compare import Different, compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
-from vibrodrive.store.file import Unwritable, unwritable
+from vibrodrive.store.file import Unwritable, refuse_moved, unwritable
 from vibrodrive.store.header import (
     Damaged,
     NoResult,
@@ -203,6 +203,8 @@ class Writer:
             raise self._refused(error) from None
 
     def _commit(self) -> None:
+        if self._pending:
+            refuse_moved(self.path)
         self._flush()
         for k, status in self._pending.items():
             self._put(k, "status", status)
