@@ -137,6 +137,10 @@ def test_options_replace_what_the_file_says():
         (MINIMAL + "[figure]\nlimits = ['a', 'b']\n", ["figure.limits", "lower"]),
         (MINIMAL + "[trajectory]\ncurves = 'phase'\n", ["trajectory.curves", "phase"]),
         ("title = 3\n" + MINIMAL, ["title", "3", "text"]),
+        ('title = "a\\u0000b"\n' + MINIMAL, ["title", r"a\x00b", "one line"]),
+        ('title = "a\\nb"\n' + MINIMAL, ["title", r"a\nb", "one line"]),
+        (MINIMAL + "[run]\nrecord = ['section', 'section']\n", ["record", "section", "once"]),
+        (".".join("a" * 20_000) + " = 1\n", ["broken TOML", "deep"]),
         ("[model]\nB = 0.1\n", ["A is missing"]),
         ("[sweep\nA = 1\n", ["broken TOML", "line 1"]),
         ("[sweep]\nA = 1\nA = 2\n", ["broken TOML", "line 3"]),
@@ -150,17 +154,26 @@ def test_bad_input_is_one_line_with_key_value_and_what_is_allowed(text, expected
     assert [word for word in expected if word not in message] == []
 
 
-@pytest.mark.parametrize("option", ["periods", "=3", "run.=3", "nonsense=3", "run=3", "A=1\nB=2", "run.periods.x=3"])
+@pytest.mark.parametrize(
+    "option", ["periods", "=3", "run.=3", "nonsense=3", "run=3", "A=1\nB=2", "run.periods.x=3", "title=\udcff"]
+)
 def test_a_bad_option_is_named(option):
     with pytest.raises(ConfigError) as caught:
         parse(MINIMAL + "[run]\nperiods = 3\n", [option]).plan()
     assert "\n" not in str(caught.value)
 
 
-def test_files_that_are_none(tmp_path):
+def test_a_byte_order_mark_is_no_part_of_a_configuration(tmp_path):
+    (tmp_path / "c.toml").write_bytes(b"\xef\xbb\xbf" + MINIMAL.encode())
+    assert read(tmp_path / "c.toml").text == MINIMAL
+
+
+def test_files_that_are_none(tmp_path, monkeypatch):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe[sweep]")
     (tmp_path / "folder.toml").mkdir()
-    for name in ("missing.toml", "binary.toml", "folder.toml"):
+    (tmp_path / "large.toml").write_text("#" * 999)
+    monkeypatch.setattr("vibrodrive.model.config.MOST_BYTES", 998)
+    for name in ("missing.toml", "binary.toml", "folder.toml", "large.toml"):
         with pytest.raises(ConfigError, match=name):
             read(tmp_path / name)
 

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import stat
 import tomllib
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -36,7 +37,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
-from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count
+from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import POINT, SETTINGS, Plan, make_plan
 from vibrodrive.model.records import check_record
@@ -50,6 +51,11 @@ HOMES: dict[str, tuple[str, ...]] = {
 }
 """Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
 
+MOST_BYTES = 1 << 25
+"""Size of a configuration file: some two million numbers, which take ten seconds to read."""
+
+DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
+"""A key of more than a hundred parts: Python's reader takes time that grows as the square of their number."""
 
 ALONG = (*PARAMETERS, *SCENE_AXES, POINT)
 """What may be an axis of a figure."""
@@ -110,11 +116,18 @@ def _text_of(path: Path) -> str:
     if not (stat.S_ISREG(mode) or anonymous):
         what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
         raise ConfigError(f"no configuration file, but {what}")
-    return path.read_bytes().decode()
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
+        raise ConfigError(f"larger than {MOST_BYTES >> 20} MiB: {instead}")
+    return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
 
 
 def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     """Check a configuration given as text. Raises ConfigError."""
+    if DEEP_KEY.search(text):
+        raise ConfigError("broken TOML: nested too deeply")
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -133,6 +146,8 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     title = tables.pop("title", "")
     if not isinstance(title, str):
         raise TypeError(bad("title", title, "a text"))
+    if has_control(title):
+        raise ValueError(bad("title", title, "a text of one line, without control characters"))
     for name, table in tables.items():
         if name not in _TABLES:
             raise ValueError(bad("table", name, "one of title, " + ", ".join(_TABLES)))
@@ -338,6 +353,8 @@ def _override(tables: dict[str, Any], option: str) -> None:
     path = key.strip().split(".")
     if not equals or not all(path):
         raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
+    if any("\ud800" <= c <= "\udfff" for c in option):  # bytes that are no UTF-8, as Python has them
+        raise ConfigError(bad("--set", option, "a text in UTF-8"))
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except tomllib.TOMLDecodeError:

@@ -75,8 +75,10 @@ def check_record(record: object) -> tuple[str, ...]:
     allowed = "one or several of " + ", ".join(RECORDS)
     if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):
         raise TypeError(bad("record", record, allowed))
-    if not names or set(names) - set(RECORDS) or len(set(names)) < len(names):
+    if not names or set(names) - set(RECORDS):
         raise ValueError(bad("record", record, allowed))
+    if len(set(names)) < len(names):
+        raise ValueError(bad("record", record, f"{allowed}, each of them once"))
     return tuple(name for name in RECORDS if name in names)
 
 
