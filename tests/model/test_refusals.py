@@ -44,6 +44,8 @@ REFUSED = {
     "sweep A": ("A", lambda v: vd.sweep(A=v, **SHORT), [None, *AXIS]),
     "sweep eps": ("eps", lambda v: vd.sweep(A=[3, 3.1], eps=v, **SHORT), AXIS),
     "sweep threads": ("threads", lambda v: vd.sweep(A=[3], threads=v), [*OPTIONAL, 0, -1, 2.0, 10**6]),
+    "sweep overwrite": ("overwrite", lambda v: vd.sweep(A=[3], overwrite=v), [3, None, "yes", np.zeros(2)]),
+    "sweep record": ("record", lambda v: vd.sweep(A=[3], record=v), [["section", "section"]]),
     "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
     "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
     "select the one": ("eps", lambda v: swept().select(eps=v), [*NUMBER, 1e-4]),
@@ -63,7 +65,7 @@ REFUSED = {
     "carry without a section": (
         "record", lambda v: vd.sweep(A=[3, 3.1], carry="up", record=v, **SHORT), ["summary", ["impacts", "summary"]]
     ),
-    "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b"]),
+    "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
     "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
     "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), TEXT),
@@ -71,6 +73,7 @@ REFUSED = {
     "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), TEXT[1:]),
     "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
     "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1]),
+    "limit of many periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [10**12]),
     "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),
     "orbits A": ("A", vd.orbits, NUMBER),
     "orbits max_period": ("max_period", lambda v: vd.orbits(3.04, max_period=v), COUNT),

@@ -134,6 +134,8 @@ def sweep(
     True
     """
     plan = make_plan({name: value for name, value in written.items() if name not in OWN})
+    if not isinstance(overwrite, bool):
+        raise TypeError(bad("overwrite", overwrite, "True or False"))
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

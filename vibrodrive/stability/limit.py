@@ -22,6 +22,7 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.size import rows_that_fit
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
@@ -276,6 +277,7 @@ def _planned(
     if start and (chosen != Method.CERTIFIED or plan.scalars["eps"] != 0.0):
         name, value = ("eps", plan.scalars["eps"]) if chosen == Method.CERTIFIED else ("method", chosen.name.lower())
         raise ValueError(bad(name, value, f"left out: with {disturbance} disturbed nothing else is"))
+    rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
     count = check_threads(threads)
     if start or criterion == SEVERAL:
         return _OneByOne(plan, disturbance, chosen.name.lower(), criterion or SOLUTION, count)
