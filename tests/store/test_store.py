@@ -423,17 +423,18 @@ def assert_complete_but_for(path, plan, block, variable):
     array = "section" if variable.startswith("section") else variable
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
-        part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in ARRAYS}
+        part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in (*ARRAYS, "status")}
     assert {str(w.message).split(": damaged, and left out of ")[1].split(":")[0] for w in told} == (
         {array} if array != "status" else set(ARRAYS)  # without its mark a block counts as missing
     )
     for k, (start, stop) in enumerate(plan.blocks()):
         expected = fake.block(plan, k)
         for name, values in part.items():
-            if k != block or (name != array and array != "status"):
+            if k != block or (name not in (array, "status") and array != "status"):
                 assert values[start:stop].tobytes() == getattr(expected, name).tobytes()
     left_out = part[array][slice(*plan.blocks()[block])]
     assert (np.isnan(left_out) if left_out.dtype.kind == "f" else left_out == -1).all()
+    assert (np.flatnonzero(part["status"] == Status.NOT_COMPUTED) == np.arange(*plan.blocks()[block])).all()
 
 
 @pytest.mark.parametrize("variable", [v.name for v in variables_of(make())])

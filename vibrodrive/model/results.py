@@ -44,7 +44,8 @@ class Results(Described):
     """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
 
     The arrays are read on first access and kept. In what has not been computed yet the section and
-    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED.
+    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED. So is a damaged block of a file, from
+    the first array on that cannot be read there: read `status` after the array that it is to filter.
 
     What else there is depends on `record`. A summary has, over the axes, and per excitation period where it adds up:
     period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
@@ -358,6 +359,8 @@ class Results(Described):
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
             self._arrays[name] = self._source(name, self._everywhere())
+            if name != "status" and self._source is not _no_more:
+                self._arrays.pop("status", None)  # a file may have shown damage: read again, with it
         return self._arrays[name]
 
     def _described(self) -> dict[str, str]:

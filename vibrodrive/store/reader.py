@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
@@ -24,14 +25,15 @@ def load_sweep(path: Path) -> Results:
     with open_result(path) as file:
         header = read_header(file)
     plan = header.plan
-    return Results.of(plan, functools.partial(_read, path.absolute(), plan), header.origin.title)
+    return Results.of(plan, functools.partial(_read, path.absolute(), plan, {}), header.origin.title)
 
 
 class DamagedBlock(UserWarning):
     """Blocks of a file cannot be read: what they held is left out. The message is one line that names them."""
 
 
-def _read(path: Path, plan: Plan, name: str, index: Index) -> np.ndarray:
+def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
+    """One array; `damaged` collects the blocks that cannot be read, whose status is then that of missing ones."""
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (name,)
     with open_result(path) as file:
@@ -43,6 +45,11 @@ def _read(path: Path, plan: Plan, name: str, index: Index) -> np.ndarray:
             arrays, unreadable = _blockwise([file[n] for n in names], index, finished)
             for k in unreadable:
                 wrong[k] = check_block(file, where[k], plan) or "unreadable"
+    damaged |= wrong
+    if name == "status":
+        for k in damaged:
+            if (found := _place(index, where[k])) is not None:
+                arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
         warnings.warn(
