@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+import time
 import types
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
@@ -272,3 +273,29 @@ def test_a_sweep_in_memory_is_shown_too(monkeypatch):
     vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
     assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
     assert terminal.getvalue().endswith("\r\x1b[K")  # and taken away
+
+
+@pytest.mark.parametrize(
+    ("place", "call"),
+    [
+        ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9)),
+        ("stability.limit._Search.run", lambda: vd.limit(3.0, transient=10**9)),
+        ("periodic.curves._Collection.collect", lambda: vd.curves(max_period=1)),
+    ],
+)
+def test_a_long_call_is_shown_to_be_under_way(monkeypatch, place, call):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
+
+    def work(*arguments, **options):
+        """Last until the line is there; a minute at most."""
+        for _ in range(600):
+            if "under way: " in terminal.getvalue():
+                raise InterruptedError
+            time.sleep(0.1)
+
+    monkeypatch.setattr(f"vibrodrive.{place}", work)
+    with pytest.raises(InterruptedError):
+        call()
+    assert terminal.getvalue().endswith("\r\x1b[K")

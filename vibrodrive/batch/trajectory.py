@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LONG = 100_000
+"""Periods from which on a motion may take more than a second: whoever watches is shown that it is under way."""
+
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switch_errors`, that of the same switch in `Trajectory.switches`."""
 
@@ -339,7 +342,10 @@ def simulate(
     plan = make_plan(written)
     for name, values in plan.axes.items():
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
-    return follow(plan)
+    if plan.settings.transient + plan.settings.periods < LONG:
+        return follow(plan)
+    with above("jobs.progress").under_way("simulate"):
+        return follow(plan)
 
 
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:

@@ -166,7 +166,10 @@ class NotebookShow(Show):
 
 
 def show_to_person(name: str) -> Show | None:
-    """A Show where a person watches this Python: on a terminal, or in a notebook. None where nobody does."""
+    """A Show where a person watches this Python: on a terminal, or in a notebook. None where nobody does, and while
+    something else is shown."""
+    if any(thread.name == WATCHER for thread in threading.enumerate()):
+        return None
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     if hasattr(shell, "kernel"):
@@ -177,6 +180,9 @@ def show_to_person(name: str) -> Show | None:
 
 
 WATCH_SECONDS = 0.2
+
+WATCHER = "watch"
+"""Name of the thread that shows how work goes on: one at a time writes its line."""
 
 SHOWN_AFTER = 1.0
 """Seconds after which what a call in Python does is shown to whoever watches: most are done by then."""
@@ -193,10 +199,34 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
             look()
             late = ended.wait(WATCH_SECONDS)
 
-    watcher = threading.Thread(target=watch, name="watch", daemon=True)
+    watcher = threading.Thread(target=watch, name=WATCHER, daemon=True)
     watcher.start()
     try:
         yield
     finally:
         ended.set()
         watcher.join()
+
+
+@contextlib.contextmanager
+def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
+    """Show whoever watches that a call goes on: for how long, what it has found, and what is compiled for it."""
+    show = show_to_person(name)
+    if show is None:
+        yield
+        return
+    from vibrodrive.jit.compile import compilation
+
+    began = time.monotonic()
+
+    def look() -> None:
+        if compilation.running:
+            show.compiling(compilation.seconds)
+        else:
+            show.update(lambda: f"under way: {duration(time.monotonic() - began)}  {found()}")
+
+    try:
+        with watching(look, SHOWN_AFTER):
+            yield
+    finally:
+        show.clear()

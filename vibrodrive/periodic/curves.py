@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrodrive.kernels.release import onset
+from vibrodrive.model.above import above
 from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
 from vibrodrive.periodic.conditions import Condition
@@ -173,7 +174,8 @@ def curves(
     values = np.linspace(least, stop, count)
     if least < TOWARDS_LEVEL[0] * values[1]:
         values = np.insert(values, 1, np.multiply(TOWARDS_LEVEL, values[1]))
-    found.collect(values.tolist())
+    with above("jobs.progress").under_way("curves", lambda: f"{len(found.curves)} curves"):
+        found.collect(values.tolist())
     whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
     inside = [piece for curve in whole for piece in _cut(curve, low)]
     ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[-1], -c.B[-1]))

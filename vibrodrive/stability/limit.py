@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
+from vibrodrive.model.above import above
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan
@@ -189,7 +190,8 @@ def limit(
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
     check("A", A)
     search = _planned(disturbance, method, criterion, threads, _of_simulate(written), axes=())
-    ((_, found),) = search.run(strict=True)
+    with above("jobs.progress").under_way("limit"):
+        ((_, found),) = search.run(strict=True)
     return found
 
 
