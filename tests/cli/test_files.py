@@ -18,6 +18,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive import cli
+from vibrodrive.cli.files import read_apart
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.failures import failures_figure
 from vibrodrive.figures.limits import limits_figure
@@ -656,3 +657,19 @@ def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
 def test_an_abscissa_that_is_no_axis_is_refused_before_anything_is_computed(run, idle):
     Path("d.toml").write_text(CONFIGS["sweep"] + '[figure]\nx = "A"\n')
     assert_refused(run, "sweep", "d.toml", "--set", "A=3.17", "--plot", words=["figure.x = 'A'", "eps"])
+
+
+def endless(file, progress):
+    while True:
+        pass
+
+
+def crashing(file, progress):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="alarms")
+@pytest.mark.parametrize(("read", "words"), [(endless, "has not read on for 1 s"), (crashing, "crashes")])
+def test_a_file_on_which_hdf5_loops_or_crashes_is_damaged(read, words):
+    with pytest.raises(Damaged, match=f"x.h5: damaged beyond reading .HDF5 {words}"):
+        read_apart(Path("x.h5"), read, patience=1)

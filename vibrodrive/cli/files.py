@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+from collections.abc import Callable
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from vibrodrive.cli.common import FILE, JSON, put_json, say
 
 if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
     from vibrodrive.store.file import Summary
+    from vibrodrive.store.layout import Progress
     from vibrodrive.store.reader import Report
 
 
@@ -102,15 +108,7 @@ def _sweep(file: Path) -> Summary:
 @JSON
 def verify(file: Path, as_json: bool) -> None:
     """Read everything in a result file of any kind and check that it is whole. Exit 1 if it is not."""
-    from vibrodrive.store.header import read_kind
-
-    kind = read_kind(file)
-    if kind == "sweep":
-        share, faults, facts, lines = _verified_sweep(file)
-    else:
-        found = _other(file, kind, thorough=True)
-        share, faults, facts = found.share, found.faults, {}
-        lines = [] if faults else [f"computed: {100 * share:.1f} %"]
+    kind, share, faults, facts, lines = read_apart(file, verified)
     if as_json:
         put_json(
             {"file": str(file), "kind": kind, "computed": share, "complete": share == 1, "whole": not faults}
@@ -128,16 +126,92 @@ def verify(file: Path, as_json: bool) -> None:
         raise click.exceptions.Exit(1)
 
 
-def _verified_sweep(file: Path) -> tuple[float, list[str], dict[str, Any], list[str]]:
-    """Share that is computed, faults, facts for a program, and lines for a person."""
+class Verified(NamedTuple):
+    """Kind of a file, share that is computed, faults, facts for a program, and lines for a person."""
+
+    kind: str
+    share: float
+    faults: list[str]
+    facts: dict[str, Any]
+    lines: list[str]
+
+
+PATIENCE = 60
+"""Seconds that one step of reading may take: a block, a few MB, or a whole file of another kind."""
+
+
+def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience: int = PATIENCE) -> Verified:
+    """Call `read` in a process of its own, and show its progress.
+
+    HDF5 loops for ever on some damaged files, without Python looking at signals, and crashes on others.
+
+    Raises
+    ------
+    Damaged
+        if HDF5 crashes, or a step takes longer than `patience` seconds (except on Windows, which has no alarm).
+    NoResult, OSError
+        as `read`.
+    """
+    from multiprocessing import get_context
+
     from vibrodrive.jobs.progress import Show
+    from vibrodrive.store.header import Damaged
+
+    context = get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    child = context.Process(target=_read_here, args=(file, read, patience, there), daemon=True)
+    child.start()
+    there.close()
+    show = Show(sys.stderr, file.name)
+    try:
+        while isinstance(said := here.recv(), str):
+            show.update(partial(str, said))
+    except EOFError:
+        child.join()
+        slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
+        what = f"HDF5 has not read on for {patience} s" if slow else "HDF5 crashes on it"
+        raise Damaged(f"{file}: damaged beyond reading ({what}): restore it, or replace it with --overwrite") from None
+    finally:
+        show.clear()
+    if isinstance(said, Exception):
+        raise said
+    return said
+
+
+def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience: int, there: Connection) -> None:
+    """In the process of its own: send a line for each step, then what is found or raised."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    def step(line: str) -> None:
+        if hasattr(signal, "alarm"):
+            signal.alarm(patience)  # ends this process, from within a loop of HDF5, too
+        there.send(line)
+
+    try:
+        step("begun")
+        there.send(read(file, lambda done, total: step(f"block {done} of {total}")))
+    except Exception as error:
+        there.send(error)
+
+
+def verified(file: Path, progress: Progress) -> Verified:
+    """Read everything in a file of any kind."""
+    from vibrodrive.store.header import read_kind
+
+    kind = read_kind(file)
+    if kind == "sweep":
+        return _verified_sweep(file, progress)
+    found = _other(file, kind, thorough=True)
+    lines = [] if found.faults else [f"computed: {100 * found.share:.1f} %"]
+    return Verified(kind, found.share, found.faults, {}, lines)
+
+
+def _verified_sweep(file: Path, progress: Progress) -> Verified:
     from vibrodrive.model import config
     from vibrodrive.store.compare import compare
-    from vibrodrive.store.reader import verify as verified
+    from vibrodrive.store.reader import verify as verify_sweep
 
-    show = Show(sys.stderr, file.name)
-    report = verified(file, lambda k, n: show.update(lambda: f"block {k} of {n}"))
-    show.clear()
+    report = verify_sweep(file, progress)
     header = report.header
     differences = compare(header.plan, config.parse(header.origin.config, header.origin.overrides).plan())
     facts = {
@@ -150,7 +224,7 @@ def _verified_sweep(file: Path) -> tuple[float, list[str], dict[str, Any], list[
         *(f"status {name}: {points} points" for name, points in report.statuses.items()),
     ]
     faults = _faults(report) + [f"the configuration and the file differ: {what}" for what in differences]
-    return report.share, faults, facts, lines
+    return Verified("sweep", report.share, faults, facts, lines)
 
 
 def _faults(report: Report) -> list[str]:
