@@ -19,7 +19,8 @@ from vibrodrive.jobs.output import check_output
 def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
     """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map.
 
-    The figure stands beside the result file. A file of the same configuration is drawn again.
+    The figure is written next to the result file. A file of the same configuration is drawn again. The file is written
+    at the end: an interrupted run starts over.
     """
     settings = read(config, overrides, None)
     path = output or Path(config.stem + ".h5")

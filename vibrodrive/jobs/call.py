@@ -52,8 +52,8 @@ def sweep(
     """Simulate every point of the product of the axes, or of a list of points.
 
     Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
-    this machine; what others have begun is finished there, and nobody waits for it. What takes longer than a second
-    shows how far it is on a terminal and in a notebook, and nowhere else.
+    this machine; workers of Dask finish the block that they have begun, and nobody waits for it. What takes longer than
+    a second shows how far it is on a terminal and in a notebook, and nowhere else.
 
     Parameters
     ----------
