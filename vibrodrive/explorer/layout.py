@@ -59,7 +59,7 @@ KIND_COLOURS = {
     "onset": "#737373", "period doubling": "#0072B2", "fold": "#D55E00", "border": "#000000", "grazing": "#009E73",
     "stick": "#AA3377",
 }  # fmt: skip
-"""Of bifurcations: those of figures/plane.py."""
+"""Colours of bifurcations: those of the style "screen" in figures/looks.py."""
 
 SLIDERS: dict[str, tuple[float, float, float]] = {
     "B": (0.0, 0.6, 0.001),

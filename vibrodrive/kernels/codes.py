@@ -48,7 +48,7 @@ its slide began with, or about to close in on the next."""
 
 DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
 """What is left to do in a lane after a batch of switches: nothing; everything (event.py); or some of: a section point
-to be written, a recurrence to be looked for (recurrence.py), a switch to be kept where switches are (keep.py)."""
+to be written, a recurrence to be looked for (recurrence.py), a switch to be kept (`keep_switch` in history.py)."""
 
 
 OF_THE_RECORD, ALL, NONE = 0, 1, 2
