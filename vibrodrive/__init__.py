@@ -22,6 +22,7 @@ __all__ = [
     "Trajectory",
     "bifurcations",
     "curves",
+    "driver",
     "explore",
     "impact_map",
     "limit",
@@ -40,6 +41,7 @@ _HOMES = {
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
     "curves": "periodic.curves",
+    "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
     "limit": "stability.limit",
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
+    from vibrodrive.jobs.driver import driver
     from vibrodrive.model.parameters import ETA, Method, Scan, Status
     from vibrodrive.model.physical import Physical
     from vibrodrive.model.results import Results

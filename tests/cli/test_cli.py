@@ -192,6 +192,8 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["verify", "small.toml"], ["small.toml", "no result file"]),
         (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
         (["trajectory", "small.toml", "--set", "A=3", "--set", "eps=0", "-o", "t.doc"], ["t.doc", ".png"]),
+        (["driver", "small.toml"], ["sweep.A", "40 values", "one number"]),
+        (["driver", "small.toml", "--set", "A=3", "--set", "eps=0"], ["physical.a0 is missing", "omega0"]),
     ],
 )
 def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):

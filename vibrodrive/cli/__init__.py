@@ -17,6 +17,7 @@ import click
 
 from vibrodrive import __version__
 from vibrodrive.cli.common import leave, same_command
+from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
 from vibrodrive.cli.failures import atlas
 from vibrodrive.cli.files import info, verify
@@ -36,7 +37,7 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (init, sweep, plot, info, verify, trajectory, limits, orbits, atlas, paper, explore, validate):
+for command in (init, sweep, plot, info, verify, trajectory, driver, limits, orbits, atlas, paper, explore, validate):
     cli.add_command(command)
 
 

@@ -20,6 +20,7 @@ import click
 if TYPE_CHECKING:
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
+    from vibrodrive.model.plan import Plan
 
 
 class _Name(click.Path):
@@ -73,6 +74,20 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
 
     flags = (f"switching.method={method}",) if method else ()
     return configuration.read(config, (*overrides, *flags))
+
+
+def refuse_axes(plan: Plan) -> None:
+    """Refuse a configuration of more than one motion."""
+    from vibrodrive.model.config import ConfigError
+    from vibrodrive.model.parameters import bad
+    from vibrodrive.model.plan import POINT
+
+    for name, values in plan.axes.items():
+        if len(values) > 1:
+            if name == POINT:
+                raise ConfigError(bad("sweep.points", f"{len(values)} points", "one point: lists of one value"))
+            several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
+            raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
 
 
 def say(message: str) -> None:

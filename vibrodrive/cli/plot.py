@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, read, say, working
+from vibrodrive.cli.common import FILE, METHOD, SET, read, refuse_axes, say, working
 from vibrodrive.jobs.output import check_figure
 from vibrodrive.model.drawing import (
     BIFURCATION,
@@ -290,19 +290,12 @@ FOLLOW_SECONDS = 1.0
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
     """Follow one motion and draw its phase curve and its course in time."""
-    from vibrodrive.model.config import ConfigError
-    from vibrodrive.model.parameters import Status, bad
-    from vibrodrive.model.plan import POINT
+    from vibrodrive.model.parameters import Status
 
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
     plan = settings.plan()
-    for name, values in plan.axes.items():
-        if len(values) > 1:
-            if name == POINT:
-                raise ConfigError(bad("sweep.points", f"{len(values)} points", "one point: lists of one value"))
-            several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
-            raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
+    refuse_axes(plan)
     arguments = plan.arguments(0)
     told = "periods" in drawn
     if told:

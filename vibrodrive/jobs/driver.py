@@ -1,0 +1,162 @@
+"""`vd.driver`: what a driver does, in SI units, and what it does ±1 % beside its setting."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibrodrive.jobs.call import sweep
+from vibrodrive.model.parameters import ETA, Status
+from vibrodrive.model.physical import Physical
+
+VARIED = {"a0": "a0", "omega0": "Ω0", "mu": "μ", "alpha": "α"}
+"""Quantities of the scene that are changed by 1 %, and their symbols. The mass scales powers only."""
+
+STEP = 0.01
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A driver's motion in SI units, from rest at the obstacle, after its transient.
+
+    Attributes
+    ----------
+    scene : Physical
+    period : float
+        of the motion, in s; NaN where it does not repeat within 64 periods of the excitation.
+    blows : float
+        impacts a second, touches included.
+    speed, speed_mean : float
+        velocity of the fastest blow, and of the mean one, in m/s.
+    power : float
+        mean power of the impacts, in W.
+    friction, drive : float
+        mean power lost to friction, and of the excitation, in W: `drive` is the sum of `power` and `friction`.
+    lift : float
+        largest gap, in m.
+    conveying : float
+        mean velocity where no obstacle is in reach, in m/s, negative down the incline; -inf where B > 1, as the mass
+        then slides faster and faster. Against the obstacle the mean velocity is 0.
+    status : Status
+        of both motions, the first that is not OK.
+    beside : dict of str to (Driver, Driver)
+        for a0, omega0, mu and alpha the driver with 1 % less of it, and with 1 % more.
+    """
+
+    scene: Physical
+    period: float
+    blows: float
+    speed: float
+    speed_mean: float
+    power: float
+    friction: float
+    drive: float
+    lift: float
+    conveying: float
+    status: Status
+    beside: dict[str, tuple[Driver, Driver]] = field(default_factory=dict, repr=False)
+
+    def __str__(self) -> str:
+        """A table: the motion here, and with 1 % less and more of each quantity."""
+        s = self.scene
+        rows = [("here", self)]
+        for name, pair in self.beside.items():
+            rows += [(f"{VARIED[name]} {sign}1 %", one) for sign, one in zip("−+", pair, strict=True)]
+        leaves = "the mass leaves the obstacle (A > 1 + B)" if s.A > 1 + s.B else "the mass rests (A ≤ 1 + B)"
+        lines = [
+            f"a0 = {1e3 * s.a0:.5g} mm, Ω0 = {s.omega0:.5g} rad/s ({s.omega0 / TURN:.5g} Hz), μ = {s.mu:.5g}, "
+            f"α = {s.alpha:.5g}°, m = {s.mass:.5g} kg",
+            f"A = {s.A:.5g}, B = {s.B:.5g}: {leaves}",
+            "",
+            f"{'':9}" + "".join(f"{heading:>10}" for heading, *_ in SHOWN.values()),
+            f"{'':9}" + "".join(f"{unit:>10}" for _, unit, _ in SHOWN.values()),
+        ]
+        for name, one in rows:
+            values = (getattr(one, key) * scale for key, (_, _, scale) in SHOWN.items())
+            ended = "" if one.status == Status.OK else f"  {one.status.name}"
+            lines.append(f"{name:9}" + "".join(f"{'–' if v != v else f'{v:.4g}':>10}" for v in values) + ended)
+        return "\n".join([*lines, "", FREE])
+
+
+SHOWN = {
+    "period": ("period", "ms", 1e3),
+    "blows": ("blows", "1/s", 1.0),
+    "speed": ("fastest", "m/s", 1.0),
+    "power": ("power", "W", 1.0),
+    "friction": ("friction", "W", 1.0),
+    "lift": ("lift", "mm", 1e3),
+    "conveying": ("free", "mm/s", 1e3),
+}
+"""Columns of the table: heading, unit, and how many of these units are one of SI."""
+
+FREE = """\
+free: mean conveying velocity where no obstacle is in reach, negative down the incline; at the obstacle it is 0.
+power is that of the blows; – is a motion that does not repeat within 64 periods of the excitation."""
+
+
+def driver(scene: Physical, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
+    """Compute what a driver does, in SI units, here and with 1 % less and more of a0, omega0, mu and alpha.
+
+    Parameters
+    ----------
+    scene : Physical
+    eps, eta : float
+        disturbance, as in `simulate`.
+    transient, periods : int
+        excitation periods left out, and recorded.
+
+    Returns
+    -------
+    Driver
+        period, blows a second, their speed, powers, lift and conveying velocity as numbers; printed, a table.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> found = vd.driver(vd.Physical(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0))
+    >>> f"{found.blows:.2f} blows a second, {found.speed:.3f} m/s, {found.power:.2f} W"
+    '11.94 blows a second, 0.092 m/s, 10.19 W'
+    >>> less, more = found.beside["omega0"]
+    >>> f"{found.conveying:.4f} m/s without an obstacle, {more.conveying:.4f} m/s at 1 % more Ω0"
+    '-0.0159 m/s without an obstacle, -0.0162 m/s at 1 % more Ω0'
+    """
+    scenes = [scene]
+    for name in VARIED:
+        scenes += [replace(scene, **{name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
+    n = len(scenes)
+    A, B = np.array([(s.A, s.B) for s in scenes]).T
+    # where B <= 1 the mass never slides down faster than 2 A (1 + ε η): from this height it does not reach the obstacle
+    far = np.where(B > 1.0, 0.0, 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + periods))
+    points = {"A": np.tile(A, 2), "B": np.tile(B, 2), "xi0": np.append(np.zeros(n), far)}
+    r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record=["section", "summary"])
+    risen = (r.section[n:, -1, 0] - r.section[n:, 0, 0]) / (TURN * (periods - 1)) if periods > 1 else np.full(n, np.nan)
+    free = np.where(B > 1.0, -np.inf, risen)
+    found = []
+    for k, s in enumerate(scenes):
+        states = [Status(int(r.status[k])), Status(int(r.status[n + k]))]
+        found.append(
+            Driver(
+                scene=s,
+                period=float(s.time(TURN * r.period[k])) if r.period[k] > 0 else math.nan,
+                blows=float(r.impacts[k] / s.time(TURN)),
+                speed=float(s.velocity(r.impact_speed_max[k])),
+                speed_mean=float(s.velocity(r.impact_speed_mean[k])),
+                power=float(s.power(r.energy[k])),
+                friction=float(s.power(r.friction_loss[k])),
+                drive=float(s.power(r.drive_work[k])),
+                lift=float(s.length(r.xi_max[k])),
+                conveying=float(s.velocity(free[k])),
+                status=next((state for state in states if state != Status.OK), Status.OK),
+            )
+        )
+    pairs = zip(found[1::2], found[2::2], strict=True)
+    return replace(found[0], beside=dict(zip(VARIED, pairs, strict=True)))
