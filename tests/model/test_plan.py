@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vibrodrive.model import config
 from vibrodrive.model.parameters import COLUMNS, ETA, Method
 from vibrodrive.model.physical import SCENE_AXES
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, Plan, Settings, make_plan
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, WAVE_WORK, Plan, Settings, make_plan
 
 
 def test_axes_stand_in_the_order_written():
@@ -66,6 +66,28 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
         assert math.prod(high - low + 1) == stop - start, "a box"
         assert (low % plan.chunk == 0).all()
         assert (low // plan.chunk == high // plan.chunk).all(), "in one chunk"
+
+
+def test_blocks_are_smaller_the_longer_their_points_take():
+    """Counted: a block of many points and periods would be lost when it is stopped."""
+    long = {"A": np.linspace(3.0, 3.25, 100_000), "transient": 10_000, "periods": 10, "record": "summary"}
+
+    def sizes(**changes):
+        plan = make_plan(long | changes)
+        return math.prod(plan.chunk), plan.wave_points
+
+    assert sizes(transient=1000) == (8192, 8192)
+    block, wave = sizes()
+    assert block == wave == int(WAVE_WORK // 10_010) < 8192
+    disturbed, _ = sizes(eps=[0.0, 2e-4])
+    assert block / 10 < disturbed < block / 5
+    assert sizes(eps=[0.0, 2e-4], transient=10**6) == (256, 256)
+    grid = {"method": "fixed", "dtau": [1e-4, 1e-2]}
+    assert sizes(**grid) == (block, block)
+    assert sizes(**grid, scan="literal") == (64, 64)
+    assert sizes(record="error")[0] == block // 10
+    together = {"A": 3.0, "points": {"xi0": [0.0] * 10_000, "eps": [0.0] * 9_999 + [2e-4]}}
+    assert sizes(**together)[0] == disturbed
 
 
 def test_a_given_tiling_stays():

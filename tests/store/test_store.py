@@ -322,7 +322,7 @@ def test_a_file_keeps_its_own_blocks(path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"periods": 13}, ["periods is 12 there and 13 here"]),
+        ({"periods": 13}, ["periods is 12 there and 13 here", "cannot be extended"]),
         ({"B": 0.2}, ["B is 0.1 there and 0.2 here"]),
         (
             {"method": "fixed", "dtau": 0.1},

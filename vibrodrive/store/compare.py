@@ -22,7 +22,8 @@ def refuse_different(path: Path, differences: list[str]) -> None:
     """Raise Different if there are any."""
     if differences:
         raise Different(
-            f"{path}: made from another configuration: {'; '.join(differences)}. Choose another file, or --overwrite"
+            f"{path}: made from another configuration: {'; '.join(differences)}. "
+            "A file cannot be extended: choose another file for what is new, or --overwrite"
         )
 
 
