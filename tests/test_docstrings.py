@@ -53,6 +53,10 @@ def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
     assert runner.failures == 0, "".join(told)
 
 
+def test_figures_are_called_by_their_public_names():
+    assert [getattr(vd.plot, name).__name__ for name in vd.plot.__all__] == vd.plot.__all__
+
+
 def _write_sweep(path):
     """A file of the configuration of Fig. 7, of few points."""
     few = ["A={start = 3.0, stop = 3.25, num = 2}", "transient=0", "periods=1"]

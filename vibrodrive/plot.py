@@ -58,3 +58,6 @@ __all__ = [
     "time_curve",
     "trajectory",
 ]
+
+for _name in __all__:
+    globals()[_name].__name__ = _name  # `help` shows the public name
