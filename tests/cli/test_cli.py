@@ -371,8 +371,11 @@ def test_follow_draws_again_as_blocks_come_in(run, monkeypatch):
 
 def test_sweep_with_plot_draws_what_the_configuration_asks_for(run, quick):
     Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nquantity = "xi"\n')
-    assert run("sweep", "small.toml", "--plot")[0] == 0
+    assert run("sweep", "--plot", "small.toml")[0] == 0
     assert Path("small.png").exists()
+    for name, begins in (("mine.pdf", b"%PDF"), ("mine.SVG", b"<?xml")):
+        assert run("sweep", "small.toml", "--plot", name)[0] == 0
+        assert Path(name).read_bytes().startswith(begins)
 
 
 def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, quick):

@@ -131,7 +131,9 @@ def test_a_configuration_in_the_place_of_the_draft(run, idle, command):
 def test_a_result_is_no_picture(run, idle, command):
     plotted = ("--plot",) if command == "sweep" else ()
     for name in ("x.png", "x.PDF", "x.svg"):
-        assert_refused(run, command, f"{command}.toml", "-o", name, *plotted, words=["output", name, ".h5"])
+        assert_refused(
+            run, command, f"{command}.toml", "-o", name, *plotted, words=["output", name, f"plot FILE.h5 -o {name}"]
+        )
 
 
 @pytest.mark.parametrize(

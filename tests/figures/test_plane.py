@@ -79,3 +79,10 @@ def test_nothing_to_draw():
 def test_an_axis_that_curves_do_not_have_is_refused(curves):
     with pytest.raises(ValueError, match=r"^x = 'a0': must be A or B$"):
         draw_curves(Figure().subplots(), curves, x="a0")
+
+
+def test_the_legend_has_the_kinds_in_view_only(curves):
+    """One of them crosses the view between two of its points."""
+    coarse = Curve("grazing", 1, 1, "REST", "", np.array([0.0, 4.0]), np.array([0.2, 0.2]), ("edge", "edge"), ())
+    figure = curves_figure([*curves, coarse], (1.0, 1.15), (0.1, 0.3), 2)
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["onset", "grazing"]

@@ -128,6 +128,10 @@ def test_grey_has_a_key_and_lines_need_none(swept):
     fig = figures.bifurcation(swept)
     texts = [t.get_text() for t in fig.legends[0].get_texts()]
     assert [t for t in texts if "budget" not in t] == ["spot visited once", "4 times", "13 times or more"]
+    panel = {"axes": {"A": swept.axes["A"]}, "section": swept.section[:, 0], "status": swept.status[:, 0]}
+    for eps, keys in ((0.0, 0), (2e-4, 1)):
+        one = SimpleNamespace(**vars(swept) | panel | {"scalars": swept.scalars | {"eps": eps}})
+        assert len(figures.bifurcation(one).legends) == keys
     swept.section[:] = 0.5
     swept.status[:] = Status.OK
     assert not figures.bifurcation(swept).legends

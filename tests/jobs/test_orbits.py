@@ -108,6 +108,8 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
         assert {a for a in marks[0] if a > 2.5} == set(places[:4])
         assert {a for a in marks[1] if low <= a <= high} == {round(a, 9) for a in places[4:]}
         assert low < 2.68 - 5e-4 < 2.69 + 5e-4 < high
+        (shade,) = (p for p in whole.patches if "b)" in str(p.get_label()))
+        assert all(line.get_zorder() > shade.get_zorder() for line in whole.lines), "the shade hides no line"
         assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the shade is explained"
 
 

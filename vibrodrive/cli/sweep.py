@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,19 +24,35 @@ from vibrodrive.cli.common import (
 )
 from vibrodrive.cli.plot import check_drawing, draw
 from vibrodrive.jobs.output import check_output
+from vibrodrive.model.drawing import FORMATS
 
 if TYPE_CHECKING:
     from vibrodrive.model.plan import Plan
 
 
-@click.command()
+class _Command(click.Command):
+    """Let `--plot` stand alone before CONFIG, too: to click whatever follows it would be the figure."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        words = pairwise([*args, ""])
+        alone = ("--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words)
+        return super().parse_args(ctx, list(alone))
+
+
+@click.command(cls=_Command)
 @click.argument("config", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
 @SET
 @METHOD
 @THREADS
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
-@click.option("--plot", "plotted", is_flag=True, help="Draw the result when it is complete.")
+@click.option(
+    "--plot",
+    "picture",
+    metavar="[FIGURE]",
+    type=FILE,
+    help="Draw the complete result: .png, .pdf or .svg (default OUTPUT with .png).",
+)
 @click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
 @OVERWRITE
 def sweep(
@@ -45,7 +62,7 @@ def sweep(
     method: str | None,
     threads: int | None,
     dask: str | None,
-    plotted: bool,
+    picture: Path | None,
     dry_run: bool,
     overwrite: bool,
 ) -> None:
@@ -56,9 +73,10 @@ def sweep(
     settings = read(config, overrides, method)
     plan = settings.plan()
     path = output or Path(config.stem + ".h5")
-    picture = path.with_suffix(".png")
-    check_output(path, config, "sweep", overwrite=overwrite, figures=[picture] if plotted else [])
-    if plotted:
+    if picture == Path():  # --plot without a figure
+        picture = path.with_suffix(".png")
+    check_output(path, config, "sweep", overwrite=overwrite, figures=[picture] if picture else [])
+    if picture:
         check_drawing(settings.figure, plan)
     if dask is not None:
         from vibrodrive.jobs.sweep import check_dask
@@ -80,7 +98,7 @@ def sweep(
     except Stopped as stopped:
         leave(130, f"{stopped}; resume with: {same_command()}")
     _tell_statuses(path)
-    if plotted:
+    if picture:
         draw(path, picture, {})
 
 

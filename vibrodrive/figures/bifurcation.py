@@ -29,7 +29,7 @@ from vibrodrive.figures.style import (
     symbol,
 )
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.parameters import Method, Status, bad
 from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
@@ -133,8 +133,14 @@ def bifurcation(
         chosen = choice(len(rows), len(panels), "panels, one for each " + ", ".join(map(symbol, rest)))
         note(ax, [*shared, *(chosen if k == 0 else []), *told(status[index])])
     name_axes(axes[-1, 0], x, None)
-    explain(fig, key)
+    explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
     return fig
+
+
+def _undisturbed(results: Any) -> bool:
+    """Whether neither ε nor a grid disturbs any motion."""
+    eps = {**results.scalars, **results.points, **results.axes}.get("eps", 0.0)
+    return not np.any(eps) and results.settings.method == Method.CERTIFIED
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:

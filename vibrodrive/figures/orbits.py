@@ -193,7 +193,7 @@ def multiplier_diagram(
     heights = [np.array([next((m for m in s if m == m), math.nan)]) for s in sides]
     for k, ax in enumerate(axes[:, 0]):
         for level in (-1.0, 0.0, 1.0):
-            ax.axhline(level, color=look().support, lw=0.6, zorder=0)
+            ax.axhline(level, color=look().support, lw=0.6, zorder=1)  # above the grey of `_view`
         for branch, y in curves:
             _curve(ax, branch, y)
         _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
@@ -223,7 +223,7 @@ def cobweb(
     A, B : float
         excitation amplitude, and incline over friction; dimensionless.
     orbit : Orbit, optional
-        of `orbits` at the same A and B; no cobweb unless given.
+        of `orbits` at the same A and B; no cobweb unless given. That of an orbit of one impact is a point.
 
     Raises
     ------
@@ -233,8 +233,8 @@ def cobweb(
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> orbit = vd.orbits(2.7, max_period=2)[-1]
-    >>> figure = vd.plot.cobweb(2.7, orbit=orbit)
+    >>> orbit = vd.orbits(2.62, max_period=2)[-1]
+    >>> figure = vd.plot.cobweb(2.62, orbit=orbit)
     >>> figure.axes[0].get_legend_handles_labels()[1][-2:]
     ['cobweb of an orbit', 'its impacts']
     """

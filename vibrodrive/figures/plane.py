@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.path import Path as LinePath
+from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import explain, look, name_axes, new, note, styled
@@ -59,7 +61,7 @@ def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: boo
     periods : bool
         write the period of its orbit on each curve.
     legend : bool
-        add a legend of the kinds that occur.
+        add a legend of the kinds in view.
 
     Raises
     ------
@@ -92,9 +94,9 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
     periods : bool
         write the period of its orbit on each curve.
     legend : bool
-        add a legend of the kinds that occur.
+        add a legend of the kinds in view.
     """
-    named = set()
+    named: set[str] = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
         style = KINDS[line.kind] | {"color": look().bifurcations.get(line.kind, INK)}
@@ -102,14 +104,23 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
         # the halos of all lie below the lines of all
         width = style["lw"] + 2 * HALO
         ax.plot(line.across, line.up, "-", color="white", lw=width, alpha=0.7, zorder=4, solid_capstyle="butt")
-        ax.plot(line.across, line.up, **style, zorder=5, label="_" if line.kind in named else label)
-        named.add(line.kind)
+        shown = line.kind not in named and _in_view(ax, line)
+        ax.plot(line.across, line.up, **style, zorder=5, label=label if shown else "_")
+        if shown:
+            named.add(line.kind)
         ax.set(xlim=limits[0], ylim=limits[1])
         if periods and line.kind != "onset":
             points = np.column_stack([line.across, line.up])
             _write_period(ax, line.period, points, PLACES[k % len(PLACES)], style["color"])
     if legend and named:
         ax.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
+
+
+def _in_view(ax: Axes, line: Line) -> bool:
+    """Whether any part of a curve lies within the limits of the axes."""
+    points = ax.transScale.transform(np.column_stack([line.across, line.up]))
+    view = ax.transScale.transform(np.transpose((ax.get_xlim(), ax.get_ylim())))
+    return len(points) > 0 and LinePath(points).intersects_bbox(Bbox(view), filled=False)
 
 
 def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:

@@ -30,15 +30,13 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrodrive.figures.docstrings import with_shared
 from vibrodrive.figures.looks import LOOKS, Look
-from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
+from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.store.draft import drafted
 
 INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
 """174 and 84 mm: what the narrower of the usual journals print over two columns and over one."""
-
-FORMATS = (".png", ".pdf", ".svg")
 
 RESOLUTION = 250
 """Pixels per inch of what is made of pixels."""

@@ -14,7 +14,7 @@ class Refused(ValueError):
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
-    from vibrodrive.figures.style import FORMATS
+    from vibrodrive.model.drawing import FORMATS
     from vibrodrive.model.parameters import bad
     from vibrodrive.store.draft import draft_of
     from vibrodrive.store.kind import SIGNATURE
@@ -36,14 +36,14 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     Nothing has been computed yet. A file that is there is gone on with if it is of this kind (and, which shows later,
     of the same configuration), and replaced (`overwrite`) if it is a result file of whatever kind.
     """
-    from vibrodrive.figures.style import FORMATS
+    from vibrodrive.model.drawing import FORMATS
     from vibrodrive.model.parameters import bad
     from vibrodrive.store.draft import draft_of
     from vibrodrive.store.header import Damaged, NoResult, read_kind, refuse_foreign
     from vibrodrive.store.kind import KINDS
 
     if path.suffix.lower() in FORMATS:
-        raise Refused(bad("output", str(path), "the result file (.h5): the figure stands beside it"))
+        raise Refused(bad("output", str(path), f"the result file (.h5): `vibrodrive plot FILE.h5 -o {path}` draws it"))
     source = {} if config is None else {"configuration": config}
     _check_different({**source, "output": path})
     _check_place("output", path, renamed=overwrite)

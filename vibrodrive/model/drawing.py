@@ -21,6 +21,9 @@ Width = Literal["double", "single"]
 STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
 
+FORMATS = (".png", ".pdf", ".svg")
+"""Endings of files of figures."""
+
 SECTION_QUANTITIES = ("dxi", "xi")
 """Of diagrams of the section."""
 
