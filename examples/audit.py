@@ -1,6 +1,6 @@
 """Are the switching times of your own program right? Each is held against the certified one from the same state.
 
-    python -m examples.audit mine.csv --A 3.04
+    python -m examples.audit mine.csv --A 3.04   # in the root of a clone
 
 `mine.csv` has a line of titles, then one switch a line: tau, xi, dxi, state. The state is the one that begins there
 (UP, DOWN, STICK or REST), ξ and ξ' are those it begins with: after an impact 0 and 0. Each line is judged by itself:

@@ -1,6 +1,6 @@
 """The limit of a steep incline: for B → ∞ the mass is the completely inelastic bouncing ball of Mehta and Luck (1990).
 
-    python -m examples.bouncing_ball
+    python -m examples.bouncing_ball   # in the root of a clone
 
 writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the one-impact orbit against their laws
 for the ball, over B. `--docs DIR` writes both to another folder.

@@ -1,6 +1,6 @@
 """How far off a certified motion can be, and how far off it is.
 
-    python -m examples.certainty
+    python -m examples.certainty   # in the root of a clone
 
 writes docs/certainty.md and docs/certainty.png: bounds of errors beside the errors, found in 50 digits, along four
 motions and over scenes drawn from all bands. `--scenes N` draws N of them, `--workers N` in so many processes,

@@ -1,6 +1,6 @@
 """A vibratory driver in SI units: at which frequency does it work best, and what does that motion stand?
 
-    python -m examples.driver
+    python -m examples.driver   # in the root of a clone
 
 writes driver.png: impact power, blows and limit of stability over the frequency of the excitation.
 """
@@ -54,8 +54,7 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
 def stands(omega0: float) -> float:
     """The limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN where there is none."""
     scene = vd.Physical(omega0=omega0, **DRIVER)
-    velocity = vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity
-    return float("nan") if velocity is None else float(scene.velocity(velocity))
+    return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity))
 
 
 def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:

@@ -1,6 +1,6 @@
 """Why limits are judged at the main impacts: what k₂(ε) depends on under each criterion.
 
-    python -m examples.limit_definition
+    python -m examples.limit_definition   # in the root of a clone
 
 prints the tables of docs/stability.md: k₂ over the phase of the section; over the share that makes an impact slow
 enough for a touch, where the dividing speed is prescribed and where it is free; over the length of the record and the

@@ -1,6 +1,6 @@
 """The pixels of a map over A and B, held against the list of stable orbits.
 
-    python -m examples.map_agreement
+    python -m examples.map_agreement   # in the root of a clone
 
 writes docs/map_agreement.md. `--curves FILE` takes the curves from a file of `vibrodrive orbits`, `--sample N` judges N
 pixels, `--docs DIR` writes to another folder.

@@ -1,6 +1,6 @@
 """The picture of docs/certified.md: a switching function, and the parabolas below it that lead to its first zero.
 
-    python -m examples.parabola
+    python -m examples.parabola   # in the root of a clone
 
 writes parabola.png. The mass rests at the obstacle and waits for H = 1 under a fast disturbance: g = 1 − H. The bounds
 and the steps are those of the page, written here once more and apart from the kernels.

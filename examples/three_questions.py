@@ -7,7 +7,7 @@ distance to the nearest unstable orbit, grazing or border collision?
 
 (c) `kinds_of`: which of the bifurcations that a diagram shows are period doublings, folds, border collisions, grazings?
 
-    python -m examples.three_questions               # (a) and (c): some ten seconds
+    python -m examples.three_questions               # (a) and (c): some ten seconds; in the root of a clone
     python -m examples.three_questions limits.h5     # and (b), from what `vibrodrive limits configs/limits.toml` wrote
     python -m examples.three_questions --num 40001   # (a) on a finer grid of A
 """

@@ -18,6 +18,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import vibrodrive as vd
+from benchmarks import accuracy_speed
 from vibrodrive.cli import cli
 from vibrodrive.model import config, plan
 from vibrodrive.model.size import block_bytes, file_bytes
@@ -238,3 +239,23 @@ def test_the_citation_is_of_this_version():
     text = (ROOT / "CITATION.cff").read_text()
     assert f"\nversion: {vd.__version__}\n" in text
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
+
+
+def test_the_chart_of_stored_data_is_drawn_once(tmp_path, monkeypatch, capsys):
+    """Running its driver leaves the tracked figure as it is while the data are those that it shows."""
+    stored = ROOT / "benchmarks/results/work_precision.json"
+    picture, tracked = tmp_path / "accuracy_speed.png", accuracy_speed.PICTURE.read_bytes()
+    (tmp_path / stored.name).write_bytes(stored.read_bytes())
+    monkeypatch.setattr("sys.argv", ["accuracy_speed", "-o", str(tmp_path)])
+    accuracy_speed.main()
+    first = picture.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr("sys.argv", ["accuracy_speed"])
+        accuracy_speed.main()
+    assert accuracy_speed.PICTURE.read_bytes() == tracked
+    assert "benchmarks.work_precision` measures" in capsys.readouterr().err
+    data = json.loads(stored.read_text())
+    data["points"].pop()
+    (tmp_path / stored.name).write_text(json.dumps(data))
+    accuracy_speed.main()
+    assert picture.read_bytes() != first
