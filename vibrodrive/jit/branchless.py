@@ -85,7 +85,8 @@ def _nothing():
 @intrinsic
 def _prefer_wide(typingctx):
     def codegen(context, builder, signature, args):
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # llvmlite's own `add` knows no such name
+        for attribute in ('"prefer-vector-width"="512"', '"stackrealign"'):
+            set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows no such names
         return context.get_dummy_value()
 
     return types.none(), codegen
@@ -110,4 +111,5 @@ flip: Any = _xor_sign if COMPILED else _flip
 
 wide: Any = _prefer_wide if COMPILED else _nothing
 """wide(): the function around this is compiled for the widest registers there are. The default on processors that
-have them is half that, out of care for code around that is not vectorised; loops over lanes are."""
+have them is half that, out of care for code around that is not vectorised; loops over lanes are. What does not fit them
+is kept on a stack that is aligned for them: each access then stays in one line of the cache."""

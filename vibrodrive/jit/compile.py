@@ -23,6 +23,8 @@ import tempfile
 import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Future
+from contextlib import nullcontext
+from functools import cache
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -30,15 +32,10 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import event, externals, ir, types
+from numba.core import event, externals, types
 from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import FunctionPass, register_pass
-from numba.core.ir_utils import build_definitions
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
-from numba.core.untyped_passes import IRProcessing
 
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 """Folder of the whole package, wherever in it this file lies."""
@@ -201,7 +198,11 @@ def _compiled_aside(dispatcher):
     Ctrl-C raises KeyboardInterrupt in the main thread alone: it is answered at once, and never breaks off Numba halfway
     through its own bookkeeping. The compilation goes on behind it, and the next call finds the result.
     """
-    compile_for = dispatcher._compile_for_args
+    compile_here = dispatcher._compile_for_args
+
+    def compile_for(*args, **kwargs):
+        with compiling():
+            return compile_here(*args, **kwargs)
 
     def compile_aside(*args, **kwargs):
         if threading.get_ident() != threading.main_thread().ident:
@@ -229,60 +230,14 @@ _INNER = {
 }
 
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _Constants(FunctionPass):
-    """An argument that is known is put in as a constant: branches that depend on it are cut before they are compiled.
-
-    Numba does that itself for None and for what a function takes from around it, not for arguments.
-    """
-
-    _name = "vibrodrive_constants"
-
-    def __init__(self) -> None:
-        FunctionPass.__init__(self)
-
-    def run_pass(self, state: Any) -> bool:
-        for block in state.func_ir.blocks.values():
-            for statement in block.find_insts(ir.Assign):
-                given = statement.value
-                if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
-                    statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
-        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
-        return True
-
-
-class _Unlinked(JITCodeLibrary):
-    """The code of a piece that kernels alone call: LLVM optimises it, and makes machine code of it, with theirs.
-
-    Numba does both for each function by itself, too, which takes as long again.
-    """
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0  # as where there is no way in
-
-    @property
-    def codegen(self) -> _Unlinked:
-        return self
-
-    def set_env(self, name: str, env: object) -> None:
-        """Numba puts Python objects that a function needs into its machine code; here is none."""
-
-
-class _Piece(CompilerBase):
-    """Numba's compiler for what kernels alone call."""
-
-    def define_pipelines(self) -> list[Any]:
-        self.state.library = _Unlinked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(_Constants, IRProcessing)
-        passes.finalize()
-        return [passes]
+try:
+    from vibrodrive.jit.pieces import Piece, compiling
+except (ImportError, AttributeError):  # another Numba: slower to compile, the same numbers
+    _ENCLOSED = _INNER
+    compiling = nullcontext
+else:
+    _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
+"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
 
 
 def _once(dispatcher, *constant):
@@ -299,16 +254,15 @@ def _once(dispatcher, *constant):
             return template(kept, kws)
 
         dispatcher.get_call_template = for_types
+        dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
+        entry = cache(lambda: numba.njit(**_INNER)(dispatcher.py_func))
+        dispatcher._compile_for_args = lambda *args, **kwargs: entry()(*args, **kwargs)
     return dispatcher
 
 
 def inline(function):
     """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
-    return _once(numba.njit(forceinline=True, **_INNER)(function))
-
-
-_ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": _Piece, **_INNER}
-"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
+    return _once(numba.njit(forceinline=True, **_ENCLOSED)(function))
 
 
 def inline_each(*constant):

@@ -1,0 +1,119 @@
+"""Numba's compiler for pieces of kernels, without what they do not need: half of the time of compiling.
+
+All of it is Numba's private API, which may change. `compile.py` uses plain ``njit`` where this module cannot be
+imported; what it relies on is therefore named when it is imported.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from numba.core import ir, typed_passes, types, untyped_passes
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
+from numba.core.datamodel.models import BooleanModel
+from numba.core.ir_utils import build_definitions
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Constants(FunctionPass):
+    """An argument that is known is put in as a constant: branches that depend on it are cut before they are compiled.
+
+    Numba does that itself for None and for what a function takes from around it, not for arguments.
+    """
+
+    _name = "vibrodrive_constants"
+
+    def __init__(self) -> None:
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        for block in state.func_ir.blocks.values():
+            for statement in block.find_insts(ir.Assign):
+                given = statement.value
+                if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
+                    statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
+        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        return True
+
+
+_PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    _Constants,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.IRLegalization,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
+"""Numba's, but for those that serve closures, array expressions, exceptions and objects: pieces have none."""
+
+
+class _Unlinked(JITCodeLibrary):
+    """The code of a piece that kernels alone call: LLVM optimises it, and makes machine code of it, with theirs.
+
+    Numba does both for each function by itself, too, which takes as long again.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0  # as where there is no way in
+
+    @property
+    def codegen(self) -> _Unlinked:
+        return self
+
+    def set_env(self, name: str, env: object) -> None:
+        """Numba puts Python objects that a function needs into its machine code; here is none."""
+
+
+class Piece(CompilerBase):
+    """Numba's compiler for what kernels alone call."""
+
+    def define_pipelines(self) -> list[Any]:
+        self.state.library = _Unlinked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        passes = PassManager("piece")
+        for each in _PASSES:
+            passes.add_pass(each, each._name)
+        passes.finalize()
+        return [passes]
+
+
+_overridden = JITCodeLibrary._optimize_final_module, JITCodeLibrary._finalize_final_module, BooleanModel.from_data
+
+
+def _without_branch(self: BooleanModel, builder: Any, value: Any) -> Any:
+    return builder.icmp_unsigned("!=", value, value.type(0))
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Numba at work for us: no garbage is collected, for there is little, and a bool argument is not an if and else.
+
+    Numba makes a branch of each, which takes time and keeps reads behind it from being vectorised.
+    """
+    with global_compiler_lock:
+        collecting, branching = gc.isenabled(), BooleanModel.from_data
+        gc.disable()
+        BooleanModel.from_data = _without_branch
+        try:
+            yield
+        finally:
+            BooleanModel.from_data = branching
+            if collecting:
+                gc.enable()
