@@ -74,22 +74,7 @@ def throughput(data: dict[str, Any]) -> str:
     notes = [machine(data)]
     if missing:
         notes.append("not installed, left out: " + ", ".join(missing))
-    return table(head, rows) + "\n\n" + "; ".join(notes) + ".\n\n" + bounds(data)
-
-
-def bounds(data: dict[str, Any]) -> str:
-    """How much of the time of a certified period sine and cosine alone would take, and what bound follows."""
-    pair = data["sincos_seconds"]["ours"]
-    lines = []
-    for at in data["one_thread"]:
-        share, count = at["share_of_sincos_bound"], at["evaluations_per_period_one_at_a_time"]
-        pairs = count * (2 if at["eps"] > 0.0 else 1)
-        lines.append(
-            f"at ε = {at['eps']:g} a period that is computed takes {count:.0f} evaluations of switching functions, so "
-            f"{pairs:.0f} pairs of a sine and a cosine: {duration(pairs * pair)} of {duration(pairs * pair / share)}, "
-            f"{100 * share:.0f} %, and nothing that evaluates as often can be more than {1 / share:.1f} times as fast"
-        )
-    return "Where the cycles go: " + "; ".join(lines) + f". One pair takes {duration(pair)} in a loop that vectorises."
+    return table(head, rows) + "\n\n" + "; ".join(notes) + "."
 
 
 RIVALS = {

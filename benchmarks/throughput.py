@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.bound import sincos_seconds
 from benchmarks.common import (
     TWO_PI,
     arguments,
@@ -166,7 +165,7 @@ def off(contestant: Contestant, eps: float) -> float:
     return float((np.abs(got - true).max(axis=(1, 2)) > 1e-3).mean())
 
 
-def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any]:
+def one_thread(eps: float, quick: bool) -> dict[str, Any]:
     """Periods a second and the ratios that matter, of everyone at this ε."""
     everyone, missing = contestants(eps, quick)
     times = paired(everyone, 3 if quick else 7)
@@ -177,12 +176,6 @@ def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any
 
     rivals = [name for name in (certified_scalar.NAME, scan_newton.NAME, heyoka_events.NAME, scipy_ivp.NAME)]
     ratios = {name: times_faster("certified", name) for name in rivals if name in times}
-    A = everyone[certified_scalar.NAME].A
-    section = np.empty((len(A), everyone[certified_scalar.NAME].periods, 2))
-    points = np.column_stack([A, np.full(len(A), 0.1), np.full(len(A), eps)])
-    counted = certified_scalar.sweep(points, vd.ETA, 0, section.shape[1], section)
-    evaluations = counted / (len(A) * section.shape[1])
-    pairs = evaluations * (2 if eps > 0.0 else 1)
     steps = TWO_PI / 1e-4
     computed = COMPUTED if COMPUTED in rate else "certified"
     for name, value in rate.items():
@@ -196,9 +189,7 @@ def one_thread(eps: float, quick: bool, pair: dict[str, float]) -> dict[str, Any
         "obvious_ns_per_step": 1e9 / (rate["obvious loop, fixed Δτ = 1e-4"] * steps),
         "paper_over_certified": times_faster("certified", "paper's setting, skipping"),
         "paper_skipping_over_literal": times_faster("paper's setting, skipping", "paper's setting, literal"),
-        "evaluations_per_period_one_at_a_time": evaluations,
         "computed_over_one_at_a_time": times_faster(computed, certified_scalar.NAME),
-        "share_of_sincos_bound": pairs * pair["ours"] * rate[computed],
         "wrong_share": {name: off(c, eps) for name, c in everyone.items() if "fixed" not in name},
         "missing": missing,
     }
@@ -250,10 +241,8 @@ def draw(data: dict[str, Any]):
 def main() -> None:
     options = arguments(__doc__)
     busy = busy_share()
-    pair = sincos_seconds()
     data = {
-        "sincos_seconds": pair,
-        "one_thread": [one_thread(eps, options.quick, pair) for eps in EPS],
+        "one_thread": [one_thread(eps, options.quick) for eps in EPS],
         "all_threads": threads(options.quick, busy),
         "cores": environment()["cores"],
     }

@@ -126,6 +126,7 @@ def changed(copy, name: str) -> bool:
 def test_an_edit_of_whatever_is_compiled_makes_new_kernels(copy):
     kernels = behind_the_machine_code()
     assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.parameters"} <= kernels
+    kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces"}
     assert [name for name in sorted(kernels) if not changed(copy, name)] == []
 
 
@@ -234,6 +235,41 @@ def test_unlike_processors_with_one_home_neither_share_nor_lose_kernels(monkeypa
     assert [compiled for _, compiled in (here, generic, plain)] == ["True"] * 3
     assert len({here[0], generic[0], plain[0]}) == 3
     assert run() == [here[0], "False"]
+
+
+PIECES = """
+import gc, sys
+import numba.core.codegen
+
+if sys.argv[1] == "changed":
+    del numba.core.codegen.JITCodeLibrary
+from vibrodrive.jit.compile import inline, jit, part
+
+@inline
+def square(x, up):
+    return x * x if up else -x
+
+@part
+def both(x):
+    return square(x, True) + square(x, False)
+
+@jit(_nrt=False)
+def kernel(x):
+    return both(x)
+
+print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc.isenabled())
+"""
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
+def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_path, numba, private):
+    """Without what it keeps private; and a formula is called from Python, too, after a kernel was."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
+    (tmp_path / "pieces.py").write_text(PIECES)
+    command = [sys.executable, str(tmp_path / "pieces.py"), numba]
+    assert subprocess.check_output(command, text=True).split() == [private, "6.0", "4.0", "True"]
 
 
 def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_path, capsys):

@@ -46,9 +46,10 @@ for types alone: no kernel gets anything from them. To parse these lines alone t
 
 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
-    """A hash of every module with a kernel in it and of all that those import, whatever they take from there.
+    """A hash of every module with a kernel in it, of all that those import, whatever they take from there, and of those
+    beside this one, whose name is `here`, in the package that lies in `root`.
 
-    A module has a kernel in it if it imports this one, whose name is `here`, in the package that lies in `root`.
+    A module has a kernel in it if it imports this one.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -59,6 +60,7 @@ def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     near = [name for name, source in sources.items() if any(word in source for word in words)]
     imported = {name: set(_imported(name, sources, within)) for name in near}
     todo = [name for name in near if not homes.isdisjoint(imported[name])]
+    todo += [name for name in sources if name.rpartition(".")[0] == here.rpartition(".")[0] and name not in todo]
     known = set(todo)
     while todo:
         name = todo.pop()
@@ -192,6 +194,24 @@ def jit(function=None, **options):
         numba.config.CACHE_DIR = before
 
 
+_INNER = {
+    "error_model": "numpy",
+    "nogil": True,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,  # never called from C: a fair share of compiling a formula is the way in
+}
+
+
+try:
+    from vibrodrive.jit.pieces import Piece, compiling
+except (ImportError, AttributeError):  # another Numba: slower to compile, the same numbers
+    _ENCLOSED = _INNER
+    compiling = nullcontext  # type: ignore[assignment]
+else:
+    _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
+"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
+
+
 def _compiled_aside(dispatcher):
     """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
 
@@ -222,24 +242,6 @@ def _compiled_aside(dispatcher):
     return dispatcher
 
 
-_INNER = {
-    "error_model": "numpy",
-    "nogil": True,
-    "_nrt": False,
-    "no_cfunc_wrapper": True,  # never called from C: a fair share of compiling a formula is the way in
-}
-
-
-try:
-    from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError):  # another Numba: slower to compile, the same numbers
-    _ENCLOSED = _INNER
-    compiling = nullcontext
-else:
-    _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
-"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
-
-
 def _once(dispatcher, *constant):
     """Compiled for types alone, not once more for every constant it is called with, but for arguments named `constant`.
 
@@ -255,8 +257,9 @@ def _once(dispatcher, *constant):
 
         dispatcher.get_call_template = for_types
         dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
-        entry = cache(lambda: numba.njit(**_INNER)(dispatcher.py_func))
-        dispatcher._compile_for_args = lambda *args, **kwargs: entry()(*args, **kwargs)
+        # no machine code of it can be called: Python gets some of its own, compiled if it asks for that
+        entry = cache(lambda: _compiled_aside(numba.njit(**_INNER)(dispatcher.py_func)))
+        dispatcher._compile_for_args = lambda *args, **kwargs: entry()
     return dispatcher
 
 

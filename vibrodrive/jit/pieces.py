@@ -110,10 +110,10 @@ def compiling() -> Iterator[None]:
     with global_compiler_lock:
         collecting, branching = gc.isenabled(), BooleanModel.from_data
         gc.disable()
-        BooleanModel.from_data = _without_branch
+        BooleanModel.from_data = _without_branch  # type: ignore[method-assign]
         try:
             yield
         finally:
-            BooleanModel.from_data = branching
+            BooleanModel.from_data = branching  # type: ignore[method-assign]
             if collecting:
                 gc.enable()
