@@ -11,10 +11,11 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -270,6 +271,27 @@ def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_pat
     (tmp_path / "pieces.py").write_text(PIECES)
     command = [sys.executable, str(tmp_path / "pieces.py"), numba]
     assert subprocess.check_output(command, text=True).split() == [private, "6.0", "4.0", "True"]
+
+
+@pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
+def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, terminal, shown):
+    """Once: not where progress is shown, which says so."""
+    from numba.core.event import trigger_event
+
+    from vibrodrive.jobs.progress import watching
+
+    def compile_for_args():
+        with trigger_event("numba:compile"):
+            time.sleep(0.2)
+        return "machine code"
+
+    monkeypatch.setattr(_jit, "SAID_AFTER", 0.05)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    kernel = _jit._compiled_aside(SimpleNamespace(_compile_for_args=compile_for_args, py_func=modules))
+    with watching(lambda: None) if shown else nullcontext():
+        assert kernel._compile_for_args() == "machine code"
+    said = "vibrodrive: compiling tests.jit.test_compile.modules, once for this version, Python and processor\n"
+    assert capsys.readouterr().err == (said if terminal and not shown else "")
 
 
 def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_path, capsys):

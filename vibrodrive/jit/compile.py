@@ -22,8 +22,8 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Future
-from contextlib import nullcontext
+from concurrent.futures import Future, wait
+from contextlib import nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from time import monotonic
@@ -212,6 +212,19 @@ else:
 """Called by kernels only: there is no way in from Python, which would take as long to compile again."""
 
 
+SAID_AFTER = 1.0
+"""Seconds of compiling after which whoever waits for it in Python reads so."""
+
+
+def _say_compiling(function):
+    """One line at a terminal or in a notebook, unless a thread shows progress there (jobs/progress.py)."""
+    shown = any(thread.name == "watch" for thread in threading.enumerate())
+    if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
+        with suppress(OSError, ValueError):
+            name = f"{function.__module__}.{function.__name__}"
+            print(f"vibrodrive: compiling {name}, once for this version, Python and processor", file=sys.stderr)
+
+
 def _compiled_aside(dispatcher):
     """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
 
@@ -236,6 +249,8 @@ def _compiled_aside(dispatcher):
                 outcome.set_exception(error)
 
         threading.Thread(target=work, name="compile", daemon=True).start()
+        if not wait([outcome], SAID_AFTER).done and compilation.running:
+            _say_compiling(dispatcher.py_func)
         return outcome.result()
 
     dispatcher._compile_for_args = compile_aside
