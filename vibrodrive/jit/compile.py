@@ -225,6 +225,10 @@ def _say_compiling(function):
             print(f"vibrodrive: compiling {name}, once for this version, Python and processor", file=sys.stderr)
 
 
+_APART = {"forceinline": False, **_ENCLOSED}
+"""Said, as Numba takes it from the caller otherwise: a piece first called by a formula would be inlined everywhere."""
+
+
 def _compiled_aside(dispatcher):
     """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
 
@@ -290,9 +294,9 @@ def inline_each(*constant):
 
 def part(function):
     """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short."""
-    return _once(numba.njit(**_ENCLOSED)(function))
+    return _once(numba.njit(**_APART)(function))
 
 
 def part_each(*constant):
     """A piece of its own for every value of the arguments named here: only what that one needs is compiled."""
-    return lambda function: _once(numba.njit(**_ENCLOSED)(function), *constant)
+    return lambda function: _once(numba.njit(**_APART)(function), *constant)
