@@ -22,7 +22,7 @@ import numpy as np
 from numba import types
 from numba.extending import typeof_impl
 
-from vibrodrive.jit.compile import compilation, jit
+from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 
@@ -34,9 +34,10 @@ FORK_SAFE = "tbb", "workqueue"
 child."""
 
 _SIGNATURE = types.int64(types.int64)
+_FUNCTION = types.FunctionType(_SIGNATURE)
 
 # as numba.experimental has it, which takes a fifth of a second to import
-typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: types.FunctionType(_SIGNATURE))
+typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
 
 _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
@@ -73,7 +74,6 @@ def run_on_threads(first, second, addresses):
 @cache
 def _by_address(kernel: Any) -> types.CompileResultWAP:
     """A kernel as a function that compiled code can call by its address."""
-    kernel.compile(_SIGNATURE)
     return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
 
 
@@ -82,7 +82,12 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt) -> None:
 
     Raises Halted if that is called.
     """
-    threads = len(calls[0][1])
+    threads = 1 if _alone else len(calls[0][1])
+    if _COMPILES:  # in this thread, where Ctrl-C is answered meanwhile: a compiler cannot be halted
+        for kernel, _ in calls:
+            prepare(kernel, *_SIGNATURE.args)
+        if threads > 1:
+            prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
     watched = threads > 1 or halt.across or threading.get_ident() == threading.main_thread().ident
     if watched:
         _watch(lambda: _run(calls, threads, halt), halt)
@@ -112,9 +117,7 @@ def _watch(work: Callable[[], None], halt: Halt) -> None:
                 halt.call()
     except BaseException:
         halt.call()
-        while not compilation.running and not ended.acquire(
-            timeout=LOOK
-        ):  # a compiler ends behind, it cannot be halted
+        while not ended.acquire(timeout=LOOK):
             pass
         raise
     if errors:
@@ -127,14 +130,13 @@ def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: H
             for arguments in sets:
                 kernel(arguments)
         return
-    tables = [packed(sets) for _, sets in calls]
+    tables = [packed(sets[:threads]) for _, sets in calls]
     addresses = np.zeros((2, threads), np.int64)
     for row, table in zip(addresses, tables):  # noqa: B905
         row[:] = table.ctypes.data + table.strides[0] * np.arange(threads)
-    if threads == 1 or _alone:
+    if threads == 1:
         for (kernel, _), row in zip(calls, addresses):  # noqa: B905
-            for address in row:
-                kernel(int(address))
+            kernel(int(row[0]))
         return
     functions = [_by_address(kernel) for kernel, _ in calls]
     while not _lock.acquire(timeout=LOOK):

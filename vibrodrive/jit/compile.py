@@ -229,36 +229,43 @@ _APART = {"forceinline": False, **_ENCLOSED}
 """Said, as Numba takes it from the caller otherwise: a piece first called by a formula would be inlined everywhere."""
 
 
-def _compiled_aside(dispatcher):
-    """Compiled, or loaded, in a thread of its own when the main thread calls it first, while that one waits.
+def _aside(work, function):
+    """Return what `work`, which compiles or loads a function, returns: from a thread of its own, for the main thread.
 
     Ctrl-C raises KeyboardInterrupt in the main thread alone: it is answered at once, and never breaks off Numba halfway
     through its own bookkeeping. The compilation goes on behind it, and the next call finds the result.
     """
-    compile_here = dispatcher._compile_for_args
-
-    def compile_for(*args, **kwargs):
+    if threading.get_ident() != threading.main_thread().ident:
         with compiling():
-            return compile_here(*args, **kwargs)
+            return work()
+    outcome = Future()
 
-    def compile_aside(*args, **kwargs):
-        if threading.get_ident() != threading.main_thread().ident:
-            return compile_for(*args, **kwargs)
-        outcome = Future()
+    def call():
+        try:
+            with compiling():
+                outcome.set_result(work())
+        except BaseException as error:
+            outcome.set_exception(error)
 
-        def work():
-            try:
-                outcome.set_result(compile_for(*args, **kwargs))
-            except BaseException as error:
-                outcome.set_exception(error)
+    threading.Thread(target=call, name="compile", daemon=True).start()
+    if not wait([outcome], SAID_AFTER).done and compilation.running:
+        _say_compiling(function)
+    return outcome.result()
 
-        threading.Thread(target=work, name="compile", daemon=True).start()
-        if not wait([outcome], SAID_AFTER).done and compilation.running:
-            _say_compiling(dispatcher.py_func)
-        return outcome.result()
 
-    dispatcher._compile_for_args = compile_aside
+def _compiled_aside(dispatcher):
+    """A dispatcher that compiles, or loads, what it is first called for as `_aside` has it."""
+    compile_for = dispatcher._compile_for_args
+    dispatcher._compile_for_args = lambda *args, **kwargs: _aside(
+        lambda: compile_for(*args, **kwargs), dispatcher.py_func
+    )
     return dispatcher
+
+
+def prepare(kernel, *signature):
+    """Compile a kernel for arguments of these types, or load it, unless it is there."""
+    if signature not in kernel.overloads:
+        _aside(lambda: kernel.compile(signature), kernel.py_func)
 
 
 def _once(dispatcher, *constant):
