@@ -193,3 +193,21 @@ def test_the_configurations_of_the_repository():
     assert (paper.settings.method, paper.scalars["dtau"], paper.scalars["tol"]) == (Method.MULLER, 1e-5, 1e-7)
     assert (plans["fig10"].settings.method, plans["fig10"].scalars["dtau"]) == (Method.FIXED, 0.1)
     assert plans["quickstart"].n_points <= 1000
+
+
+@pytest.mark.parametrize(
+    ("text", "overrides", "meant"),
+    [
+        ("[swep]\nA = 3\n", [], "sweep"),
+        (MINIMAL + "[run]\ntransiet = 3\n", [], "transient"),
+        (MINIMAL + "[sweep.points]\nEPS = [0.0]\n", [], "eps"),
+        ("[sweep]\nA = {start = 3, stop = 4, nun = 3}\n", [], "num"),
+        (MINIMAL, ["transiet=3"], "transient"),
+        (MINIMAL, ["run.peroids=3"], "periods"),
+    ],
+)
+def test_a_misspelt_name_is_refused_with_the_one_meant(text, overrides, meant):
+    with pytest.raises(ConfigError, match=rf"must be one of .*\. Did you mean {meant}\?$"):
+        parse(text, overrides)
+    with pytest.raises(ConfigError, match=r"must be one of [^.]*$"):
+        parse(MINIMAL, ["zzz=3"])

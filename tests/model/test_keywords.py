@@ -87,6 +87,8 @@ def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
     names = ", ".join(inspect.signature(function).parameters)
     with pytest.raises(TypeError, match=rf"^argument = 'bogus': must be one of {names}$"):
         function(A=3, bogus=3)
+    with pytest.raises(TypeError, match=rf"^argument = 'transiant': must be one of {names}. Did you mean transient\?$"):
+        function(A=3, transiant=3)
     with pytest.raises(TypeError, match=r"^A is missing: must be given, a number >= 0 and <= 1e\+09$"):
         function(eps=0.0)
 

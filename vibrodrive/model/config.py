@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
-from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control
+from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control, unknown
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
 from vibrodrive.model.plan import POINT, SETTINGS, Plan, make_plan
 from vibrodrive.model.records import check_record
@@ -150,12 +150,12 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
         raise ValueError(bad("title", title, "a text of one line, without control characters"))
     for name, table in tables.items():
         if name not in _TABLES:
-            raise ValueError(bad("table", name, "one of title, " + ", ".join(_TABLES)))
+            raise ValueError(unknown("table", name, ["title", *_TABLES]))
         if not isinstance(table, dict):
             raise TypeError(bad(name, table, f"a table [{name}]"))
         for key in table:
             if key not in _TABLES[name]:
-                raise ValueError(bad(f"key of [{name}]", key, "one of " + ", ".join(_TABLES[name])))
+                raise ValueError(unknown(f"key of [{name}]", key, _TABLES[name]))
 
     arguments: dict[str, Any] = {}
     scene = _given_by_scene(tables)
@@ -242,7 +242,7 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
     found = {}
     for key, value in table.items():
         if key not in PARAMETERS:
-            raise ValueError(bad("key of [sweep.points]", key, "one of " + ", ".join(PARAMETERS)))
+            raise ValueError(unknown("key of [sweep.points]", key, PARAMETERS))
         if key in at:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
         at[key] = "sweep.points"
@@ -257,7 +257,7 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     keys = ("start", "stop", "num", "scale", "seed")
     for k in table:
         if k not in keys:
-            raise ValueError(bad(f"key of {where}", k, "one of " + ", ".join(keys)))
+            raise ValueError(unknown(f"key of {where}", k, keys))
     for k in keys[:3]:
         if k not in table:
             raise ValueError(f"{where}.{k} is missing: a range must give start, stop and num")
@@ -362,7 +362,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
     if path[0] not in _TABLES and path != ["title"]:
-        path = [_home(tables, path[0], value["value"], option), *path]
+        path = [_home(tables, path[0], value["value"]), *path]
     if len(path) > 1 and path[0] in (*HOMES, "physical"):
         for name in (*HOMES, "physical"):
             if name != path[0] and isinstance(tables.get(name), dict):
@@ -381,7 +381,7 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 """Every table, and what may stand in it."""
 
 
-def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> str:
+def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
     """The table of a key given without one: where it stands already, else the first where it may."""
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
@@ -390,5 +390,5 @@ def _home(tables: Mapping[str, Any], key: str, value: object, option: str) -> st
             return name
     homes = {k: name for name in reversed(_TABLES) for k in _TABLES[name] if name != "sweep"}
     if key not in homes:
-        raise ConfigError(bad("--set", option, "a known key: " + ", ".join(dict.fromkeys(reversed(homes)))))
+        raise ConfigError(unknown("key of --set", key, dict.fromkeys(reversed(homes))))
     return homes[key]

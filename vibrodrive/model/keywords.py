@@ -16,7 +16,7 @@ from typing import Any, Concatenate, Literal, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan, bad
+from vibrodrive.model.parameters import PARAMETERS, Method, Scan, bad, unknown
 
 Axis: TypeAlias = float | Sequence[float] | np.ndarray
 """One number, or a sequence of them: an axis of a sweep."""
@@ -48,7 +48,7 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
             raise TypeError(bad("arguments without a name", args, ", ".join(names[:most]) or "none"))
         for name in kwargs:
             if name not in known:
-                raise TypeError(bad("argument", name, "one of " + ", ".join(names)))
+                raise TypeError(unknown("argument", name, names))
         written = dict(zip(names, args, strict=False)) | kwargs
         for name in required:
             if name not in written:

@@ -5,9 +5,11 @@ Nothing here imports Numba. Kernels trust what has passed `check`.
 
 from __future__ import annotations
 
+import difflib
 import math
 import numbers
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -153,6 +155,15 @@ def is_name(text: str) -> bool:
 def has_control(text: str) -> bool:
     """Whether a text has characters that end its line, or that a terminal obeys."""
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
+
+
+def unknown(key: str, name: object, known: Iterable[str]) -> str:
+    """The same for a name that is none of those known, with the one that it resembles, if any."""
+    names = list(known)
+    sentence = bad(key, name, "one of " + ", ".join(names))
+    folded = {known.lower(): known for known in names}
+    near = difflib.get_close_matches(name.lower(), folded, 1) if isinstance(name, str) else []
+    return f"{sentence}. Did you mean {folded[near[0]]}?" if near else sentence
 
 
 def real_number(key: str, value: object, allowed: str) -> float:

@@ -24,6 +24,7 @@ from vibrodrive.model.parameters import (
     check,
     check_choice,
     check_count,
+    unknown,
 )
 from vibrodrive.model.physical import SCENE, Physical, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
@@ -226,7 +227,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             together = _together(value, arguments)
             axes[POINT] = np.arange(len(next(iter(together.values()))))
         elif key not in known:
-            raise TypeError(bad("argument", key, "one of " + ", ".join(known)))
+            raise TypeError(unknown("argument", key, known))
         elif key in PARAMETERS or key in SCENE:
             _sort_in(key, value, axes, scalars)
     given = {*scalars, *axes, *together}
@@ -265,7 +266,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
     found = {}
     for name in value.keys():  # noqa: SIM118 - of a table of pandas, too
         if name not in COLUMNS:
-            raise ValueError(bad("key of points", name, "one of " + ", ".join(COLUMNS)))
+            raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, as points gives {name} already"))
         if _is_scalar(f"points.{name}", value[name]):
