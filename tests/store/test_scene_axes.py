@@ -9,7 +9,7 @@ import xarray as xr
 
 from tests.support import fake
 from vibrodrive.model.config import parse
-from vibrodrive.model.physical import Physical
+from vibrodrive.model.physical import Scene
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look
@@ -52,7 +52,7 @@ def test_the_file_has_coordinates_with_units_and_the_rest_of_the_scene(path):
     assert (results.scalars["mu"], results.scalars["mass"]) == (0.6, 250.0)
     assert results.scalars.keys().isdisjoint({"A", "B"})
     at = results.select("nearest", omega0=120.0, alpha=3.4, a0=8e-4).scalars
-    scene = Physical(a0=8e-4, omega0=at["omega0"], mu=0.6, alpha=3.4)
+    scene = Scene(a0=8e-4, omega0=at["omega0"], mu=0.6, alpha=3.4)
     assert (at["A"], at["B"]) == (scene.A, scene.B)
     again = look(path).header.plan
     assert again.points(0, plan.n_points).tobytes() == plan.points(0, plan.n_points).tobytes()

@@ -364,7 +364,7 @@ def test_no_result_files_are_refused_and_left_alone(path):
 def test_another_schema_version_is_refused(finished):
     with h5py.File(finished, "a") as file:
         file.attrs["schema_version"] = 99
-    with pytest.raises(NoResult, match="schema_version = 99: must be 1 or 2"):
+    with pytest.raises(NoResult, match=r"schema_version = 99: must be 3 .*: compute it again, .* or with --overwrite$"):
         load(finished)
     with pytest.raises(NoResult, match="schema_version = 99"):
         open_writer(finished, make(), Origin(TEXT))

@@ -52,7 +52,7 @@ class Results(Described):
     xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
     (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. Errors have,
     over the axes: error_xi and error_dxi, or both as `error`, and certain_until. What each of them is stands in
-    records.py and in the files.
+    records.py and in the files, where `period` is called `motion_period`.
 
     Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 

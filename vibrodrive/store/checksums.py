@@ -17,7 +17,7 @@ from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Tile, variables_of
+from vibrodrive.store.layout import Tile, variable_name, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -102,7 +102,7 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     for column, name in enumerate(("section_xi", "section_dxi")):
         sums += section_sums(values[name], column) if name in values else np.uint64(0)
     for q in quantities(plan.record):
-        sums += record_sums(q.name, values[q.name])
+        sums += record_sums(q.name, values[variable_name(q.name)])
     if not np.array_equal(values["checksum"], sums):
         return "the values do not add up to their checksum"
     return None

@@ -10,10 +10,10 @@ from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import (
+    MOTION_PERIOD,
     SECTIONS,
     axes_of,
     coordinates,
-    dimension_of,
     flags_of_states,
     flags_of_statuses,
     meaning_of,
@@ -47,7 +47,7 @@ def dataset(results: Results) -> xarray.Dataset:
     for v in variables_of(plan):
         if v.name == SUMS:
             continue
-        dims = (*plan.axes, *([dimension_of(v.extra, plan)] if v.extra else []))
+        dims = (*plan.axes, *([v.extra] if v.extra else []))
         variables[v.name] = xarray.Variable(dims, _array(results, v.name), {"units": v.units, "long_name": v.long_name})
     variables["status"].attrs |= flags_of_statuses()
     return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
@@ -63,4 +63,4 @@ def _array(results: Results, name: str) -> np.ndarray:
     columns = [v.name for v in SECTIONS]
     if name in columns:
         return results.section[..., columns.index(name)]
-    return np.asarray(getattr(results, name))
+    return np.asarray(getattr(results, "period" if name == MOTION_PERIOD else name))

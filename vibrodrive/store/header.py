@@ -15,7 +15,7 @@ from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.records import SECTION
 from vibrodrive.store.describe import plain
 from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
-from vibrodrive.store.layout import READABLE, Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
 from vibrodrive.store.lock import Busy
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
@@ -161,9 +161,11 @@ def read_header(file: h5py.File) -> Header:
         version = attrs.get("schema_version")
         if version is None:
             raise NoResult(f"{path}: no result file (no schema_version)")
-        if version not in READABLE:
-            known = " or ".join(map(str, READABLE))
-            raise NoResult(f"{path}: schema_version = {version}: must be {known} for this version of vibrodrive")
+        if version != SCHEMA_VERSION:
+            raise NoResult(
+                f"{path}: schema_version = {version}: must be {SCHEMA_VERSION} for this version of vibrodrive: "
+                "compute it again, into another file or with --overwrite"
+            )
         text = str(attrs["config"])
         if digest(text) != attrs["config_sha256"]:
             raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
@@ -199,7 +201,7 @@ def read_header(file: h5py.File) -> Header:
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     """Which coordinates, and which plain root attributes, are not what was written."""
     wrong = [f"coordinate {name}" for name in _damaged_coordinates(file, plan)]
-    for name, value in plain(plan).items() if file.attrs["schema_version"] > 1 else ():
+    for name, value in plain(plan).items():
         try:
             if file.attrs[name] != value:
                 wrong.append(f"attribute {name}")

@@ -24,15 +24,16 @@ import numpy as np
 from vibrodrive.model.parameters import PARAMETERS, Status
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY, quantities
+from vibrodrive.model.records import IMPACTS, SECTION, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
+"""The one that is read: sweeps of before have `period` as a variable and `section_period` as a dimension."""
 
-READABLE = (1, SCHEMA_VERSION)
-"""Files of schema 1 have a date, and what all points share in `plan` alone."""
+MOTION_PERIOD = "motion_period"
+"""Variable of the quantity `period` of a summary: in a file `period` is the dimension of the section."""
 
 Progress = Callable[[int, int], None]
 """Called with (done, of how many)."""
@@ -72,15 +73,17 @@ COUNTS_MAX = 2**31
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
     """The variables of a file, in the order in which a block is written."""
-    recorded = [Variable(q.name, q.dtype, q.along, q.fill, q.meaning, q.unit) for q in quantities(plan.record)]
+    recorded = [
+        Variable(variable_name(q.name), q.dtype, q.along, q.fill, q.meaning, q.unit) for q in quantities(plan.record)
+    ]
     few = SECTION not in plan.record and plan.settings.periods * plan.settings.budget < COUNTS_MAX
     points = [v._replace(dtype="<i4") if v.name == "switches" and few else v for v in POINTS]
     return (*(SECTIONS if SECTION in plan.record else ()), *recorded, *points)
 
 
-def dimension_of(along: str, plan: Plan) -> str:
-    """The dimension of the file that a variable has beside the axes; `period` is a quantity in a summary."""
-    return "section_period" if along == "period" and SUMMARY in plan.record else along
+def variable_name(quantity: str) -> str:
+    """Name of a quantity as a variable of a file or a Dataset."""
+    return MOTION_PERIOD if quantity == "period" else quantity
 
 
 CONTENTS = (
@@ -130,7 +133,7 @@ def coordinates(plan: Plan) -> dict[str, np.ndarray]:
     periods = plan.settings.periods
     found = {**axes_of(plan)}
     if SECTION in plan.record:
-        found[dimension_of("period", plan)] = np.arange(1, periods + 1)
+        found["period"] = np.arange(1, periods + 1)
     if IMPACTS in plan.record:
         found["impact"] = np.arange(1, 2 * periods + 1)
     return {**found, "state": np.array(list(State), np.int8)}
@@ -181,7 +184,7 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
         chunk = chunk_of(variable, plan)
-        names = (*axes_of(plan), *([dimension_of(variable.extra, plan)] if variable.extra else []))
+        names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
         data = netcdf.variable(
             file, variable.name, names, variable.dtype, variable.long_name,
             fill=variable.fill, chunks=chunk, units=variable.units,
@@ -219,7 +222,6 @@ def meaning_of(name: str) -> tuple[str, str]:
         return SCENE_AXES[name].meaning, SCENE_AXES[name].unit
     meanings = {
         "period": "recorded excitation period, counted from 1 after the transient",
-        "section_period": "recorded excitation period, counted from 1 after the transient",
         "impact": "main impact, counted from 1 after the transient",
         "state": "state of the motion (Fig. 2)",
         POINT: "number of a point, counted from 0",

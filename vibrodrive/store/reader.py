@@ -17,7 +17,7 @@ from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, read_marks
 from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
-from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles
+from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
 
 
 def load_sweep(path: Path) -> Results:
@@ -35,7 +35,7 @@ class DamagedBlock(UserWarning):
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
     """One array; `damaged` collects the blocks that cannot be read, whose status is then that of missing ones."""
     index = index if plan.axes else (0,)
-    names = ("section_xi", "section_dxi") if name == "section" else (name,)
+    names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
         where = tiles(plan)
         _, done, wrong = read_marks(file, where)

@@ -44,6 +44,7 @@ from vibrodrive.store.layout import (
     put_chunk,
     quiet,
     tiles,
+    variable_name,
     variables_of,
 )
 from vibrodrive.store.lock import Busy, Lock
@@ -106,7 +107,7 @@ class Writer:
                 for column, name in enumerate(("section_xi", "section_dxi")):
                     sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
             for name, values in block.records.items():
-                self._put(k, name, values)
+                self._put(k, variable_name(name), values)
                 sums += record_sums(name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
