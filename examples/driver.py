@@ -39,7 +39,7 @@ class Course:
 
 def course(omega0: Sequence[float] | np.ndarray) -> Course:
     """Follow a motion from rest at each frequency (rad/s), all of them in one sweep."""
-    scenes = [vd.Physical(omega0=float(w), **DRIVER) for w in omega0]
+    scenes = [vd.Scene(omega0=float(w), **DRIVER) for w in omega0]
     r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
     each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
     return Course(
@@ -53,7 +53,7 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
 
 def stands(omega0: float) -> float:
     """The limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN where there is none."""
-    scene = vd.Physical(omega0=omega0, **DRIVER)
+    scene = vd.Scene(omega0=omega0, **DRIVER)
     return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity))
 
 

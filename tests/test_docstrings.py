@@ -125,7 +125,7 @@ def entries(thing, *titles):
 
 
 FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "limits")  # has those of limit
-DATA = ["Physical", "Results", "Trajectory"]
+DATA = ["Scene", "Results", "Trajectory"]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -14,9 +14,9 @@ __version__ = "0.1.0"
 __all__ = [
     "ETA",
     "Method",
-    "Physical",
     "Results",
     "Scan",
+    "Scene",
     "State",
     "Status",
     "Trajectory",
@@ -35,7 +35,7 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["ETA", "Method", "Scan", "Status"], "model.parameters"),
-    "Physical": "model.physical",
+    "Scene": "model.physical",
     "State": "model.states",
     **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
     "Results": "model.results",
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from vibrodrive.jobs.call import sweep
     from vibrodrive.jobs.driver import driver
     from vibrodrive.model.parameters import ETA, Method, Scan, Status
-    from vibrodrive.model.physical import Physical
+    from vibrodrive.model.physical import Scene
     from vibrodrive.model.results import Results
     from vibrodrive.model.states import State
     from vibrodrive.periodic.bifurcations import bifurcations

@@ -31,7 +31,7 @@ def test_the_bits_are_those_of_the_same_numbers_given_directly(results):
     assert results.section.shape == (12, 2, 2, 20, 2)
     for i, omega0 in enumerate(results.axes["omega0"].tolist()):
         for k, alpha in enumerate(results.axes["alpha"].tolist()):
-            scene = vd.Physical(a0=8e-4, omega0=omega0, mu=0.6, alpha=alpha)
+            scene = vd.Scene(a0=8e-4, omega0=omega0, mu=0.6, alpha=alpha)
             direct = vd.sweep(A=scene.A, B=scene.B, eps=[0, 1e-4], transient=30, periods=20)
             for name in ("section", "margin", "status", "switches"):
                 assert getattr(results, name)[i, :, k].tobytes() == getattr(direct, name).tobytes()
@@ -49,7 +49,7 @@ def test_figures_have_the_units(results):
     assert over.axes[0].get_xlabel() == r"$\alpha$ in °"
     assert r"$\Omega_0 = 149.091$ rad/s" in over.axes[0].get_title(loc="right")
     single = from_results(results.select("nearest", omega0=150, eps=0, alpha=2))
-    A = vd.Physical(a0=8e-4, omega0=float(results.axes["omega0"][8]), mu=0.6, alpha=2.0).A
+    A = vd.Scene(a0=8e-4, omega0=float(results.axes["omega0"][8]), mu=0.6, alpha=2.0).A
     assert f"$A = {A:.6g}$" in single.axes[0].get_title(loc="right")
 
 

@@ -100,7 +100,7 @@ def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
     code = (
         "import sys, vibrodrive as vd\nassert not {'numba', 'h5py', 'numpy'} & set(sys.modules)\n"
         "from vibrodrive.batch.sweep import compute\nassert callable(vd.sweep) and vd.sweep.__name__ == 'sweep'\n"
-        "vd.ETA, vd.Status, vd.load, vd.simulate, vd.Physical, vd.Results\n"
+        "vd.ETA, vd.Status, vd.load, vd.simulate, vd.Scene, vd.Results\n"
         "assert set(vd.__all__) <= set(dir(vd))\n"
         "try: vd.nonsense\nexcept AttributeError as e: print(e)"
     )

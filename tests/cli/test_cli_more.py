@@ -111,7 +111,7 @@ def test_limits_of_a_scene_in_si_units_are_listed_in_mm_s(run):
     head, line, _ = out.splitlines()
     assert head.count(", mm/s") == 2
     V, mm_s = (float(line.split()[k]) for k in (3, 6))  # after eta, n, k2(eps); V(fixed), k2(muller) between
-    scene = vd.Physical(a0=0.65e-3, omega0=150, mu=0.6, alpha=3.4)
+    scene = vd.Scene(a0=0.65e-3, omega0=150, mu=0.6, alpha=3.4)
     assert mm_s == pytest.approx(1e3 * scene.velocity(V), rel=1e-3)
     code, out, _ = run("info", "scene.h5")
     assert out.count("mm/s)") == 3

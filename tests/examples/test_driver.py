@@ -19,7 +19,7 @@ def test_the_course_is_that_of_single_motions():
     found = course([85.0, 120.0, 150.0])
     assert found.power[0] == found.blows[0] == 0.0, "too slow to leave the obstacle"
     for i in (1, 2):
-        scene = vd.Physical(omega0=found.omega0[i], **DRIVER)
+        scene = vd.Scene(omega0=found.omega0[i], **DRIVER)
         motion = vd.simulate(scene.A, B=scene.B, transient=1000, periods=60)
         hits = motion.switches[motion.switches["after"] == vd.State.IMPACT]
         seconds = scene.time(2.0 * np.pi * 60)
@@ -31,7 +31,7 @@ def test_the_course_is_that_of_single_motions():
 
 @pytest.mark.jit
 def test_what_it_stands_is_the_limit_in_metres_a_second():
-    scene = vd.Physical(omega0=150.0, **DRIVER)
+    scene = vd.Scene(omega0=150.0, **DRIVER)
     k = vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200)
     assert stands(150.0) == pytest.approx(k.k2 * vd.ETA * DRIVER["a0"] * 150.0, rel=1e-12)
 
@@ -43,7 +43,7 @@ def test_the_figure_shows_millimetres_a_second():
     assert list(limit.lines[0].get_ydata()) == pytest.approx([12.0, 10.0])
 
 
-SCENE = vd.Physical(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
+SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
 def free_velocity(A: float, B: float, steps: int = 20_000) -> float:

@@ -22,7 +22,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
 from vibrodrive.model.drawing import OF_CLASSES
 from vibrodrive.model.parameters import PARAMETERS
-from vibrodrive.model.physical import SCENE_AXES, Physical
+from vibrodrive.model.physical import SCENE_AXES, Scene
 
 ROOT = Path(__file__).parents[2]
 
@@ -148,7 +148,7 @@ def test_axes_follow_the_scene(changed, to, scene, x, y):
 def test_A_and_B_follow_from_a_scene():
     view = View.read({"scene": "SI", "x": "eps", "columns": 2, "A": 9.0, "B": 9.0})
     plan = view.plan()
-    scene = Physical(view.a0, view.omega0, view.mu, view.alpha)
+    scene = Scene(view.a0, view.omega0, view.mu, view.alpha)
     assert plan.points(0, 1)[0][:2].tolist() == [scene.A, scene.B]
     over_A = View.read({"scene": "SI", "columns": 2}).plan()
     assert over_A.points(0, 1)[0][:2].tolist() == [2.4, scene.B]

@@ -18,7 +18,7 @@ from vibrodrive.figures.map import edges, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
 from vibrodrive.model.parameters import Status
-from vibrodrive.model.physical import Physical, power
+from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.plan import Settings
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.store.limits import Limits
@@ -275,13 +275,13 @@ def test_curves_lie_over_a_map_of_a_and_b(plane):
 
 def scene(x, y):
     """Results over two axes of a scene; what is no axis has one value."""
-    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Physical.g}
+    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
     axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}
     swept = results(axes, period=np.ones((3, 3), int))
     swept.scalars = {name: value for name, value in fixed.items() if name not in axes}
     if "alpha" not in axes and "mu" not in axes:
-        swept.scalars["B"] = Physical(1e-3, 1.0, 0.6, 3.4).B
+        swept.scalars["B"] = Scene(1e-3, 1.0, 0.6, 3.4).B
     if "A" in axes:
         del swept.scalars["a0"]
     return swept
@@ -310,7 +310,7 @@ def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
         shown = {x: u, y: v}
         if "a0" in shown:
             shown["a0"] *= 1e-3
-        here = Physical(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
+        here = Scene(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
         assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
     assert "numbers on curves: period" in told(fig)
 
@@ -382,10 +382,10 @@ def test_limits_over_two_axes_are_a_map_of_k2():
 
 
 def test_power_is_half_m_v_squared_times_the_frequency():
-    scene = Physical(a0=0.8e-3, omega0=150.0, mass=250.0, mu=0.6, alpha=3.4)
+    scene = Scene(a0=0.8e-3, omega0=150.0, mass=250.0, mu=0.6, alpha=3.4)
     speed = 2.0
     joules = 0.5 * scene.mass * scene.velocity(speed) ** 2
-    watts = power(np.array([0.5 * speed**2]), *(np.array([v]) for v in (150.0, 0.6, 3.4, 250.0, Physical.g)))
+    watts = power(np.array([0.5 * speed**2]), *(np.array([v]) for v in (150.0, 0.6, 3.4, 250.0, Scene.g)))
     assert watts[0] == pytest.approx(joules * 150.0 / (2 * np.pi), rel=1e-12)
 
 

@@ -10,7 +10,8 @@ import pytest
 
 from vibrodrive.model import parameters
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status, check, check_choice, check_count
-from vibrodrive.model.physical import Physical
+from vibrodrive.model.physical import Scene
+from vibrodrive.model.slips import slip
 
 
 def test_numbers_become_float64():
@@ -77,7 +78,7 @@ SCENE = {"a0": 0.004, "omega0": 150.0, "mass": 250.0, "mu": 0.6, "alpha": 10.0, 
 
 
 def test_dimensionless_numbers_of_a_scene():
-    scene = Physical(**SCENE)
+    scene = Scene(**SCENE)
     friction = 0.6 * 9.81 * math.cos(math.radians(10.0))
     assert pytest.approx(150.0**2 * 0.004 / friction, rel=1e-14) == scene.A
     assert pytest.approx(math.tan(math.radians(10.0)) / 0.6, rel=1e-14) == scene.B
@@ -85,7 +86,7 @@ def test_dimensionless_numbers_of_a_scene():
 
 def test_lengths_velocities_times_and_forces_fit_together():
     """The free flight of the model, ξ'' = H ∓ 1, is Newton's law in SI units."""
-    scene = Physical(**SCENE)
+    scene = Scene(**SCENE)
     h = 1e-3
     xi = scene.A * math.sin(0.5) * h**2 / 2
     t = scene.time(h)
@@ -113,4 +114,36 @@ def test_lengths_velocities_times_and_forces_fit_together():
 )
 def test_a_scene_that_cannot_be_is_refused(key, value, error):
     with pytest.raises(error, match=f"^{key} = .*: must be "):
-        Physical(**(SCENE | {key: value}))
+        Scene(**(SCENE | {key: value}))
+
+
+def test_a_scene_takes_a_frequency_in_hertz_in_the_place_of_omega0():
+    rest = {name: value for name, value in SCENE.items() if name != "omega0"}
+    scene = Scene(**rest, frequency=24.0)
+    assert scene.omega0 == 48.0 * math.pi
+    assert scene.frequency == 24.0
+    assert scene == Scene(**rest, omega0=48.0 * math.pi)
+    for given, words in (({}, "frequency one in hertz"), ({"omega0": 150.0, "frequency": 24.0}, "left out")):
+        with pytest.raises(TypeError, match=words):
+            Scene(**rest, **given)
+
+
+def test_a_slip_is_named_where_all_points_have_it():
+    odd = {
+        "swapped": (0.1, 3.04, 0.0, 101.0),
+        "per cent": (3.0, 0.1, 2.0, 101.0),
+        "SI units": (340.0, 0.1, 0, 1),
+    }
+    for words, point in odd.items():
+        assert words in slip([point])
+        assert slip([point, (3.04, 0.1, 1e-4, 101.0)]) == ""
+    assert slip([(2000.0, 1000.0, 0.0, 101.0)]) == ""  # the bouncing ball
+    assert slip([(0.9, 0.1, 1e-3, 101.0)]) == ""  # the disturbance moves it
+
+
+def test_a_scene_in_other_units_is_warned_of_once():
+    with pytest.warns(UserWarning, match="not in SI units") as caught:
+        scene = Scene(a0=0.8, omega0=150.0, mu=0.6, alpha=3.4)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    assert round(scene.A, 1) == 3064.5

@@ -16,7 +16,7 @@ import vibrodrive as vd
 SHORT = dict(transient=1, periods=3)
 JUDGED = dict(transient=20, periods=10)
 SCENE = dict(a0=0.004, omega0=150.0, mu=0.6, alpha=10.0, mass=250.0)
-IN_SI = vd.Physical(**SCENE)
+IN_SI = vd.Scene(**SCENE)
 
 NOT_NUMBERS = [
     True, "3", "", "x" * 500, b"3", 3 + 1j, decimal.Decimal(3), {}, {"a": 1}, set(), object(), float, len, ...,
@@ -83,9 +83,9 @@ REFUSED = {
     "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0]),
     "impact_map A": ("A", vd.impact_map, NUMBER),
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
-    "Physical omega0": ("omega0", lambda v: vd.Physical(**{**SCENE, "omega0": v}), [*NUMBER, 0]),
-    "Physical alpha": ("alpha", lambda v: vd.Physical(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
-    "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Physical(**{**SCENE, **v}).A), [
+    "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER, 0]),
+    "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
+    "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Scene.quiet(**{**SCENE, **v}).A), [
         {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}
     ]),
     "length": ("xi", IN_SI.length, [None, *NOT_NUMBERS, range(10**15)]),

@@ -1,4 +1,4 @@
-"""Quantities of a scene in SI units as axes: every point has the A and B that `Physical` gives it, to the bit."""
+"""Quantities of a scene in SI units as axes: every point has the A and B that `Scene` gives it, to the bit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.model.parameters import COLUMNS, Status
-from vibrodrive.model.physical import SCENE_AXES, Physical
+from vibrodrive.model.physical import SCENE_AXES, Scene
 from vibrodrive.model.results import Results
 
 SCENE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}
@@ -41,7 +41,7 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
     assert list(plan.axes) == list(names)
     points = plan.points(0, plan.n_points)
     scenes = [
-        Physical(**(SCENE | dict(zip(names, v, strict=True)))) for v in itertools.product(*map(VALUES.get, names))
+        Scene.quiet(**(SCENE | dict(zip(names, v, strict=True)))) for v in itertools.product(*map(VALUES.get, names))
     ]
     assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
     assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
@@ -49,7 +49,7 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
 
 
 def test_physical_gives_what_the_paper_defines():
-    scene = Physical(**SCENE)
+    scene = Scene.quiet(**SCENE)
     friction = 0.6 * 9.81 * math.cos(math.radians(3.4))
     assert pytest.approx(150.0**2 * 0.8e-3 / friction, rel=1e-15) == scene.A
     assert pytest.approx(math.tan(math.radians(3.4)) / 0.6, rel=1e-15) == scene.B
@@ -59,13 +59,13 @@ def test_all_at_once_and_beside_other_parameters_in_the_order_written():
     plan = parse(text("mu", "omega0", more="eps = [0, 1e-4]\na0 = [1e-4, 2e-4]\n", scene={"alpha": 3.4})).plan()
     assert list(plan.axes) == ["mu", "omega0", "eps", "a0"]
     point = plan.arguments(plan.n_points - 1)
-    scene = Physical(a0=2e-4, omega0=200.0, mu=0.7, alpha=3.4)
+    scene = Scene(a0=2e-4, omega0=200.0, mu=0.7, alpha=3.4)
     assert (point["A"], point["B"], point["eps"]) == (scene.A, scene.B, 1e-4)
 
 
 def test_what_does_not_vary_stays_one_number():
     scalars = parse(text("omega0", "a0")).plan().scalars
-    assert scalars["B"] == Physical(**SCENE).B
+    assert scalars["B"] == Scene.quiet(**SCENE).B
     assert "A" not in scalars
     assert {name: scalars[name] for name in ("mu", "alpha", "mass", "g")} == {
         name: SCENE[name] for name in ("mu", "alpha", "mass", "g")
@@ -73,7 +73,7 @@ def test_what_does_not_vary_stays_one_number():
     assert scalars.keys() & {"A", "B"} == {"B"}
     assert parse(text("alpha")).plan().scalars.keys().isdisjoint({"A", "B"})
     both = parse(text("mass")).plan().scalars  # which changes forces, and not the motion
-    assert (both["A"], both["B"]) == (Physical(**SCENE).A, Physical(**SCENE).B)
+    assert (both["A"], both["B"]) == (Scene.quiet(**SCENE).A, Scene.quiet(**SCENE).B)
 
 
 def test_a_scene_without_a0_leaves_a_to_an_axis():
@@ -82,7 +82,7 @@ def test_a_scene_without_a0_leaves_a_to_an_axis():
     assert list(plan.axes) == ["alpha", "A"]
     points = plan.points(0, 10)
     assert points[:, COLUMNS.index("A")].tolist() == [1.5, 3.0] * 5
-    expected = [Physical(a0=1.0, omega0=150.0, mu=0.6, alpha=a).B for a in VALUES["alpha"].tolist() for _ in range(2)]
+    expected = [Scene.quiet(omega0=150.0, mu=0.6, alpha=a).B for a in VALUES["alpha"].tolist() for _ in range(2)]
     assert points[:, COLUMNS.index("B")].tolist() == expected
 
 
@@ -98,7 +98,7 @@ def test_options_move_a_quantity_between_the_tables():
     plain = "[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n"
     plan = parse(plain, ["omega0={start = 100, stop = 200, num = 5}"]).plan()
     assert plan.axes["omega0"].tolist() == [100.0, 125.0, 150.0, 175.0, 200.0]
-    assert parse(text("omega0"), ["omega0=160"]).plan().scalars["A"] == Physical(**(SCENE | {"omega0": 160.0})).A
+    assert parse(text("omega0"), ["omega0=160"]).plan().scalars["A"] == Scene.quiet(**(SCENE | {"omega0": 160.0})).A
     assert parse(text("omega0"), ["physical.omega0=160"]).plan().axes == {}
 
 
@@ -111,7 +111,7 @@ def test_selecting_leaves_the_numbers_of_the_scene():
     assert part.scalars["omega0"] == VALUES["omega0"][1]
     assert part.scalars.keys().isdisjoint({"A", "B"})
     one = part.select(alpha=3.0)
-    scene = Physical(**(SCENE | {"omega0": VALUES["omega0"][1], "alpha": 3.0}))
+    scene = Scene.quiet(**(SCENE | {"omega0": VALUES["omega0"][1], "alpha": 3.0}))
     assert (one.scalars["A"], one.scalars["B"]) == (scene.A, scene.B)
     with pytest.raises(ValueError, match=r"^omega0 = 300: must be one of the .* the nearest one, 200"):
         results.select(omega0=300)

@@ -87,7 +87,7 @@ def test_simulated_motions_end_on_the_orbit_that_was_found(B):
 def test_in_SI_units_the_impact_is_a_free_fall_along_the_incline_that_lasts_one_period():
     alpha, g, period = 30.0, 9.81, 0.02
     mu = math.tan(math.radians(alpha)) / 1e6
-    scene = vd.Physical(a0=1e-4, omega0=2 * math.pi / period, mu=mu, alpha=alpha, g=g)
+    scene = vd.Scene(a0=1e-4, omega0=2 * math.pi / period, mu=mu, alpha=alpha, g=g)
     speed = scene.velocity(2.0 * math.pi * scene.B)
     assert speed == pytest.approx(g * math.sin(math.radians(alpha)) * period, rel=1e-12)
 

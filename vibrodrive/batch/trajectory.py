@@ -286,7 +286,7 @@ def simulate(
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
 
-    All quantities are dimensionless (§2 of the paper; `Physical` converts from and to SI units).
+    All quantities are dimensionless (§2 of the paper; `Scene` converts from and to SI units).
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     CONFIG has one scene in [physical], with a0 and omega0. The motion starts from rest; its switches are certified.
     """
     from vibrodrive.jobs.output import Refused
-    from vibrodrive.model.physical import SCENE, Physical
+    from vibrodrive.model.physical import SCENE, Scene
 
     configured = read(config, overrides, None)
     plan = configured.plan()
@@ -28,7 +28,7 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
     scene = configured.physical
     if scene is None and "a0" in known:  # quantities of the scene may be axes of one value
-        scene = Physical(**{name: known[name] for name in SCENE})
+        scene = Scene(**{name: known[name] for name in SCENE})
     if scene is None or not scene.a0:
         raise Refused("physical.a0 is missing: a driver needs [physical] with a0 (m), omega0 (rad/s), mu and alpha")
     from vibrodrive.jobs.driver import driver as compute

@@ -29,7 +29,7 @@ from vibrodrive.model.drawing import (
     choose_drawing,
 )
 from vibrodrive.model.parameters import ETA, PARAMETERS, Method, Parameter, bad, check_count
-from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene, incline
+from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
@@ -148,7 +148,7 @@ class View:
     diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
     to `y_high` in `rows` values, and `shade` as its colour, between `bottom` and `top`. `at` is the value of x whose
     motion is drawn beside (NaN: none), `orbits` the longest period of the exact orbits drawn over it (0: none). With
-    `scene` "SI", the default where an axis is a quantity of it, a0 to g are those of `Physical`, from which B follows,
+    `scene` "SI", the default where an axis is a quantity of it, a0 to g are those of `Scene`, from which B follows,
     and A unless it is an axis. The rest is as in `simulate`.
 
     Examples
@@ -198,7 +198,7 @@ class View:
     mu: float = _set(0.6, _of_scene)
     alpha: float = _set(3.4, _of_scene)
     mass: float = _set(250.0, _of_scene)
-    g: float = _set(Physical.g, _of_scene)
+    g: float = _set(Scene.g, _of_scene)
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:

@@ -27,7 +27,7 @@ from vibrodrive.figures.plane import NUMBERED, draw_lines
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import Physical, power
+from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.records import SUMMARIES
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
     if quantity == IMPACT_POWER:
         names = list(results.axes)
         along = np.meshgrid(*results.axes.values(), indexing="ij", sparse=True)
-        known = {"g": Physical.g, **results.scalars, **dict(zip(names, along, strict=True))}
+        known = {"g": Scene.g, **results.scalars, **dict(zip(names, along, strict=True))}
         shape = tuple(len(a) for a in results.axes.values())
         scene = (np.broadcast_to(known[n], shape).ravel() for n in ("omega0", "mu", "alpha", "mass", "g"))
         return power(np.asarray(results.energy, float).ravel(), *scene).reshape(shape)

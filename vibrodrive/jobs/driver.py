@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrodrive.jobs.call import sweep
 from vibrodrive.model.parameters import ETA, Status
-from vibrodrive.model.physical import Physical
+from vibrodrive.model.physical import Scene
 
 VARIED = {"a0": "a0", "omega0": "Ω0", "mu": "μ", "alpha": "α"}
 """Quantities of the scene that are changed by 1 %, and their symbols. The mass scales powers only."""
@@ -25,7 +25,7 @@ class Driver:
 
     Attributes
     ----------
-    scene : Physical
+    scene : Scene
     period : float
         of the motion, in s; NaN where it does not repeat within 64 periods of the excitation.
     blows : float
@@ -47,7 +47,7 @@ class Driver:
         for a0, omega0, mu and alpha the driver with 1 % less of it, and with 1 % more.
     """
 
-    scene: Physical
+    scene: Scene
     period: float
     blows: float
     speed: float
@@ -98,12 +98,12 @@ free: mean conveying velocity where no obstacle is in reach, negative down the i
 power is that of the blows; – is a motion that does not repeat within 64 periods of the excitation."""
 
 
-def driver(scene: Physical, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
+def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
     """Compute what a driver does, in SI units, here and with 1 % less and more of a0, omega0, mu and alpha.
 
     Parameters
     ----------
-    scene : Physical
+    scene : Scene
     eps, eta : float
         disturbance, as in `simulate`.
     transient, periods : int
@@ -122,7 +122,7 @@ def driver(scene: Physical, *, eps: float = 0.0, eta: float = ETA, transient: in
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> found = vd.driver(vd.Physical(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0))
+    >>> found = vd.driver(vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0))
     >>> f"{found.blows:.2f} blows a second, {found.speed:.3f} m/s, {found.power:.2f} W"
     '11.94 blows a second, 0.092 m/s, 10.19 W'
     >>> less, more = found.beside["omega0"]

@@ -38,7 +38,7 @@ import numpy as np
 
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control, unknown
-from vibrodrive.model.physical import SCENE, SCENE_AXES, Physical, check_scene
+from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene
 from vibrodrive.model.plan import POINT, SETTINGS, Plan, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
@@ -78,7 +78,7 @@ class Config:
     overrides: tuple[str, ...]
     arguments: dict[str, Any]
     title: str
-    physical: Physical | None
+    physical: Scene | None
     figure: dict[str, Any]
     trajectory: dict[str, Any]
     limits: dict[str, Any]
@@ -193,7 +193,7 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
     return [*tables.get("physical", {}), "B", *(["A"] if "a0" in scene else [])]
 
 
-def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Physical | None:
+def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene | None:
     """Complete the arguments by [physical]; a scene without an axis gives A and B in its place, and is returned."""
     swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
     for key in ("omega0", "mu", "alpha"):
@@ -210,7 +210,7 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Physi
             raise ValueError("physical.a0 is missing: must be given where omega0 is an axis, for A to follow it")
         return None
     scene = {key: arguments.pop(key) for key in SCENE if key in arguments}
-    physical = Physical(**({"a0": 0.0} | scene))
+    physical = Scene.quiet(**scene)
     for name in ("A", "B") if "a0" in scene else ("B",):
         arguments[name] = check(name, getattr(physical, name))
     return physical

@@ -147,6 +147,15 @@ def bad(key: str, value: object, allowed: str) -> str:
     return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
 
 
+def unknown(key: str, name: object, known: Iterable[str]) -> str:
+    """The same for a name that is none of those known, with the one that it resembles, if any."""
+    names = list(known)
+    sentence = bad(key, name, "one of " + ", ".join(names))
+    folded = {known.lower(): known for known in names}
+    near = difflib.get_close_matches(name.lower(), folded, 1) if isinstance(name, str) else []
+    return f"{sentence}. Did you mean {folded[near[0]]}?" if near else sentence
+
+
 def is_name(text: str) -> bool:
     """Whether a text can be the name of a file, and stand in a message of one line."""
     return bool(text) and not has_control(text)
@@ -155,15 +164,6 @@ def is_name(text: str) -> bool:
 def has_control(text: str) -> bool:
     """Whether a text has characters that end its line, or that a terminal obeys."""
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
-
-
-def unknown(key: str, name: object, known: Iterable[str]) -> str:
-    """The same for a name that is none of those known, with the one that it resembles, if any."""
-    names = list(known)
-    sentence = bad(key, name, "one of " + ", ".join(names))
-    folded = {known.lower(): known for known in names}
-    near = difflib.get_close_matches(name.lower(), folded, 1) if isinstance(name, str) else []
-    return f"{sentence}. Did you mean {folded[near[0]]}?" if near else sentence
 
 
 def real_number(key: str, value: object, allowed: str) -> float:

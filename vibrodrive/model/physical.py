@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.parameters import bad, real_array, real_number
+from vibrodrive.model.slips import warn_of_slip
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -134,14 +135,16 @@ def _at_least_tiny(x: Any) -> Any:
     return np.maximum(x, TINY)
 
 
-@dataclass(frozen=True)
-class Physical:
+@dataclass(frozen=True, init=False)
+class Scene:
     """The scene in SI units, and the dimensionless numbers that follow from it (§2 of the paper).
 
     Parameters
     ----------
-    a0, omega0 : float
-        amplitude (m) and angular frequency (rad/s) of the excitation.
+    a0 : float
+        amplitude (m) of the excitation.
+    omega0, frequency : float
+        angular frequency (rad/s) of the excitation, or its frequency in hertz: one of the two.
     mu, alpha : float
         coefficient of friction, and angle of the incline in degrees, 0 <= α < 90.
     mass, g : float
@@ -152,14 +155,21 @@ class Physical:
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
 
+    Warns
+    -----
+    UserWarning
+        if A is so small that nothing can leave the obstacle, or so large that other units are likely.
+
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> scene = vd.Physical(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
-    >>> round(scene.A, 4), round(scene.B, 4)
-    (3.0645, 0.099)
+    >>> scene = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
+    >>> round(scene.A, 4), round(scene.B, 4), round(scene.frequency, 2)
+    (3.0645, 0.099, 23.87)
     >>> f"a gap of {1e3 * scene.length(6.5):.2f} mm, an impact at {100 * scene.velocity(2.0):.1f} cm/s"
     'a gap of 1.70 mm, an impact at 7.8 cm/s'
+    >>> round(vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4).omega0, 2)
+    150.8
     """
 
     a0: float
@@ -169,9 +179,42 @@ class Physical:
     mass: float = 1.0
     g: float = 9.80665
 
-    def __post_init__(self) -> None:
-        for key in SCENE:
-            object.__setattr__(self, key, check_scene(key, getattr(self, key)))
+    def __init__(
+        self,
+        a0: float,
+        omega0: float | None = None,
+        mu: float | None = None,
+        alpha: float | None = None,
+        mass: float = mass,
+        g: float = g,
+        *,
+        frequency: float | None = None,
+    ) -> None:
+        if omega0 is None and frequency is None:
+            raise TypeError(bad("omega0", omega0, "a finite number > 0 in rad/s, or frequency one in hertz"))
+        if frequency is not None:
+            if omega0 is not None:
+                raise TypeError(bad("frequency", frequency, "left out where omega0 is given"))
+            omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
+        self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
+        if self.a0 > 0.0 and math.isfinite(self.A):  # without an amplitude it gives B and units
+            warn_of_slip([(self.A, self.B, 0.0, 1.0)])
+
+    @classmethod
+    def quiet(cls, **values: float) -> Scene:
+        """A scene without a warning: one of many, or an end of an axis; a0 is 0 unless given."""
+        scene = cls.__new__(cls)
+        scene._take({"a0": 0.0, "mass": cls.mass, "g": cls.g} | values)
+        return scene
+
+    def _take(self, values: Mapping[str, object]) -> None:
+        for key, value in values.items():
+            object.__setattr__(self, key, check_scene(key, value))
+
+    @property
+    def frequency(self) -> float:
+        """Frequency of the excitation in hertz."""
+        return self.omega0 / (2.0 * math.pi)
 
     @property
     def friction(self) -> float:
@@ -209,7 +252,7 @@ class Physical:
         return _numbers("h", h) * self.mass * self.friction
 
 
-SCENE = tuple(f.name for f in fields(Physical))
+SCENE = tuple(f.name for f in fields(Scene))
 """What makes up a scene."""
 
 

@@ -26,7 +26,7 @@ from vibrodrive.model.parameters import (
     check_count,
     unknown,
 )
-from vibrodrive.model.physical import SCENE, Physical, check_scene, with_A_and_B
+from vibrodrive.model.physical import SCENE, Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
@@ -205,7 +205,7 @@ class Plan:
 def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check every argument of a sweep (keys as in `simulate`; sequences become axes) and lay it out.
 
-    In the place of A and B there may be a scene, as in `Physical`: without `a0` it gives B alone.
+    In the place of A and B there may be a scene, as in `Scene`: without `a0` it gives B alone.
 
     Raises
     ------
@@ -301,11 +301,11 @@ def _carry(value: object, plan: Plan) -> str:
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
     """Check the A and B of a scene, and leave to the points what varies. Raises ValueError."""
-    scalars.setdefault("g", Physical.g)
+    scalars.setdefault("g", Scene.g)
     scene = {name: value for name, value in scalars.items() if name in SCENE}
     # A and B are largest where friction is least
     ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in axes.items() if name in SCENE}
-    extreme = Physical(**({"a0": 0.0} | scene | ends))
+    extreme = Scene.quiet(**(scene | ends))
     for name, sources in (("A", ("a0", "omega0", "mu", "alpha")), ("B", ("mu", "alpha"))):
         if name == "A" and "a0" not in scene | ends:
             continue

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 def as_velocity(disturbance: str, value: ArrayLike, A: ArrayLike, eta: ArrayLike) -> np.ndarray:
     """The velocity amplitude V of values of ε (`disturbance` "eps": V = εηA) or of Δτ ("dtau": V = Δτ), else NaN.
 
-    Everything is dimensionless; arrays are broadcast. `Physical.velocity` turns V into m/s. An error of the start acts
+    Everything is dimensionless; arrays are broadcast. `Scene.velocity` turns V into m/s. An error of the start acts
     once and has no amplitude.
 
     Examples

@@ -1,0 +1,40 @@
+"""Arguments that are allowed and hardly meant: A and B swapped, ε in per cent, a scene in other units than SI.
+
+The check is for `limit`, `orbits` and scenes alone. A sweep without a scene, and known results, may go anywhere.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+
+SMALL = 0.1
+"""Largest ε that passes for a small disturbance."""
+
+LARGE = 100.0
+"""A above this, and above this times B, is far from any motion of a vibratory driver."""
+
+UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
+
+
+def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
+    """Name the likely slip in points (A, B, eps, eta), in one sentence; "" unless all of them have the same one."""
+    given = list(points)
+    A, B, eps, _ = given[0]
+    said = []
+    if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
+        said.append(
+            f"A = {A:g}, B = {B:g}: nothing can leave the obstacle unless A > 1 + B "
+            f"(are A and B swapped, or is a scene not in SI units: {UNITS}?)"
+        )
+    if all(eps > SMALL for _, _, eps, _ in given):
+        said.append(f"eps = {eps:g}: ε is a share of the excitation, usually below {SMALL:g} (is it in per cent?)")
+    if all(A > LARGE and A > LARGE * B for A, B, _, _ in given):
+        said.append(f"A = {A:g}, B = {B:g}: A is usually below {LARGE:g} (is a scene not in SI units: {UNITS}?)")
+    return "; ".join(said)
+
+
+def warn_of_slip(points: Iterable[tuple[float, float, float, float]], depth: int = 2) -> None:
+    """Warn of the likely slip, if any, at the line `depth` calls above the caller's."""
+    if said := slip(points):
+        warnings.warn(said, UserWarning, stacklevel=depth + 1)
