@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+import vibrodrive as vd
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
-from vibrodrive.stability.limit import limits
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import follow_cycle
 from vibrodrive.stability.structure import ReferenceOrbit
@@ -34,7 +34,7 @@ def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1
     """k₂(ε) over the section's phase: float64 (phases, A)."""
     return np.array(
         [
-            [k.k2 for _, k in sorted(limits(amplitudes, "eps", None, criterion, section_phase=phase, periods=periods))]
+            vd.limits(amplitudes, "eps", criterion, section_phase=phase, periods=periods).numbers["k2"][0]
             for phase in PHASES
         ]
     )

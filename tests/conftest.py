@@ -38,19 +38,23 @@ def compile_kernels() -> None:
             done.result()
 
 
-SHORT = {"dtau": 0.1, "transient": 1, "periods": 1}
+SHORT = {"transient": 1, "periods": 1}
+
+
+def _of(method: str) -> dict[str, object]:
+    return {"method": method} | ({} if method == "certified" else {"dtau": 0.1})
 
 
 def _sweep(method: str, eps: float, record: str) -> None:
     import vibrodrive as vd
 
-    vd.sweep(A=[3.04], eps=[eps], method=method, record=record, threads=1, **SHORT)
+    vd.sweep(A=[3.04], eps=[eps], **_of(method), record=record, threads=1, **SHORT)
 
 
 def _simulate(method: str) -> None:
     import vibrodrive as vd
 
-    vd.simulate(A=3.04, method=method, **SHORT).sample(4)
+    vd.simulate(A=3.04, **_of(method), **SHORT).sample(4)
 
 
 def _orbits() -> None:

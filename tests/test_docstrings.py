@@ -13,7 +13,7 @@ import vibrodrive as vd
 from vibrodrive.cli import cli
 from vibrodrive.model import config
 from vibrodrive.periodic.family import family
-from vibrodrive.stability.limit import limits
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.store.failures import lay_out
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
@@ -24,16 +24,25 @@ CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
 
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {
-    "limits": limits,
+    "each_limit": each_limit,
 }
 NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
 PLAIN = {"plot.cobweb", "plot.failures", "plot.limits", "plot.limits_map", "plot.save"}
 """Figures of nothing that is simulated."""
 
-LONG = {"bifurcations", "curves", "explore", "limit", "limits", "plot", "Results", "sweep", "simulate"} | {
-    name for name in NAMES if name.startswith("plot.") and name not in PLAIN
-}
+LONG = {
+    "bifurcations",
+    "curves",
+    "each_limit",
+    "explore",
+    "limit",
+    "limits",
+    "plot",
+    "Results",
+    "sweep",
+    "simulate",
+} | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
 """Those whose examples would take minutes without compiled kernels."""
 
 

@@ -26,6 +26,7 @@ __all__ = [
     "explore",
     "impact_map",
     "limit",
+    "limits",
     "load",
     "orbits",
     "plot",
@@ -45,6 +46,7 @@ _HOMES = {
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
     "limit": "stability.limit",
+    "limits": "stability.limits",
     "load": "store.every_kind",
     "orbits": "periodic.search",
     "sweep": "jobs.call",
@@ -68,6 +70,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
     from vibrodrive.stability.limit import limit
+    from vibrodrive.stability.limits import limits
     from vibrodrive.store.every_kind import load
 
 

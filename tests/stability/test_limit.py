@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
 from vibrodrive.stability.evaluate import _became
-from vibrodrive.stability.limit import limit, limits
+from vibrodrive.stability.limit import each_limit, limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.orbit_curve import curve_distance
 from vibrodrive.stability.starts import nearest_other
@@ -154,7 +155,7 @@ def test_the_word_of_the_simplest_motion_is_lost_between_065_and_07():
 def test_sensitivity_grows_with_the_order_of_the_subharmonic():
     A = [2.5, 3.04, 3.1, 3.17]
     for kind in ("eps", "dtau"):
-        found = {k: v for k, v in limits(A, kind, transient=600, periods=400)}
+        found = {k: v for k, v in each_limit(A, kind, transient=600, periods=400)}
         assert [found[i].n for i in range(4)] == [1, 2, 4, 10]
         k2 = [found[i].k2 for i in range(4)]
         assert k2 == sorted(k2, reverse=True)
@@ -163,7 +164,7 @@ def test_sensitivity_grows_with_the_order_of_the_subharmonic():
 @pytest.mark.jit
 def test_many_at_once_find_what_one_finds_alone():
     A = [2.5, 2.8, 3.04]
-    together = dict(limits(A, "dtau", "fixed", transient=200, periods=100, threads=2))
+    together = dict(each_limit(A, "dtau", "fixed", transient=200, periods=100, threads=2))
     for i, a in enumerate(A):
         assert limit(a, "dtau", "fixed", transient=200, periods=100, threads=1) == together[i]
 
@@ -178,7 +179,7 @@ def test_an_irregular_motion_has_nothing_to_lose():
 
 @pytest.mark.jit
 def test_among_many_one_whose_record_is_too_short_to_judge_says_so():
-    found = dict(limits([1.5, 3.1], "eps", transient=50, periods=14, threads=1))
+    found = dict(each_limit([1.5, 3.1], "eps", transient=50, periods=14, threads=1))
     assert (found[0].n, found[1].n) == (1, 4)
     assert found[0].k2 > 1e-4
     assert math.isnan(found[1].k2)
@@ -209,7 +210,7 @@ def test_bad_input_is_named_in_one_sentence(arguments, key):
 @pytest.mark.jit
 def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
     some = {"eta": [50.5, 101.3], "A": [1.5, 2.0, 2.5], "transient": 50, "periods": 50}
-    found = dict(limits(**some))
+    found = dict(each_limit(**some))
     assert sorted(found) == list(range(6))
     one = limit(2.0, eta=101.3, transient=50, periods=50)
     assert found[4] == one
@@ -218,7 +219,7 @@ def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
     grid = limit(2.0, "dtau", eta=101.3, transient=50, periods=50)
     assert grid.velocity == grid.k2
     with pytest.raises(TypeError, match=r"^xi0 = .*: must be a single number \(axes may be A, B, eta\)$"):
-        limits(2.0, xi0=[0.0, 1.0])
+        each_limit(2.0, xi0=[0.0, 1.0])
 
 
 @pytest.mark.jit
@@ -237,7 +238,7 @@ def test_nearness_to_the_orbit_as_a_curve_is_a_criterion():
 
 @pytest.mark.jit
 def test_a_start_and_several_starts_are_judged_by_the_same_call():
-    found = dict(limits([3.04, 1.5], "tau0"))
+    found = dict(each_limit([3.04, 1.5], "tau0"))
     assert found[0].k2 == nearest_other({"A": 3.04}, "tau0").above.lost
     assert found[0].criterion == "solution"
     assert math.isnan(found[0].velocity)
@@ -274,3 +275,19 @@ def test_criteria_that_say_nothing_are_refused(arguments, key):
     with pytest.raises(ValueError, match=f"^{key} = .*: must be ") as caught:
         limit(3.04, **arguments)
     assert "\n" not in str(caught.value)
+
+
+def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
+    found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
+    one = vd.limit(2.0, "eps", transient=50, periods=50)
+    assert (found.numbers["k2"][0, 1], found.n[0, 1], found.how[0, 1]) == (one.k2, one.n, one.how)
+    assert found.done[0].all()
+    assert not found.done[1:].any()
+    assert np.isnan(found.numbers["k2"][1:]).all()
+    assert found.diagram.shape == (len(found.fine), 120)
+    with pytest.raises(TypeError, match=r"A = 'array of 2 values': .*\(axes belong to `limits`\)"):
+        vd.limit([1.5, 2.0])
+    with pytest.raises(ValueError, match="axes = 'none'"):
+        vd.limits(1.5)
+    with pytest.raises(ValueError, match="disturbance = 'xi0': must be one of eps, dtau"):
+        vd.limits([1.5, 2.0], "xi0", "impacts")

@@ -22,7 +22,8 @@ from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import COLUMNS, ETA, Method, Status, bad, check_count
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.physical import Scene
+from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
 
 if TYPE_CHECKING:
@@ -226,6 +227,40 @@ class Trajectory:
         """
         return above("figures.curves").trajectory_figure(self, curves, ax=ax)
 
+    def describe(self, scene: Scene | None = None) -> str:
+        """The motion in words: status, closest decision, period, impacts, cycle of states, impact speeds.
+
+        Period and means are those of the recorded periods, and of 256 where fewer are recorded.
+
+        Parameters
+        ----------
+        scene : Scene, optional
+            the scene in SI units that A and B are from: times and speeds are then in ms and m/s.
+
+        Returns
+        -------
+        str
+            of several lines.
+
+        Raises
+        ------
+        TypeError
+            if `scene` is no Scene.
+
+        Examples
+        --------
+        >>> import vibrodrive as vd
+        >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[3:]))
+        period 1, 1 impacts an excitation period
+        states: U S D I R (Up, Down, Stick, Rest, Impact)
+        impact speed 0.699913, at most 0.699913
+        """
+        from vibrodrive.batch.describe import described
+
+        if scene is not None and not isinstance(scene, Scene):
+            raise TypeError(bad("scene", scene, "a Scene, or left out"))
+        return described(self, self._plan, scene)
+
     def sample(self, points_per_period: int) -> Sample:
         """The motion at points_per_period instants a period (and at both ends) of the recorded window.
 
@@ -274,7 +309,7 @@ def simulate(
     eta: float = ETA,
     method: MethodLike = "certified",
     dtau: float | None = None,
-    tol: float | None = 1e-7,
+    tol: float | None = None,
     xi0: float = 0.0,
     dxi0: float = 0.0,
     tau0: float = 0.0,
@@ -300,9 +335,9 @@ def simulate(
         how the end of a state is found: the first zero, guaranteed; a scan of the grid and Muller's method (§4); or
         the first grid point behind the sign change (§5). The latter two need `dtau`.
     dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller".
+        grid step Δτ of "fixed" and "muller"; refused with "certified", on which it does not act.
     tol : float, above 0 to 1
-        step tolerance of Muller's method.
+        step tolerance of "muller", 1e-7 unless given; refused with the other methods.
     xi0, dxi0, tau0 : float
         gap ξ >= 0 and velocity ξ' at the initial time τ0; ξ' = 0 starts in the state that Fig. 2 has there.
     transient, periods : int
@@ -340,6 +375,7 @@ def simulate(
            [ 1.2155, -2.8904]])
     """
     plan = make_plan(written)
+    refuse_idle(plan, written)
     for name, values in plan.axes.items():
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
     if plan.settings.transient + plan.settings.periods < LONG:

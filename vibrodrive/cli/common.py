@@ -90,6 +90,33 @@ def refuse_axes(plan: Plan) -> None:
             raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
 
 
+def judge_idle(settings: Config) -> None:
+    """Refuse an axis that does not act on the method (ConfigError), and say of a number that it does not."""
+    from vibrodrive.model.config import ConfigError
+    from vibrodrive.model.parameters import PARAMETERS
+    from vibrodrive.model.plan import idle, refuse_idle, says_idle
+
+    plan = settings.plan()
+    try:
+        refuse_idle(plan, {})
+    except ValueError as error:
+        raise ConfigError(str(error)) from None
+    for name in idle(plan.settings.method):
+        value = settings.arguments.get(name)
+        if value not in (None, PARAMETERS[name].default):
+            say(f"{says_idle(name, value, plan.settings.method)}; it is ignored")
+
+
+def judge_slip(settings: Config, always: bool = False) -> None:
+    """Say which slip is likely, if all points have it: of those of a scene, and `always` for some commands."""
+    from vibrodrive.model.physical import SCENE
+    from vibrodrive.model.slips import slip
+
+    of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
+    if (always or of_scene) and (said := slip(settings.plan().ends())):
+        say(f"warning: {said}")
+
+
 def say(message: str) -> None:
     click.echo(message, err=True)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, judge_slip, read, say, working
 from vibrodrive.jobs.output import check_output
 
 
@@ -23,6 +23,7 @@ def atlas(config: Path, output: Path | None, overrides: tuple[str, ...], threads
     at the end: an interrupted run starts over.
     """
     settings = read(config, overrides, None)
+    judge_slip(settings)
     path = output or Path(config.stem + ".h5")
     picture = path.with_suffix(".png")
     check_output(path, config, "failures", overwrite=overwrite, figures=[picture])

@@ -68,13 +68,13 @@ def _other(file: Path, kind: str, thorough: bool = False) -> Summary:
 def _sweep(file: Path) -> Summary:
     """A sweep in the form in which the other kinds sum themselves up."""
     from vibrodrive.model.physical import SCENE_AXES
-    from vibrodrive.store.describe import plain
+    from vibrodrive.store.describe import acting
     from vibrodrive.store.file import Summary, axis_facts, axis_line
     from vibrodrive.store.reader import look
 
     report = look(file)
     header, plan = report.header, report.header.plan
-    shared = plain(plan)
+    shared = acting(plan)
     scalars = {name: value for name, value in shared.items() if name in plan.scalars}
     shown = {
         name: (SCENE_AXES[name].scale * v, SCENE_AXES[name].shown)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, read, say, working
+from vibrodrive.cli.common import FILE, OVERWRITE, SET, THREADS, judge_slip, read, say, working
 from vibrodrive.jobs.output import check_output
 
 
@@ -26,6 +26,7 @@ def limits(config: Path, output: Path | None, overrides: tuple[str, ...], thread
     start may be off, in xi0, dxi0 and tau0.
     """
     settings = read(config, overrides, None)
+    judge_slip(settings, always=True)
     path = output or Path(config.stem + ".h5")
     picture = path.with_suffix(".png")
     check_output(path, config, "limits", overwrite=overwrite, figures=[picture])

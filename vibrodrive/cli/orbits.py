@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibrodrive.cli.common import FILE, JSON, OVERWRITE, SET, THREADS, put_json, read, say, working
+from vibrodrive.cli.common import (
+    FILE,
+    JSON,
+    OVERWRITE,
+    SET,
+    THREADS,
+    judge_idle,
+    judge_slip,
+    put_json,
+    read,
+    say,
+    working,
+)
 from vibrodrive.jobs.output import check_output
 
 if TYPE_CHECKING:
@@ -37,6 +49,8 @@ def orbits(
     Over A and B the bifurcations are followed as curves through the plane, listed and drawn there.
     """
     settings = read(config, overrides, None)
+    judge_idle(settings)
+    judge_slip(settings, always=True)
     path = output or Path(config.stem + ".h5")
     if len(settings.plan().axes) == 2:
         _curves(settings, config, path, overwrite, as_json)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, read, refuse_axes, say, working
+from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, working
 from vibrodrive.jobs.output import check_figure
 from vibrodrive.model.drawing import (
     BIFURCATION,
@@ -32,6 +32,8 @@ from vibrodrive.model.drawing import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from vibrodrive.model.config import Config
+    from vibrodrive.model.physical import Scene
     from vibrodrive.model.plan import Plan
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -283,18 +285,30 @@ def _share(file: Path) -> float:
 FOLLOW_SECONDS = 1.0
 
 
+def _scene(settings: Config) -> Scene | None:
+    """The scene of the one motion of a configuration, if it has any."""
+    from vibrodrive.model.physical import SCENE, Scene
+
+    plan = settings.plan()
+    known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
+    if settings.physical is not None or "omega0" not in known:
+        return settings.physical
+    return Scene.quiet(**{name: known[name] for name in SCENE if name in known})
+
+
 @click.command()
 @click.argument("config", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG_trajectory.png, here).")
 @SET
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
-    """Follow one motion and draw its phase curve and its course in time."""
-    from vibrodrive.model.parameters import Status
+    """Follow one motion, describe it, and draw its phase curve and its course in time."""
 
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
     plan = settings.plan()
+    judge_idle(settings)
+    judge_slip(settings)
     refuse_axes(plan)
     arguments = plan.arguments(0)
     told = "periods" in drawn
@@ -311,7 +325,7 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
         motion = simulate(**arguments)
         shown = None if told else FIRST
         figure = figures.trajectory_figure(motion, **drawn, shown=shown, **settings.look)
+        words = motion.describe(_scene(settings))
     save(figure, target)
-    say(f"{target} drawn: {len(motion.switches)} switches, closest decision {motion.margin:.2g} away")
-    if motion.status != Status.OK:
-        say(f"{Status(motion.status).name}: {Status(motion.status).advice}")
+    click.echo(words)
+    say(f"{target} drawn: {len(motion.switches)} switches")

@@ -16,6 +16,8 @@ from vibrodrive.cli.common import (
     OVERWRITE,
     SET,
     THREADS,
+    judge_idle,
+    judge_slip,
     leave,
     read,
     same_command,
@@ -72,6 +74,8 @@ def sweep(
 
     settings = read(config, overrides, method)
     plan = settings.plan()
+    judge_idle(settings)
+    judge_slip(settings)
     path = output or Path(config.stem + ".h5")
     if picture == Path():  # --plot without a figure
         picture = path.with_suffix(".png")

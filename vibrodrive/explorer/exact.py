@@ -6,13 +6,15 @@ All of it is of the undisturbed motion, and is run by `Aside`, in the other proc
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibrodrive.periodic.curves import curves
 from vibrodrive.periodic.family import Branch, family, section, traces
-from vibrodrive.periodic.search import Orbit, orbits
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.limit import limit
 
 VALUES = 60
@@ -92,7 +94,7 @@ def plane_curves(
 
 def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
     """The multiplier of the orbit of this period with impacts at these phases; NaN where there is none."""
-    for orbit in orbits(A, B, period):
+    for orbit in orbits_of(ImpactMap(A, B), period):
         if orbit.period == period and len(phases):
             apart = np.abs(orbit.phases[:, None] - phases[None, :])
             if np.minimum(apart, 2.0 * math.pi - apart).min(axis=0).max() < SAME:
@@ -102,5 +104,7 @@ def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
 
 def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
     """k₂ in ε of the motion with these arguments, the defaults of `limit` for what they leave out."""
-    k = limit(**arguments, disturbance="eps", threads=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a slip: the page shows the motion
+        k = limit(**arguments, disturbance="eps", threads=1)
     return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n}

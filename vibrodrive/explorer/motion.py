@@ -10,13 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import compute
+from vibrodrive.batch.describe import sentences, summary_of
 from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.parameters import Method, Status
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.states import LASTING
 
 SHOWN = 12
@@ -57,9 +55,7 @@ def motion_at(view: View, halt: Halt) -> Motion:
     x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)
-    block = compute(replace(whole, record=(SUMMARY,)), 0, 1, 1, halt)
-    summary = {name: values[0].item() for name, values in block.records.items()}
-    return Motion(x, trajectory, summary)
+    return Motion(x, trajectory, summary_of(whole, halt))
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
@@ -97,25 +93,8 @@ def warm() -> None:
 
 def words(motion: Motion, view: View) -> list[str]:
     """What is to be said of it, a line each, as HTML."""
-    from vibrodrive.figures.colours import states
-
-    t, found = motion.trajectory, motion.summary
-    period = found["period"]
-    status = Status(t.status)
+    t = motion.trajectory
     said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:
         said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
-    advice = html.escape(status.advice)
-    if status == Status.OK and t.arguments["method"] == Method.FIXED:
-        advice = f"steps of Δτ = {t.arguments['dtau']:.6g}; each switch is taken at the step behind it, if seen there"
-    said.append(f"{status.name}: {advice}")
-    said.append(f"closest decision {t.margin:.3g} away")
-    if status == Status.OK:
-        cycle = f"period {period}" if period > 0 else "no period up to 64"
-        said.append(f"{cycle}, {found['impacts']:.4g} impacts an excitation period")
-        if found["sequence"] > 0:
-            said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
-        said.append(f"impact speed {found['impact_speed_mean']:.6g}, at most {found['impact_speed_max']:.6g}")
-        if math.isfinite(found["lyapunov"]):
-            said.append(f"Lyapunov exponent {found['lyapunov']:.4g} an excitation period")
-    return said
+    return said + [html.escape(line) for line in sentences(t, motion.summary)]

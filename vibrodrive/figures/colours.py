@@ -15,7 +15,7 @@ from vibrodrive.figures.conditions import NAMES
 from vibrodrive.figures.style import look
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.parameters import Status
-from vibrodrive.model.states import State
+from vibrodrive.model.states import states
 
 APART = "white"
 """What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all classes and the scale."""
@@ -29,9 +29,6 @@ DECADES = 2.0
 LEAST = 1e-9
 """Of the largest value: where such a logarithm begins, unless told. What is less, the energy of a touch that rounding
 makes an impact, has the colour of values below."""
-
-PLAIN_STATES = 12
-"""The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)
 """Of points that are computed, in the order of `Look.statuses`."""
@@ -144,18 +141,6 @@ def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
 def digits(number: int) -> str:
     """A number of gaps as a cycle: 122 -> "1, 2, 2"."""
     return ", ".join(str(number))
-
-
-def states(number: int) -> str:
-    """A number of a sequence as the first letters of its states: 53 -> "UDI"; its own digits where it is a long one."""
-    found: list[int] = []
-    left = number
-    while left and len(found) <= PLAIN_STATES:
-        left, state = divmod(left, 6)
-        found.append(state - 1)
-    if left or -1 in found:
-        return str(number)
-    return "".join(State(s).name[0] for s in found[::-1])
 
 
 _CLASSIFY: dict[str, Any] = {

@@ -23,7 +23,7 @@ from vibrodrive.figures.conditions import choice, conditions, named, some
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION
-from vibrodrive.store.limits import Limits
+from vibrodrive.stability.limits import Limits
 
 NAMES = {
     ("eps", "certified"): r"$k_2(\varepsilon)$",

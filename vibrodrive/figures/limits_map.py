@@ -14,7 +14,7 @@ from vibrodrive.figures.map import LABELS, apart, draw
 from vibrodrive.figures.style import explain, note, styled
 from vibrodrive.model.drawing import K2, MAP, Style, Width
 from vibrodrive.model.parameters import Status, bad
-from vibrodrive.store.limits import Limits
+from vibrodrive.stability.limits import Limits
 
 
 @styled

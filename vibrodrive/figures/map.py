@@ -32,7 +32,7 @@ from vibrodrive.model.records import SUMMARIES
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
-    from vibrodrive.store.limits import Limits
+    from vibrodrive.stability.limits import Limits
 
 LABELS = {
     "status": "status",

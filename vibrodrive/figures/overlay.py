@@ -18,7 +18,7 @@ from vibrodrive.stability.criterion import SEVERAL
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
-    from vibrodrive.store.limits import Limits
+    from vibrodrive.stability.limits import Limits
 
 AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")
 """Axes from which A follows, and those from which B does."""

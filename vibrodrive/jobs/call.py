@@ -14,7 +14,7 @@ from typing import Any, Literal
 from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
 from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, bad
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.results import Results
 
 OWN = ("path", "overwrite", "threads", "executor")
@@ -32,7 +32,7 @@ def sweep(
     eta: Axis = ETA,
     method: MethodLike = "certified",
     dtau: Axis | None = None,
-    tol: Axis | None = 1e-7,
+    tol: Axis | None = None,
     xi0: Axis = 0.0,
     dxi0: Axis = 0.0,
     tau0: Axis = 0.0,
@@ -136,6 +136,7 @@ def sweep(
     plan = make_plan({name: value for name, value in written.items() if name not in OWN})
     if not isinstance(overwrite, bool):
         raise TypeError(bad("overwrite", overwrite, "True or False"))
+    refuse_idle(plan, written)
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

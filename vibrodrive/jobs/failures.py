@@ -10,7 +10,7 @@ import numpy as np
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
 from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
-from vibrodrive.stability.limit import limits
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.store.failures import SECOND, lay_out
 from vibrodrive.store.file import made_already, new_file
 
@@ -76,7 +76,7 @@ def run_failures(
                     file[kind][m, i] = array[m, i]
                 file.flush()
         for m, method in enumerate(METHODS):
-            for i, limit in limits(plan.axes["A"], other, method, threads=threads, **common):
+            for i, limit in each_limit(plan.axes["A"], other, method, threads=threads, **common):
                 file["limit"][m, i] = limit.k2
                 done += 1
                 say(done, total)

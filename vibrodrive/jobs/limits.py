@@ -11,13 +11,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.batch.sweep import collect
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.plan import Plan
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION
-from vibrodrive.stability.limit import AXES, Limit, limits
-from vibrodrive.store.limits import DONE, SHOWN, Limits, create, curves_of, refuse_another, write_limit, writing
+from vibrodrive.stability.limit import AXES, Limit, each_limit
+from vibrodrive.stability.limits import Limits, curves_of, undisturbed_diagram
+from vibrodrive.store.limits import DONE, create, refuse_another, write_limit, writing
 
 
 def run_limits(
@@ -68,7 +68,7 @@ def run_limits(
     settings: dict[str, Any] = {"criterion": criterion, "threads": threads}
     axes: dict[str, Any] = dict(plan.axes)
     ((disturbance, method), *_) = curves_of(criterion)
-    limits(disturbance=disturbance, method=method, **axes, **settings, **common)  # refuses before a file is made
+    each_limit(disturbance=disturbance, method=method, **axes, **settings, **common)  # refuses before a file is made
     path = Path(out)
     if overwrite or not path.exists():
         create(path, config, plan.axes, criterion)
@@ -76,8 +76,7 @@ def run_limits(
     with writing(path) as file:
         refuse_another(file, path, config, criterion)
         if "section_dxi" in file and not np.isfinite(file["section_dxi"][...]).any():
-            undisturbed = common | {"A": file["A_fine"][...], "eps": 0.0, "periods": SHOWN}
-            file["section_dxi"][...] = collect(make_plan(undisturbed), threads).section[..., 1]
+            file["section_dxi"][...] = undisturbed_diagram(common, file["A_fine"][...], threads)
             file.flush()
         known = int((file["status"][...] == DONE).sum())
         total = file["status"].size
@@ -100,7 +99,7 @@ def _missing_limits(
         for box in boxes(file["status"][c] != DONE):
             sought = [where[:1] if k == along else where for k, where in enumerate(box)]
             values = {name: plan.axes[name][where] for name, where in zip(names, sought, strict=True)}
-            for i, found in limits(disturbance=disturbance, method=method, **values, **settings, **common):
+            for i, found in each_limit(disturbance=disturbance, method=method, **values, **settings, **common):
                 index = np.unravel_index(i, tuple(map(len, sought)))
                 place = [where[[k]] for where, k in zip(sought, index, strict=True)]
                 if along is not None:

@@ -154,8 +154,7 @@ def table(found: Family) -> str:
     """The bifurcations, a line each, and how many orbits there are."""
     lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
     for b in found.bifurcations:
-        sides = f"{_number(b.multiplier_below)} / {_number(b.multiplier_above)}"
-        orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {sides:<24}  {b.orbit.word}"
+        orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}"
         lines.append(f"{b.A:18.14f}  {b.kind:<15}  {orbit}")
     kinds = ", ".join(f"{n} {kind}" for kind, n in _kinds(found).items()) or "none"
     lines.append(
@@ -163,7 +162,3 @@ def table(found: Family) -> str:
         f"{len(found.A)} values of A: {kinds}"
     )
     return "\n".join(lines)
-
-
-def _number(multiplier: float) -> str:
-    return "-" if multiplier != multiplier else f"{multiplier + 0.0:.4g}"

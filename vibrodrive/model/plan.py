@@ -56,8 +56,15 @@ POINT = "point"
 CARRY = ("up", "down")
 """Along the first axis of a carried sweep: from its first value to its last, or from the last to the first."""
 
+SAMPLED = 100
+"""Points looked at where parameters change together, before a warning."""
+
 DEFAULT_BUDGET = 100_000
 """Switches allowed in one excitation period; a trajectory with more is ended as chattering."""
+
+
+ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
+"""The methods on which these parameters act; the others compute the same without them."""
 
 
 def _setting(default: int, check: Callable[..., int], **allowed: Any) -> Any:
@@ -134,12 +141,27 @@ class Plan:
             out[:, c] = values[name]
         return out
 
+    def ends(self) -> list[tuple[float, float, float, float]]:
+        """A, B, ε and η at the ends of the axes; along `point` at up to SAMPLED of its values."""
+        some = [
+            np.unique(
+                np.linspace(0, len(values) - 1, SAMPLED).astype(int)
+                if name == POINT
+                else [np.argmin(values), np.argmax(values)]
+            )
+            for name, values in self.axes.items()
+        ]
+        which = np.ravel_multi_index(np.ix_(*some), self.shape).reshape(-1) if some else np.zeros(1, int)
+        columns = [COLUMNS.index(name) for name in ("A", "B", "eps", "eta")]
+        return [tuple(row) for row in self.rows(which)[:, columns].tolist()]
+
     def arguments(self, at: int) -> dict[str, Any]:
         """What `simulate` is to be called with for one point, by its number."""
         point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
-        if math.isnan(point["dtau"]):  # no grid step
-            point["dtau"] = None
         s = self.settings
+        point |= dict.fromkeys(idle(s.method))
+        if point["dtau"] is not None and math.isnan(point["dtau"]):  # no grid step
+            point["dtau"] = None
         return point | vars(s) | {"method": Method(s.method), "scan": Scan(s.scan)}
 
     @property
@@ -200,6 +222,26 @@ class Plan:
             for base in range(0, self.n_points, line)
             for s in range(0, line, step)
         ]
+
+
+def idle(method: int) -> tuple[str, ...]:
+    """Parameters that do not act on a method."""
+    return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
+
+
+def says_idle(name: str, value: object, method: int) -> str:
+    """The sentence that refuses a parameter, or a value, that does not act on a method."""
+    value = value.tolist() if isinstance(value, np.ndarray) else value
+    acts = " and ".join(m.name.lower() for m in ACTS_ON[name])
+    return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: it acts on {acts} only")
+
+
+def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
+    """Refuse what was written, or is an axis, and does not act on the method of a plan. Raises ValueError."""
+    given = {**plan.axes, **plan.together, **written}
+    for name in idle(plan.settings.method):
+        if given.get(name) is not None:
+            raise ValueError(says_idle(name, given[name], plan.settings.method))
 
 
 def make_plan(arguments: Mapping[str, object]) -> Plan:

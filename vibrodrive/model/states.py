@@ -42,3 +42,18 @@ TRANSITIONS = (
 )
 """Fig. 2 as a table. The second column is `terminating_function` of kernels/switch.py, the last follows from the third
 in its `decide`; tests/kernels/test_scheme.py holds both against this table."""
+
+PLAIN_STATES = 12
+"""The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
+
+
+def states(number: int) -> str:
+    """A number of a sequence as the first letters of its states: 53 -> "UDI"; its own digits where it is a long one."""
+    found: list[int] = []
+    left = number
+    while left and len(found) <= PLAIN_STATES:
+        left, state = divmod(left, 6)
+        found.append(state - 1)
+    if left or -1 in found:
+        return str(number)
+    return "".join(State(s).name[0] for s in found[::-1])

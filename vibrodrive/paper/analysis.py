@@ -23,7 +23,7 @@ AT_SECTION = "order and gaps"
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
     """The same motion without the grid."""
-    return arguments | {"method": "certified", "dtau": None}
+    return arguments | {"method": "certified", "dtau": None, "tol": None}
 
 
 class PhaseSlip(NamedTuple):

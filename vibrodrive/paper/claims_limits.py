@@ -16,7 +16,7 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session, points
-from vibrodrive.stability.limit import Limit, limit, limits
+from vibrodrive.stability.limit import Limit, each_limit, limit
 
 RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
 """Of the motions that limits are sought with: as long as those of Fig. 7."""
@@ -85,7 +85,7 @@ def alike(session: Session) -> Outcome:
 def any_frequency(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     eta = scalars["eta"] * np.array(FREQUENCIES)
-    found = dict(limits(A=ORDERS, B=scalars["B"], eta=eta, threads=session.threads, **RECORD))
+    found = dict(each_limit(A=ORDERS, B=scalars["B"], eta=eta, threads=session.threads, **RECORD))
     V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(ORDERS), len(eta))
     here = FREQUENCIES.index(1.0)
     settled = V[:, here] / V[:, -1]
@@ -239,7 +239,7 @@ class _Pairs(NamedTuple):
 
 def _both(session: Session, **axes: Any) -> _Pairs:
     """Both limits over axes."""
-    found = [dict(limits(disturbance=kind, threads=session.threads, **RECORD, **axes)) for kind in ("eps", "dtau")]
+    found = [dict(each_limit(disturbance=kind, threads=session.threads, **RECORD, **axes)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
     if not known:

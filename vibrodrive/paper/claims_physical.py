@@ -14,7 +14,7 @@ from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import AT_SECTION, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session
-from vibrodrive.stability.limit import limit, limits
+from vibrodrive.stability.limit import each_limit, limit
 from vibrodrive.stability.structure import compare_structure, order, period
 
 
@@ -183,7 +183,7 @@ def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
     B = session.results("fig07").scalars["B"]
     span: dict[str, Any] = {"B": B, "transient": 1000, "periods": 500, "threads": session.threads}
-    found = {kind: dict(limits(A, kind, **span)) for kind in ("eps", "dtau")}
+    found = {kind: dict(each_limit(A, kind, **span)) for kind in ("eps", "dtau")}
     n = [found["eps"][i].n for i in range(len(A))]
     k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
     text = "; ".join(

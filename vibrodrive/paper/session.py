@@ -56,7 +56,7 @@ class Session:
         Raises NotApplicable if it has no period.
         """
         plan = self.config(name).plan()
-        exact = {"method": "certified", "eps": 0.0, "dtau": None, "periods": 256}
+        exact = {"method": "certified", "eps": 0.0, "dtau": None, "tol": None, "periods": 256}
         motion = simulate(**(plan.arguments(0) | exact | changes))
         found = reference_orbit(motion)
         if found is None:

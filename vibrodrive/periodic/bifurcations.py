@@ -37,7 +37,7 @@ from vibrodrive.model.parameters import bad, check, real_number
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
-from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, orbits
+from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, counted, orbits_of
 
 ONSET = "onset"
 
@@ -65,7 +65,7 @@ AGAIN = 1e-8
 """A bifurcation of one kind found twice (a doubling, seen by both orbits) is found within this, times `scale_of`."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bifurcation:
     """One value of A at which an orbit appears, disappears or changes.
 
@@ -87,6 +87,19 @@ class Bifurcation:
     @property
     def B(self) -> float:
         return self.orbit.B
+
+    @property
+    def change(self) -> str:
+        """The periods of a period doubling, else the multipliers below and above, in words."""
+        if self.kind == DOUBLING:
+            return f"period {self.orbit.period} to {2 * self.orbit.period}"
+        below, above = ("-" if m != m else f"{m + 0.0:.4g}" for m in (self.multiplier_below, self.multiplier_above))
+        return f"{below} / {above}"
+
+    def __repr__(self) -> str:
+        o, told = self.orbit, "" if self.kind == DOUBLING else "multiplier below / above "
+        whose = f"orbit of period {o.period}, {counted(o.impacts)}"
+        return f"<{self.kind} at A = {self.A:.12g}, B = {self.B:g}: {told}{self.change}; {whose}>"
 
 
 def bifurcations(
@@ -172,7 +185,7 @@ class _Search:
         self.found: list[Bifurcation] = []
 
     def orbits(self, A: float) -> list[Orbit]:
-        return orbits(A, self.B, self.limit)
+        return orbits_of(ImpactMap(A, self.B), self.limit)
 
     def between(self, low: float, high: float, step: float | None) -> list[Bifurcation]:
         least = onset(self.B)

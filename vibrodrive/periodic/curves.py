@@ -18,16 +18,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrodrive.kernels.release import onset
 from vibrodrive.model.above import above
-from vibrodrive.model.parameters import bad, check, check_count
+from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, real_array
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
 from vibrodrive.periodic.conditions import Condition
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK, scale_of
 from vibrodrive.periodic.meetings import Meeting, with_meetings
 from vibrodrive.periodic.recognition import recognise
-from vibrodrive.periodic.search import LEVEL, check_period
+from vibrodrive.periodic.search import LEVEL, check_period, counted
 from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
 
 NUM = 17
@@ -55,7 +56,7 @@ LEVEL_END = "level"
 """End of a curve at that point."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Curve:
     """A bifurcation of one orbit over the plane (A, B).
 
@@ -83,26 +84,43 @@ class Curve:
     condition: Condition | None = field(default=None, repr=False)
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 0)), repr=False)
 
-    def at(self, B: float) -> np.ndarray:
+    def __repr__(self) -> str:
+        orbit = f"orbit of period {self.period}, {counted(self.impacts)}"
+        A, B = (f"{name} {values.min():.6g}…{values.max():.6g}" for name, values in (("A", self.A), ("B", self.B)))
+        ends = " and ".join(self.ends)
+        return f"<{self.kind}{self.side and f' ({self.side})'}: {orbit}; {A}, {B} ({len(self.A)} points); ends: {ends}>"
+
+    def at(self, B: ArrayLike) -> np.ndarray:
         """The A at which the curve passes a value of B, ascending: computed there, not interpolated.
 
         Parameters
         ----------
-        B : float
+        B : float or array of float
             incline over friction.
 
         Returns
         -------
         float64 array
-            empty where the curve does not reach; of several values where it turns back.
+            of a number: empty where the curve does not reach, of several values where it turns back. Of an array: its
+            shape and one axis more, as long as the most values at any B, NaN behind the last.
 
         Raises
         ------
         TypeError, ValueError
             if B is no number or out of range.
         """
-        value = check("B", B)
-        found = [a for k in range(len(self.B) - 1) if (a := self.within(k, value)) is not None]
+        given = real_array("B", B, PARAMETERS["B"].allowed)
+        found = [self._passes(check("B", b)) for b in given.reshape(-1).tolist()]
+        if given.ndim == 0:
+            return found[0]
+        rows = np.full((len(found), max(map(len, found), default=0)), math.nan)
+        for row, values in zip(rows, found, strict=True):
+            row[: len(values)] = values
+        return rows.reshape(*given.shape, rows.shape[1])
+
+    def _passes(self, B: float) -> np.ndarray:
+        """The A at which the curve passes B, ascending."""
+        found = [a for k in range(len(self.B) - 1) if (a := self.within(k, B)) is not None]
         return np.unique(found)
 
     def within(self, k: int, B: float) -> float | None:

@@ -14,7 +14,8 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, bifurcations
 from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
-from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
 BESIDE = 1e-9
 """How far from a bifurcation, times `scale_of`, the branches on either side of it are drawn to."""
@@ -91,7 +92,7 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
         for sign in (-1, 1)
     ]
     values = np.union1d(grid, [a for a in sides if grid[0] <= a <= grid[-1]])
-    return Family(values, B, max_period, [orbits(a, B, max_period) for a in values.tolist()], found)
+    return Family(values, B, max_period, [orbits_of(ImpactMap(a, B), max_period) for a in values.tolist()], found)
 
 
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:

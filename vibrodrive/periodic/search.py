@@ -30,6 +30,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
 from vibrodrive.periodic.impact_map import ImpactMap, spell, states
@@ -58,7 +59,16 @@ MOST_ITINERARIES = 400_000
 allows 14 periods."""
 
 
-@dataclass(frozen=True, eq=False)
+FEW = 4
+"""Phases that an orbit shows of itself."""
+
+
+def counted(impacts: int) -> str:
+    """“1 impact”, “2 impacts”."""
+    return f"{impacts} impact" + ("" if impacts == 1 else "s")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
     """One periodic orbit; the `period` orbits that differ by whole excitation periods only are one.
 
@@ -91,6 +101,12 @@ class Orbit:
     B: float
     name: tuple[str, ...] = field(repr=False)
 
+    def __repr__(self) -> str:
+        some = ", ".join(f"{phase:.4f}" for phase in self.phases[:FEW]) + (", …" if self.impacts > FEW else "")
+        kind = f"{self.kind}, multiplier {self.multiplier:.6g}" if self.multiplier == self.multiplier else self.kind
+        where = f"A = {self.A:.10g}, B = {self.B:g}"
+        return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts)} at {some}; {where}>"
+
 
 def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """Every periodic orbit of up to `max_period` excitation periods at ε = 0, by period, impacts and phase.
@@ -117,6 +133,11 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
         if an argument is no number or out of range; if `max_period` is above LONGEST_PERIOD (100), or so long that
         there are too many itineraries at this A and B.
 
+    Warns
+    -----
+    UserWarning
+        where a slip is likely: A <= 1 + B, or A above 100 and 100 B.
+
     Examples
     --------
     The two-periodic motion of the paper's Fig. 4, and an unstable one of one period beside it:
@@ -129,6 +150,12 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """
     system = ImpactMap(A, B)
     limit = check_period("max_period", max_period)
+    warn_of_slip([(system.A, system.B, 0.0, 1.0)])
+    return orbits_of(system, limit)
+
+
+def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
+    """`orbits` of checked arguments, without a warning."""
     if not system.moves:
         return []
     if system.B == 0.0:

@@ -101,7 +101,8 @@ def failures_of_methods(
     halt = Halt()
 
     def count(m: int, at: int) -> SwitchCounts:
-        motion = make_plan(plan.arguments(at) | {"method": METHODS[m], "periods": periods})
+        grid = {name: float(plan.points(at, at + 1)[0, COLUMNS.index(name)]) for name in ("dtau", "tol")}
+        motion = make_plan(plan.arguments(at) | grid | {"method": METHODS[m], "periods": periods})
         return count_failures(motion, halt)
 
     tasks = [(m, at) for m in range(len(METHODS)) for at in range(plan.n_points)]

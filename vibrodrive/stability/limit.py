@@ -22,8 +22,9 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.above import above
 from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, Method, bad, check
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import rows_that_fit
+from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.criterion import SEVERAL, SOLUTION, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
@@ -54,7 +55,7 @@ TOLD_AT_A_TIME = 32
 """Limits found that are told together, in one batch of motions on both sides of each."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Limit:
     """The limit of one orbit; a disturbance is a value of ε or Δτ, or of ξ0, ξ'0 or τ0, all dimensionless.
 
@@ -105,6 +106,12 @@ class Limit:
     lost: Structure | None = None
     how: str = ""
 
+    def __repr__(self) -> str:
+        name = "k1" if self.disturbance in COORDINATES else "ku" if self.criterion == SEVERAL else "k2"
+        found = f"{name} = {self.k2:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
+        how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
+        return f"<Limit {found}: {how}; period {self.n}, {self.method}, criterion {self.criterion}>"
+
     @property
     def velocity(self) -> float:
         """k2 as a velocity amplitude, dimensionless as ξ' (velocity.py), one unit for both disturbances; else NaN."""
@@ -124,7 +131,7 @@ def limit(
     eps: float = 0.0,
     eta: float = ETA,
     dtau: float | None = None,
-    tol: float | None = 1e-7,
+    tol: float | None = None,
     xi0: float = 0.0,
     dxi0: float = 0.0,
     tau0: float = 0.0,
@@ -170,6 +177,11 @@ def limit(
         with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than four times
         the period of the undisturbed motion: too few to see whether its structure is kept.
 
+    Warns
+    -----
+    UserWarning
+        where a slip is likely: A <= 1 + B, so that nothing leaves the obstacle, ε above 0.1, or A above 100 and 100 B.
+
     Examples
     --------
     How large the disturbance ε may be at A = 1.5, over few periods:
@@ -188,15 +200,18 @@ def limit(
     """
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
-    check("A", A)
+    if not hasattr(A, "__len__"):  # an array is referred to `limits` below
+        check("A", A)
     search = _planned(disturbance, method, criterion, threads, _of_simulate(written), axes=())
+    refuse_idle(search.plan, written)
+    warn_of_slip([_slipping(search.plan)], depth=3)  # of the caller, two functions above
     with above("jobs.progress").under_way("limit"):
         ((_, found),) = search.run(strict=True)
     return found
 
 
 @as_written
-def limits(
+def each_limit(
     written: Mapping[str, Any],
     /,
     A: Axis,
@@ -208,7 +223,7 @@ def limits(
     eps: float = 0.0,
     eta: Axis = ETA,
     dtau: float | None = None,
-    tol: float | None = 1e-7,
+    tol: float | None = None,
     xi0: float = 0.0,
     dxi0: float = 0.0,
     tau0: float = 0.0,
@@ -231,12 +246,18 @@ def limits(
 
     Examples
     --------
-    >>> from vibrodrive.stability.limit import limits
-    >>> found = dict(limits([1.5, 2.0], transient=50, periods=50))
+    >>> from vibrodrive.stability.limit import each_limit
+    >>> found = dict(each_limit([1.5, 2.0], transient=50, periods=50))
     >>> [(found[i].A, found[i].n) for i in sorted(found)]
     [(1.5, 1), (2.0, 1)]
     """
     return _planned(disturbance, method, criterion, threads, _of_simulate(written), AXES).run()
+
+
+def _slipping(plan: Plan) -> tuple[float, float, float, float]:
+    """A, B, ε and η of the one point of a plan, as far as they were not sought."""
+    A, B, eps, eta = (plan.scalars[name] for name in ("A", "B", "eps", "eta"))
+    return A, B, eps, eta
 
 
 def _of_simulate(written: Mapping[str, Any]) -> dict[str, Any]:
@@ -268,7 +289,7 @@ def _planned(
     plan = make_plan({"periods": PERIODS, **arguments, "method": method, **sought})
     for name, values in plan.axes.items():
         if name not in axes:
-            only = f" (axes may be {', '.join(axes)})" if axes else ""
+            only = f" (axes may be {', '.join(axes)})" if axes else " (axes belong to `limits`)"
             raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{only}"))
     if start and "eta" in plan.axes:
         allowed = f"a single number: with {disturbance} disturbed, ε = 0"
@@ -347,7 +368,7 @@ class _Problem:
 
 @dataclass(frozen=True)
 class _Search:
-    """The arguments of `limits`, checked."""
+    """The arguments of `each_limit`, checked."""
 
     plan: Plan
     disturbance: str

@@ -12,7 +12,7 @@ from typing import Any
 
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan
 from vibrodrive.model.physical import SCENE_AXES
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import Plan, idle
 
 MODEL = (
     "Mass on a vibrating incline with Coulomb friction and an ideally plastic obstacle, dimensionless: adhesive force "
@@ -43,6 +43,12 @@ def plain(plan: Plan) -> dict[str, Any]:
     return (
         scalars | vars(s) | choices | {"record": ", ".join(plan.record)} | ({"carry": plan.carry} if plan.carry else {})
     )
+
+
+def acting(plan: Plan) -> dict[str, Any]:
+    """The same without what acts on none of these motions: a step, a tolerance, η where ε = 0."""
+    left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
+    return {name: value for name, value in plain(plan).items() if name not in left}
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:

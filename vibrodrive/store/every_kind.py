@@ -13,10 +13,10 @@ from vibrodrive.store.kind import KINDS
 
 if TYPE_CHECKING:
     from vibrodrive.model.results import Results
+    from vibrodrive.stability.limits import Limits
     from vibrodrive.store.curves import StoredCurves
     from vibrodrive.store.failures import FailureMap
     from vibrodrive.store.file import Summary
-    from vibrodrive.store.limits import Limits
     from vibrodrive.store.orbits import StoredOrbits
 
 LOADERS = {

@@ -8,23 +8,28 @@ a figure needs nothing but the file.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import h5py
 import numpy as np
 
-from vibrodrive.model.above import above
 from vibrodrive.model.config import Config, ConfigError, parse
-from vibrodrive.model.described import Described, numbers, share_computed, span
-from vibrodrive.model.drawing import MAP
 from vibrodrive.model.parameters import PARAMETERS, bad
-from vibrodrive.stability.criterion import SOLUTION
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
-from vibrodrive.stability.starts import COORDINATES
+from vibrodrive.stability.limits import (
+    CURVES,
+    FINE,
+    NUMBERS,
+    SHOWN,
+    Limits,
+    curve_facts,
+    curve_line,
+    curves_of,
+    values_of,
+)
 from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
@@ -44,47 +49,12 @@ from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
-"""Disturbance and path of each curve."""
-
-STARTS = tuple((coordinate, "certified") for coordinate in COORDINATES)
-"""The same where an error of the start is what disturbs (criterion "solution")."""
-
-
-def curves_of(criterion: str) -> tuple[tuple[str, str], ...]:
-    """Disturbance and path of each curve of a file with this criterion."""
-    return STARTS if criterion == SOLUTION else CURVES
-
-
 SCHEMA = 2
 
 READABLE = (1, SCHEMA)
 """Files of schema 1 have an axis of A alone and no velocities, which follow from what they have."""
 
-FINE = 1500
-"""Values of A of the bifurcation diagram."""
-
-SHOWN = 120
-"""Periods of it recorded at each."""
-
 HOW_BYTES = 120
-
-NUMBERS = {
-    "k2": "first loss of what the criterion asks for; inf: none found up to searched_to",
-    "kept_below": "largest disturbance below k2 that was kept",
-    "last_kept": "largest value kept together with its neighbour on the grid",
-    "share_kept": "share of the values tried between k2 and last_kept that are kept",
-    "searched_to": "largest disturbance tried",
-    "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau, none in a start",
-    "velocity_last": "last_kept as a velocity amplitude V",
-    "rho_kept": "largest distance from the orbit at kept_below, of one disturbed motion",
-    "rho_lost": "largest distance from the orbit at k2, of one disturbed motion",
-}
-"""float64 variables over curve and axes, dimensionless."""
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
 """The same of a scene in SI units (`[physical]`), in mm/s; files of other configurations do not have them."""
@@ -102,109 +72,6 @@ CONTENTS = (
     "ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an error of the start."
 )
 """Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
-
-
-@dataclass(frozen=True, repr=False)
-class Limits(Described):
-    """What a file of limits holds. Arrays over (curve, axes…); `n`, the period of the undisturbed orbit, too.
-
-    Attributes
-    ----------
-    axes : dict of str to float64 array
-        one or two of A, B and eta, in the order of the dimensions.
-    fixed : dict of str to float
-        those of A, B and eta that are no axis.
-    numbers : dict of str to float64 array
-        by the names of NUMBERS.
-    done, how
-        what has been computed, and what was lost at k2, or why there is no k2.
-    fine, diagram : float64 array (fine A), (fine A, periods), or None
-        ξ' of the undisturbed motion, over A alone.
-    shared : dict
-        parameters and settings that all points share, by name.
-    mm_s : float or None
-        mm/s that a dimensionless velocity of 1 is, for a scene in SI units.
-    """
-
-    axes: dict[str, np.ndarray]
-    fixed: dict[str, float]
-    numbers: dict[str, np.ndarray]
-    n: np.ndarray
-    done: np.ndarray
-    how: np.ndarray
-    criterion: str
-    title: str
-    fine: np.ndarray | None = None
-    diagram: np.ndarray | None = None
-    mm_s: float | None = None
-    shared: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def A(self) -> np.ndarray:
-        """The values of A, if it is the one axis; ValueError if not."""
-        if list(self.axes) != ["A"]:
-            raise ValueError(bad("axes", ", ".join(self.axes), "A alone"))
-        return self.axes["A"]
-
-    @property
-    def curves(self) -> tuple[tuple[str, str], ...]:
-        """Disturbance and path of each curve."""
-        return curves_of(self.criterion)
-
-    def known(self, name: str = "k2") -> np.ndarray:
-        """One of the numbers where k2 was found and is > 0, NaN elsewhere: where there is something to draw."""
-        k2 = self.numbers["k2"]
-        return np.where(self.done & np.isfinite(k2) & (k2 > 0), self.numbers[name], np.nan)
-
-    def ratio(self) -> np.ndarray:
-        """k2(Δτ), switches on the grid, over k2(ε) ηA: float64 (axes…); NaN where either is missing."""
-        V = self.known("velocity")
-        return V[1] / V[0]
-
-    @property
-    def computed(self) -> float:
-        """Share of the limits that are computed, 0 to 1."""
-        return float(self.done.mean())
-
-    def plot(self, kind: Literal["map"] | None = None, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """The limits as velocity amplitudes over the longer axis and, of both kinds, their ratio.
-
-        Parameters
-        ----------
-        kind : "map", optional
-            over two axes: k₂ in ε as a colour in their plane.
-        ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel; a new figure unless given.
-
-        Returns
-        -------
-        Figure
-            which shows itself in a notebook; `savefig` writes it.
-
-        Raises
-        ------
-        ValueError
-            for another kind, and for a map over one axis.
-        """
-        if kind not in (None, MAP):
-            raise ValueError(bad("kind", kind, f"{MAP}, or left out"))
-        if kind == MAP:
-            return above("figures.limits_map").limits_map(self, ax=ax)
-        return above("figures.limits").limits_figure(self, ax=ax)
-
-    def _described(self) -> dict[str, str]:
-        shape = " × ".join(str(len(values)) for values in self.axes.values())
-        return {
-            "of": f"{len(self.curves)} disturbances at {shape} points",
-            "computed": share_computed(self.computed),
-            "axes": ", ".join(span(name, values) for name, values in self.axes.items()),
-            "disturbances": ", ".join(f"{d} ({method})" for d, method in self.curves),
-            "criterion": f"kept: {self.criterion}",
-        }
-
-    def _more(self) -> dict[str, str]:
-        curves = {f"{d} ({m})": _curve_line(_curve_facts(self, c), self.mm_s) for c, (d, m) in enumerate(self.curves)}
-        return {"fixed": numbers(self.fixed), **curves}
 
 
 def load_limits(path: str | Path) -> Limits:
@@ -252,7 +119,7 @@ def summary(path: Path, thorough: bool = False) -> Summary:
             faults.append("status: a value that means nothing")
         if (np.isnan(found.numbers["k2"]) & found.done & (found.how == "")).any():
             faults.append("k2: missing where it is marked as computed")
-        curves = [_curve_facts(found, c) for c in range(len(found.curves))]
+        curves = [curve_facts(found, c) for c in range(len(found.curves))]
         facts = {
             "axes": {name: axis_facts(values) for name, values in found.axes.items()}, "parameters": found.fixed,
             "criterion": found.criterion, "curves": curves, "versions": versions_of(file),
@@ -260,33 +127,8 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         lines = [axis_line(name, values) for name, values in found.axes.items()]
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
         lines.append(("criterion", found.criterion))
-        lines += [(curve["disturbance"], _curve_line(curve, found.mm_s)) for curve in curves]
+        lines += [(curve["disturbance"], curve_line(curve, found.mm_s)) for curve in curves]
         return Summary(found.title, found.computed, lines, faults, facts)
-
-
-def _curve_facts(found: Limits, c: int) -> dict[str, Any]:
-    """How far a curve is, and from where to where its limits go: as values of the disturbance, and as velocities."""
-    disturbance, method = found.curves[c]
-    facts = {
-        "disturbance": disturbance, "method": method, "computed": int(found.done[c].sum()), "of": found.done[c].size,
-    }  # fmt: skip
-    some = found.done[c] & np.isfinite(found.numbers["k2"][c])
-    for name in ("k2", "velocity"):
-        values = found.numbers[name][c][some]
-        if not np.isnan(values).all():
-            facts[name] = {"min": float(values.min()), "max": float(values.max())}
-    return facts
-
-
-def _curve_line(facts: dict[str, Any], mm_s: float | None) -> str:
-    text = f"{facts['method']}: {facts['computed']} of {facts['of']} limits"
-    if "k2" in facts:
-        text += f", {facts['k2']['min']:.3g} to {facts['k2']['max']:.3g}"
-    if "velocity" in facts:
-        low, high = facts["velocity"]["min"], facts["velocity"]["max"]
-        text += f", V = {low:.3g} to {high:.3g}"
-        text += "" if mm_s is None else f" ({mm_s * low:.3g} to {mm_s * high:.3g} mm/s)"
-    return text
 
 
 @contextmanager
@@ -329,7 +171,7 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> N
     """One limit of curve c at an index of the axes. Data first, then the mark that says they are there."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
-    for name, value in _values(found).items():
+    for name, value in values_of(found).items():
         if name in file:  # velocities are missing in schema 1
             file[name][place] = value
         if name in IN_MM_S and IN_MM_S[name] in file:
@@ -340,16 +182,6 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> N
     file.flush()
     file["status"][place] = DONE
     file.flush()
-
-
-def _values(found: Limit) -> dict[str, float]:
-    """The numbers of a limit, by the names of NUMBERS."""
-    own = {
-        "velocity_last": float(as_velocity(found.disturbance, found.last_kept, found.A, found.eta)),
-        "rho_kept": found.kept.rho if found.kept is not None else np.nan,
-        "rho_lost": found.lost.rho if found.lost is not None else np.nan,
-    }
-    return {name: own[name] if name in own else getattr(found, name) for name in NUMBERS}
 
 
 def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str) -> None:

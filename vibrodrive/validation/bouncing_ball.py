@@ -31,7 +31,8 @@ import numpy as np
 
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING
-from vibrodrive.periodic.search import orbits
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import orbits_of
 from vibrodrive.validation.check import Finding
 
 DECADES = tuple(10.0**k for k in range(2, 9))
@@ -104,7 +105,7 @@ def measure(B: float) -> tuple[float, ...]:
     """The quantities of `laws` as the program finds them at one B: from `bifurcations` and `orbits`."""
     low, high = SEARCHED
     kinds = {b.kind: b.A / B for b in bifurcations((low * B, high * B), B=B, max_period=1)}
-    (orbit,) = orbits(MIDDLE * B, B, max_period=1)
+    (orbit,) = orbits_of(ImpactMap(MIDDLE * B, B), 1)
     ends = float(kinds[BORDER_COLLISION]), float(kinds[DOUBLING])
     return (*ends, float(orbit.phases[0]), float(orbit.speeds[0] / B), orbit.multiplier)
 

@@ -23,7 +23,8 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.periodic.curves import Curve
-from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits_of
 
 SAME_SPEED = 1e-4
 """Relative difference up to which impact speeds are the same: a period is given to what repeats within 1e-6."""
@@ -143,7 +144,9 @@ def near_curves(A: np.ndarray, B: np.ndarray, curves: Sequence[Curve]) -> np.nda
 
 def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
     """The orbits of the list on which a motion may settle."""
-    return [orbit for orbit in orbits(float(A), float(B), max_period) if orbit.kind in (STABLE, SUPERSTABLE)]
+    return [
+        orbit for orbit in orbits_of(ImpactMap(float(A), float(B)), max_period) if orbit.kind in (STABLE, SUPERSTABLE)
+    ]
 
 
 def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:

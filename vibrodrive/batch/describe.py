@@ -1,0 +1,73 @@
+"""One motion in words, for `Trajectory.describe` and for a click in the explorer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from vibrodrive.batch.sweep import compute
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.physical import Scene
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.states import states
+
+if TYPE_CHECKING:
+    from vibrodrive.batch.trajectory import Trajectory
+
+LEAST = 256
+"""Excitation periods that are summed up at least, so that periods up to 64 are recognised."""
+
+
+def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
+    """The summary of the one motion of a plan, by the names of records.py. Raises Halted."""
+    block = compute(replace(plan, record=(SUMMARY,)), 0, 1, 1, halt)
+    return {name: values[0].item() for name, values in block.records.items()}
+
+
+def described(motion: Trajectory, plan: Plan, scene: Scene | None) -> str:
+    """`Trajectory.describe`."""
+    a = motion.arguments
+    long = replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
+    place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
+    return "\n".join([place, *sentences(motion, summary_of(long), scene)])
+
+
+def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None = None) -> list[str]:
+    """Status, closest decision, period, impacts, cycle and speeds, a line each; speeds and times in SI with a scene."""
+    status = Status(motion.status)
+    advice = status.advice
+    if status == Status.OK and motion.arguments["method"] == Method.FIXED:
+        step = motion.arguments["dtau"]
+        advice = f"steps of Δτ = {step:.6g}; each switch is taken at the step behind it, if seen there"
+    said = [f"{status.name}: {advice}", _decision(motion.margin)]
+    if status != Status.OK:
+        return said
+    period, impacts = found["period"], found["impacts"]
+    cycle = f"period {period}" if period > 0 else "no period up to 64"
+    if scene is None:
+        said.append(f"{cycle}, {impacts:.4g} impacts an excitation period")
+    else:
+        lasts = f" ({1e3 * period / scene.frequency:.4g} ms)" if period > 0 else ""
+        said.append(
+            f"{cycle}{lasts}, {impacts:.4g} impacts an excitation period ({impacts * scene.frequency:.4g} a second)"
+        )
+    if found["sequence"] > 0:
+        said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
+    mean, most = found["impact_speed_mean"], found["impact_speed_max"]
+    if scene is None:
+        said.append(f"impact speed {mean:.6g}, at most {most:.6g}")
+    else:
+        said.append(f"impact speed {scene.velocity(mean):.4g} m/s, at most {scene.velocity(most):.4g} m/s")
+    if math.isfinite(found["lyapunov"]):
+        said.append(f"Lyapunov exponent {found['lyapunov']:.4g} an excitation period")
+    return said
+
+
+def _decision(margin: float) -> str:
+    if math.isinf(margin):
+        return "nothing was decided"
+    return f"closest decision {margin:.3g} away: H, ξ or ξ', whichever decided, misses by so much another next state"
