@@ -26,3 +26,25 @@ def test_more_switches_than_expected_are_all_there():
     assert len(few.switches) > 2 * (64 + 128)
     assert (many.switches[: len(few.switches)] == few.switches).all()
     assert (many.switch_errors[: len(few.switches)] == few.switch_errors).all()
+
+
+def test_a_motion_is_described_in_words_and_in_si_units():
+    motion = vd.simulate(3.04, transient=200, periods=2)
+    words = motion.describe().splitlines()
+    assert words[0] == "A = 3.04, B = 0.1"
+    assert words[1].startswith("OK: ")
+    assert words[2].startswith(f"closest decision {motion.margin:.3g} away")
+    assert words[3:5] == [
+        "period 2, 0.5 impacts an excitation period",
+        "states: U D U D I (Up, Down, Stick, Rest, Impact)",
+    ]
+    scene = vd.Scene(a0=0.8e-3, frequency=24, mu=0.6, alpha=3.4)
+    in_si = motion.describe(scene).splitlines()
+    assert in_si[3] == "period 2 (83.33 ms), 0.5 impacts an excitation period (12 a second)"
+    speed = scene.velocity(motion.impacts["speed"][0])
+    assert in_si[5] == f"impact speed {speed:.4g} m/s, at most {speed:.4g} m/s"
+    still = vd.simulate(0.5, transient=0, periods=1).describe().splitlines()
+    assert still[1].startswith("NEVER_LEAVES")
+    assert len(still) == 3
+    with pytest.raises(TypeError, match="scene = 3"):
+        motion.describe(3)

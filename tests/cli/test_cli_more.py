@@ -134,6 +134,7 @@ def test_orbits_are_listed_stored_and_drawn(run):
     line = out.splitlines()[1].split()
     assert float(line[0]) == pytest.approx(bifurcation.A, abs=1e-13)
     assert line[1:3] == ["period", "doubling"]
+    assert "period 1 to 2" in out.splitlines()[1]
     assert "orbits.h5 written, orbits.png and orbits_multipliers.png drawn" in err
     for name in ("orbits.png", "orbits_multipliers.png"):
         assert Path(name).read_bytes()[:4] == b"\x89PNG"
@@ -208,3 +209,32 @@ def test_a_directory_that_cannot_be_written(run, command):
     code, _, err = run(command, f"{command}.toml", "-o", "locked/x.h5")
     assert (code, err.count("\n")) == (2, 1)
     assert "locked/x.h5" in err
+
+
+IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\ntol = 1e-9\n[run]\ntransient = 1\nperiods = 1\n"
+
+
+def test_what_acts_on_nothing_is_named_or_refused(run):
+    Path("idle.toml").write_text(IDLE)
+    code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
+    assert (code, out) == (2, "")
+    assert "dtau = [0.1, 0.01]: must be left out with method = 'certified': it acts on fixed and muller only" in err
+    for method, names in (("certified", ["dtau", "tol"]), ("fixed", ["tol"]), ("muller", [])):
+        code, _, err = run("sweep", "idle.toml", "--method", method, "-o", f"{method}.h5")
+        assert code == 0
+        assert [line.split()[0] for line in err.splitlines() if "is ignored" in line] == names
+    out = run("info", "certified.h5")[1]
+    assert not any(f"{name} =" in out for name in ("dtau", "tol", "eta"))
+    out = run("info", "muller.h5")[1]
+    assert "tol = 1e-09" in out
+    assert "eta =" not in out
+
+
+def test_commands_name_a_likely_slip_once_where_all_points_have_it(run):
+    scene = "[physical]\na0 = 0.8\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\ntransient = 0\nperiods = 1\n"
+    Path("mm.toml").write_text(scene)
+    options = {"all": [], "some": ["--set", "a0=[0.8e-3, 0.8]"], "none": ["--set", "a0=0.8e-3"]}
+    for name, more in options.items():
+        code, _, err = run("sweep", "mm.toml", "-o", f"{name}.h5", *more)
+        assert code == 0
+        assert err.count("not in SI units") == (name == "all")

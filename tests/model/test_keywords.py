@@ -186,3 +186,22 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     assert set(told) == set(wrong), ran.stdout + ran.stderr
     for number, word in wrong.items():
         assert word.lower() in told[number].lower()
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "name"),
+    [
+        (vd.sweep, {"dtau": [0.1, 0.01]}, "dtau"),
+        (vd.sweep, {"points": {"dtau": [0.1, 0.01]}}, "dtau"),
+        (vd.sweep, {"method": "fixed", "dtau": 0.1, "tol": [1e-3, 1e-9]}, "tol"),
+        (vd.sweep, {"tol": 1e-7}, "tol"),
+        (vd.simulate, {"dtau": 0.1}, "dtau"),
+        (vd.simulate, {"method": "fixed", "dtau": 0.1, "tol": 1e-7}, "tol"),
+        (vd.limit, {"dtau": 0.1}, "dtau"),
+        (vd.limit, {"disturbance": "dtau", "tol": 1e-9}, "tol"),
+    ],
+)
+def test_what_acts_on_nothing_is_refused_with_the_methods_on_which_it_acts(function, arguments, name):
+    acts = {"dtau": "fixed and muller", "tol": "muller"}[name]
+    with pytest.raises(ValueError, match=rf"^{name} = .*: must be left out .* it acts on {acts} only$"):
+        function(A=3.0, **arguments)

@@ -188,3 +188,14 @@ def test_too_much_is_refused_before_it_begins(monkeypatch):
     monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
     with pytest.raises(ValueError, match=r"max_period = 4: must be smaller: .* at each of 552 values of A"):
         bifurcations(max_period=4)
+
+
+def test_orbits_and_bifurcations_say_what_they_are_in_a_line():
+    border, doubling = bifurcations((2.5, 2.61), max_period=1)
+    assert (
+        repr(doubling) == "<period doubling at A = 2.60408063766, B = 0.1: period 1 to 2; orbit of period 1, 1 impact>"
+    )
+    assert repr(border).startswith("<border at A = 2.52271194073, B = 0.1: multiplier below / above 0 / -")
+    assert repr(orbits(3.04)[1]).startswith(
+        "<Orbit of period 2: stable, multiplier -0.823988; 1 impact at 0.4740; A = 3.04"
+    )

@@ -326,3 +326,15 @@ def test_close_to_a_turn_B_is_approached_along_the_curve():
 def test_refused(arguments, told):
     with pytest.raises((TypeError, ValueError), match=told):
         curves(**arguments)
+
+
+def test_a_curve_is_a_line_of_text_and_computed_at_arrays():
+    border, doubling = curves((2.4, 2.8), (0.05, 0.2), 1)
+    assert repr(doubling).startswith("<period doubling: orbit of period 1, 1 impact; A 2.4…2.8, B ")
+    assert len(repr(border)) < 200
+    found = border.at([[0.1, 0.15], [0.12, 0.9]])
+    assert found.shape == (2, 2, 1)
+    assert found[0, 0] == border.at(0.1)
+    assert np.isnan(found[1, 1, 0])
+    assert border.at([]).shape == (0, 0)
+    assert border.at([0.9]).shape == (1, 0)

@@ -95,7 +95,11 @@ def test_the_two_periodic_motion_of_the_paper():
 def test_a_rest_makes_superstable_whatever_follows():
     (orbit,) = orbits(1.5)
     assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
-    assert orbits(1.1) == orbits(0.0) == []
+    for A in (1.1, 0.0):
+        with pytest.warns(UserWarning, match="nothing can leave the obstacle") as caught:
+            assert orbits(A) == []
+        assert len(caught) == 1
+        assert caught[0].filename == __file__
 
 
 def test_longer_periods_contain_the_shorter_ones():

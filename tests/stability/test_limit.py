@@ -291,3 +291,19 @@ def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
         vd.limits(1.5)
     with pytest.raises(ValueError, match="disturbance = 'xi0': must be one of eps, dtau"):
         vd.limits([1.5, 2.0], "xi0", "impacts")
+
+
+def test_a_slip_is_warned_of_once_and_the_answer_still_comes():
+    with pytest.warns(UserWarning, match="swapped") as caught:
+        found = vd.limit(0.1, B=3.04, transient=0, periods=10)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    assert found.n == 0 or found.k2 > 0
+
+
+def test_a_limit_says_what_it_is_in_a_line():
+    found = vd.limit(1.5, transient=50, periods=50)
+    assert repr(found).startswith(
+        f"<Limit k2 = {found.k2:.6g} in eps at A = 1.5, B = 0.1: gaps 1 became 1, 2; kept up to"
+    )
+    assert len(repr(found)) < 200
