@@ -109,9 +109,11 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
 
 
 def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
-    with pytest.raises(TypeError, match=r"^A = \[3, 3\.1\]: must be a number >= 0 and <= 1e\+09$"):
+    with pytest.raises(
+        TypeError, match=r"^A = 'array of 2 values': must be a single number \(axes belong to `limits`\)$"
+    ):
         vd.limit([3, 3.1])
-    with pytest.raises(TypeError, match=r"^B = 'array of 2 values': must be a single number$"):
+    with pytest.raises(TypeError, match=r"^B = 'array of 2 values': must be a single number \(axes"):
         vd.limit(3.04, B=[0.1, 0.2])
     with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis, or method=.*, 3\.1$"):
         swept().select(A=99)

@@ -119,6 +119,7 @@ STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
 
 
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
+@pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_on_the_level_one_orbit_touches(A):
     """B = 0: two of these A were once said to have a superstable or an unstable orbit, as rounding would have it."""
     (orbit,) = orbits(A, 0.0, 2)
@@ -170,6 +171,7 @@ def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
 
 
 @pytest.mark.jit
+@pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_an_orbit_followed_twice_is_not_another_one():
     """A case that once broke: far above 1 + B rounding parts the two rounds."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():
