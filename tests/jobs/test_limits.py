@@ -164,6 +164,8 @@ def test_the_table_has_a_line_for_each_point(tmp_path, invented):
     # A = 2.8, eta = 50.5: k2(eps) = 3.8 / 50.5, V = 3.8 * 2.8; on the grid 3.8, with Muller's method half of it
     assert lines[3].split() == ["50.5", "2.8", "3", "0.07525", "10.64", "3.8", "1.9"]
     assert "k2(eps) eta A" in note
+    found.numbers["kept_below"][0, 1, 1] = 0.0  # lost at the smallest value tried
+    assert table(found).splitlines()[4].split() == ["50.5", "2.8", "3", "<0.07525", "<10.64", "3.8", "1.9"]
     head, *lines, _ = table(load_limits(run_limits(parse(SCENE), tmp_path / "y.h5"))).splitlines()
     assert head.split("  ")[-1].strip() == "fixed, mm/s"
     assert float(lines[0].split()[-1]) == pytest.approx(39.158 * float(lines[0].split()[-4]), rel=1e-3)

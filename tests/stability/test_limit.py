@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
-from vibrodrive.stability.evaluate import _became
+from vibrodrive.stability.evaluate import Motion, _became
 from vibrodrive.stability.limit import each_limit, limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.orbit_curve import curve_distance
@@ -83,6 +83,14 @@ def test_what_is_never_kept_has_the_limit_zero():
     band = find("eps", lambda x: False)
     assert band.kept_below == band.last_kept == 0.0
     assert band.k2 <= 1e-12
+
+
+@pytest.mark.jit
+def test_a_limit_below_all_that_is_tried_says_so(monkeypatch):
+    monkeypatch.setattr(Motion, "keeps", lambda *arguments: False)
+    k = limit(1.5, "eps", transient=20, periods=20)
+    assert (k.kept_below, k.kept) == (0.0, None)
+    assert k.how.startswith("k2 is below the smallest value tried: ")
 
 
 @pytest.mark.jit

@@ -124,29 +124,34 @@ def table(found: Limits) -> str:
     """A line for each point: its place on the axes, n, and the limits: k2, and the velocity amplitude V of those in ε.
 
     A limit in Δτ is a velocity as it stands (of switches on the grid; after Muller's method they are not late by Δτ).
-    For a scene in SI units V stands there in mm/s, too. "-" is what is not known.
+    For a scene in SI units V stands there in mm/s, too. "-" is what is not known; "<" marks an upper bound.
     """
     k2, V = found.numbers["k2"], found.numbers["velocity"]
+    below = (found.numbers["kept_below"] == 0.0) & (k2 > 0.0) & np.isfinite(k2)  # lost at the smallest value tried
     if found.criterion == SOLUTION:
         heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(k2)
+        bounds = list(below)
         meaning = "k1: how far this coordinate of the start may be off; inf where every start ends on one solution"
     else:
         k = "ku" if found.criterion == SEVERAL else "k2"
         heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]
         columns = [k2[0], V[0], V[1], k2[2]]
+        bounds = [below[0], below[0], below[1], below[2]]
         meaning = f"V is the velocity amplitude: {k}(eps) eta A, and {k}(dtau) for switches on the grid (fixed)"
     if found.mm_s is not None and found.criterion != SOLUTION:
         heads += ["eps, mm/s", "fixed, mm/s"]
         columns += [found.mm_s * V[0], found.mm_s * V[1]]
+        bounds += [below[0], below[1]]
     lines = ["  ".join(f"{head:>12}" for head in heads)]
     n = found.n.max(axis=0)
     for at in np.ndindex(n.shape):
         place = [f"{values[k]:.6g}" for values, k in zip(found.axes.values(), at, strict=True)]
-        cells = [*place, str(n[at]) if n[at] else "-", *(_number(values[at]) for values in columns)]
+        numbers = [_number(values[at], bound[at]) for values, bound in zip(columns, bounds, strict=True)]
+        cells = [*place, str(n[at]) if n[at] else "-", *numbers]
         lines.append("  ".join(f"{cell:>12}" for cell in cells))
     lines.append(meaning)
     return "\n".join(lines)
 
 
-def _number(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.4g}"
+def _number(value: float, bound: bool) -> str:
+    return "-" if np.isnan(value) else f"{'<' if bound else ''}{value:.4g}"

@@ -71,10 +71,11 @@ class Limit:
     B, eta
         those of the motion.
     k2 : float
-        the first loss: smallest disturbance found at which the criterion fails, bisected; inf if none was found up to
-        `searched_to`, NaN if the undisturbed motion has no period (or, over many A, one longer than half the record).
+        the first loss: smallest disturbance found at which the criterion fails, bisected; an upper bound where
+        `kept_below` is 0, as the smallest value tried was lost; inf if none was found up to `searched_to`, NaN if the
+        undisturbed motion has no period (or, over many A, one longer than half the record).
     kept_below : float
-        largest disturbance below k2 that was kept in the bisection.
+        largest disturbance below k2 that was kept in the bisection; 0 if none was.
     last_kept : float
         largest value kept together with its lower neighbour on the grid (a single one kept among losses is chance);
         `kept_below` if nothing is kept above k2.
@@ -431,6 +432,8 @@ class _Search:
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
         for (problem, band), ((kept, _), (lost, how)) in zip(ended, explained, strict=True):
             found = replace(_blank(self, problem.index), **band._asdict(), n=problem.base.n)
+            if band.kept_below == 0.0:
+                how = f"k2 is below the smallest value tried: {how}"
             if not math.isfinite(band.k2):
                 found = replace(found, how=f"not lost up to {band.searched_to:g}")
             else:
