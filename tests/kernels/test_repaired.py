@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import ETA, mp
+from tests.support.reference import ETA, mp, reference
+from vibrodrive.validation.certainty import compare
 
 pytestmark = pytest.mark.jit
 
@@ -200,3 +201,56 @@ def test_skipping_equals_visiting_under_strong_ripple(scene):
     assert np.array_equal(skip.switches, literal.switches)
     assert np.array_equal(skip.section, literal.section)
     assert (literal.section[:, 0] >= 0).all()
+
+
+STARTS = [
+    # -π < τ0 < 0, with bits that no phase in [0, 2π) has
+    dict(A=3.0, eps=1e-5, eta=3000.0, xi0=0.5, dxi0=-0.3, tau0=-0.1921264721053357),
+    dict(A=1.895957175637014, eps=3.373121021471122e-05, eta=1000.0, xi0=1.4463205615846848, dxi0=-0.5487352769550277,
+         tau0=-1.362319856741268),
+    *(dict(A=3.04, xi0=0.5, dxi0=-0.3, tau0=tau0) for tau0 in (-1e-300, -1e-20, -4.4e-16, -5e-16)),
+    # H rounds to ±1, but is not
+    dict(A=2.093, xi0=6.858203428851564e-10, dxi0=-1e-6, tau0=5.8386872381702055),
+    dict(A=1.1000000075206713, xi0=1.9329026367943846e-11, dxi0=1e-17, tau0=1.5706793911393189),
+    # it rounds to more than 1, is less, and turns the mass at once
+    dict(A=1.825864922378041, dxi0=3.333302917989881e-43, tau0=0.6465724070261151),
+    dict(A=3.7119619166298983, xi0=7.53164536378848e-17, dxi0=1.1134871069022562e-44, tau0=0.3008574458121069),
+    # its first gap is below the smallest double
+    dict(A=3.8053715145824043, B=0.6, eps=0.00010123287233329773, eta=26.00713995041946, tau0=0.010144705945132487,
+         dxi0=7.037947552933589e-259),
+]  # fmt: skip
+
+
+def drawn_starts(count):
+    """Starts of which each bit is drawn: at any time, and where H is ±1 to the last bit."""
+    draw = np.random.default_rng(30)
+
+    def size(least, most):
+        return float(draw.choice([-1.0, 1.0]) * 10 ** draw.uniform(least, most))
+
+    for k in range(count):
+        a, b = draw.uniform(1.2, 9.0), float(draw.choice([0.0, 0.1, 0.6]))
+        scene = dict(A=a, B=b, xi0=abs(size(-40, 0.5)), dxi0=float(draw.choice([0.0, size(-40, 0.5)])))
+        if k % 2:
+            start = math.asin((b + 1) / a) if k % 4 == 1 else math.asin((b - 1) / a)
+            start = ulps(start if k % 8 < 4 else -math.pi - start, int(draw.integers(-2, 3)))
+            yield scene | dict(tau0=start)
+        else:
+            eta = 10 ** draw.uniform(0, 3.5)
+            yield scene | dict(tau0=size(-18, 0.6), eta=eta, eps=float(draw.choice([0.0, abs(size(-4, 0)) / eta**2])))
+
+
+@pytest.mark.parametrize("scenes", [STARTS, list(drawn_starts(240))], ids=["named", "drawn"])
+def test_a_start_is_as_exact_as_it_is_written(scenes):
+    """Bounds of errors hold, and states that are certain are right."""
+    certain = 0
+    for scene in scenes:
+        exact = reference(**scene, periods=1, max_switches=8, digits=400 if abs(scene["dxi0"]) < 1e-60 else 50)
+        motion = vd.simulate(**scene, transient=0, periods=1, budget=500)
+        held = compare(motion, exact, most=8)
+        assert not [p for p in held.pairs if not p.error <= p.bound + 1e-45], scene
+        last = [s.tau for s in exact.switches[-1:]] + [time_of(row) for row in motion.switches[-1:]]
+        undecided = any(abs(tau - scene["tau0"] - 2 * mp.pi) < 1e-14 for tau in last)  # whether it is in the record
+        assert not held.others or undecided, scene
+        certain += math.isinf(motion.certain_until)
+    assert certain > len(scenes) / 2

@@ -173,7 +173,7 @@ def random_arguments(seed: int) -> dict[str, float]:
         "eta": rng.choice([naive.ETA, 10 ** rng.uniform(-0.5, 2)]),
         "xi0": rng.choice([0.0, 10 ** rng.uniform(-3, 1)]),
         "dxi0": rng.choice([0.0, rng.gauss(0, 2)]),
-        "tau0": rng.choice([0.0, rng.uniform(-10, 10)]),
+        "tau0": rng.choice([0.0, rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-6, 1)]),
     }
 
 

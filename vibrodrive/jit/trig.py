@@ -115,12 +115,12 @@ def dot(a, x, b, y):
 def turns(high, low):
     """(n, φ, δ) with high + low = 2π n + φ + δ: n whole as a float, 0 <= φ < 2π, δ what φ has no bits for.
 
-    `low` must be small beside 2π.
+    `low` must be small beside 2π. `rest` is exact but for -π < high < 0, where its rounding goes to δ.
     """
     n = np.floor(high * (1.0 / TWO_PI))
     p, e = two_product(n, TWO_PI)
     rest = high - p
-    small = low - fma(n, TWO_PI_LOW, e)
+    small = low - fma(n, TWO_PI_LOW, e) + (high - (p + rest))
     below = rest + small < 0.0
     n = n - 1.0 if below else n
     small = small + TWO_PI_LOW if below else small

@@ -37,6 +37,10 @@ HALF_LAST_BIT = 2.0**-51
 """Half the last bit of a phase: what is lost where φ is rounded."""
 
 
+UNDERFLOW = 1e-300
+"""More than is lost where a gap or a velocity is too small for a double to have all its bits."""
+
+
 class Errors(NamedTuple):
     """Where bounds are written.
 
@@ -129,7 +133,7 @@ def rounding_of_slide(w, i, h):
     With a disturbance its slow part is as small as h, however large ηh, where margins.py allows for the whole of A.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
-        return gap_rounding_beside(w, i, h, 0.0), velocity_rounding_beside(w, i, h, 0.0)
+        return gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, velocity_rounding_beside(w, i, h, 0.0) + UNDERFLOW
     fast = w[r.AF + i] * w[r.INVERSE + i]
     slow = 2.0 * w[r.A + i] * smaller(h, 1.0)
     pull = abs(w[r.L + i]) + 1.0 + w[r.B + i]

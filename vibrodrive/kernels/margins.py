@@ -68,12 +68,12 @@ def gap_rounding_beside(w, i, h, off):
 def start_terms(w, i):
     """What ξ'' at the start of a segment and its derivative are made of.
 
-    Where a stick or rest has just ended ξ'' is known to be 0. Under a disturbance rounding puts that instant off by
-    LATE, and H' there by H'' times as much.
+    Where a stick or rest has just ended ξ'' is known to be 0; elsewhere, with ξ' ≠ 0, it may round to that. Under a
+    disturbance rounding puts that instant off by LATE, and H' there by H'' times as much.
     """
     eta = w[r.ETA + i]
     rate = w[r.A + i] + w[r.AF + i] * eta
-    second = choose(w[r.A0 + i] == 0.0, 0.0, magnitude_scale(w, i))
+    second = choose((w[r.A0 + i] == 0.0) & (w[r.V0 + i] == 0.0), 0.0, magnitude_scale(w, i))
     return second, fma(w[r.LATE + i], fma(w[r.AF + i] * eta, eta, w[r.A + i]), rate)
 
 
@@ -116,6 +116,20 @@ def record_margin_of_force(w, k, i, distance, late):
     """A decision by H, at a switch that rounding can delay by ROUNDING * late."""
     slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
     record_margin(w, k, i, distance, ROUNDING * (magnitude_scale(w, i) + slope * late))
+
+
+@inline
+def record_margin_of_start(w, k, i, v, force):
+    """A motion starts with ξ' = v: where H rounds to ±1, ξ'' may oppose a tiny v and turn it at once.
+
+    With |ξ''| < δ, the rounding of H, ξ' falls by δ²/2|H'| at most before H' prevails, or about δ² over the square root
+    of δ |H''| where H' is as small.
+    """
+    slope = w[r.P + i] + w[r.ETA + i] * w[r.PF + i]
+    bend = w[r.A + i] + w[r.AF + i] * w[r.ETA + i] * w[r.ETA + i]
+    off = ROUNDING * magnitude_scale(w, i)
+    if abs(abs(force) - 1.0) <= off and v * v * (slope * slope + 3.0 * off * bend) <= 16.0 * off * off * off * off:
+        record_margin(w, k, i, abs(v), abs(v))
 
 
 @inline

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from vibrodrive.jit.compile import inline, part, part_each
-from vibrodrive.jit.trig import TWO_PI, turns
+from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW, turns
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.certainty import heed_status, start_errors
 from vibrodrive.kernels.codes import (
@@ -22,12 +22,15 @@ from vibrodrive.kernels.codes import (
 from vibrodrive.kernels.event import begin_state, finish_at_rest
 from vibrodrive.kernels.history import clear_history
 from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.margins import record_margin_of_force, set_margin
+from vibrodrive.kernels.margins import record_margin_of_force, record_margin_of_start, set_margin
 from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, excitation
 from vibrodrive.kernels.record import write_row
 from vibrodrive.kernels.recurrence import clear_reference
 from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import can_leave, commit_state, commit_time, commit_time_fast, decide, waits
+
+LAST_PHASE = math.nextafter(TWO_PI, 0.0)
+"""The largest phase of a start."""
 
 
 @part
@@ -56,6 +59,9 @@ def set_parameters(w, k, i, points, row, method):
     w[r.SECTION + i] = phi
     w[r.COS_S + i], w[r.SIN_S + i] = excitation(a, phi, 0.0)
     n, phi, low = turns(points[row, 8], 0.0)
+    if points[row, 8] < 0.0 and phi == 0.0 and n == 0.0:
+        # the section point at 0 is still ahead, by less than φ has bits for
+        n, phi, low = -1.0, LAST_PHASE, low + ((TWO_PI - LAST_PHASE) + TWO_PI_LOW)
     w[r.PHI + i] = phi
     w[r.LOW + i] = low
     w[r.PHI0 + i] = phi
@@ -103,10 +109,9 @@ def load(
     force = adhesive_force(w, i, q, qf)
     x, v = points[row, 6], points[row, 7]
     w[r.X0 + i] = x
-    if v > 0.0:
-        state = UP
-    elif v < 0.0:
-        state = DOWN
+    if v != 0.0:
+        state = UP if v > 0.0 else DOWN
+        record_margin_of_start(w, k, i, v, force)
     else:
         state = decide(S2 if x > 0.0 else S1, 0.0, force)
         distance = abs(abs(force) - 1.0) if x > 0.0 else abs(force - 1.0)

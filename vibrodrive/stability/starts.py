@@ -244,4 +244,6 @@ def _same(solution: Solution, coordinate: str, deviations: np.ndarray, threads: 
 def _first_section(tau0: float, section_phase: float) -> int:
     """The excitation period (since τ = 0) of the first section instant after τ0."""
     period0, phase0, _ = turns(tau0, 0.0)
+    if -1.0 < tau0 < 0.0 and phase0 == 0.0:  # as in kernels/setup.py
+        return 0
     return int(period0) + (0 if turns(section_phase, 0.0)[1] > phase0 else 1)

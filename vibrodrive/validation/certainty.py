@@ -103,7 +103,7 @@ def _undisturbed(draw: np.random.Generator) -> Scene:
 
 
 def _thrown(draw: np.random.Generator) -> Scene:
-    scene = {"tau0": draw.uniform(-10.0, 10.0)} if draw.random() < 0.5 else {}
+    scene = {"tau0": draw.choice([-1.0, 1.0]) * 10.0 ** draw.uniform(-6.0, 1.0)} if draw.random() < 0.5 else {}
     scene |= {"xi0": draw.uniform(0.0, 5.0)} if draw.random() < 0.5 else {}
     return scene | ({"dxi0": 3.0 * draw.normal()} if draw.random() < 0.5 else {})
 
