@@ -1,7 +1,11 @@
-"""Ctrl-C is answered within a second wherever it comes; nothing goes on behind it, and the session is unharmed."""
+"""Ctrl-C is answered wherever it comes, amid the work; nothing goes on behind it, and the session is unharmed.
+
+Sweeps, motions and limits would take longer than LIMIT to their end. How soon it is answered: benchmarks/interrupt.py.
+"""
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import subprocess
@@ -9,7 +13,7 @@ import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from tempfile import TemporaryDirectory
-from time import perf_counter, process_time, sleep
+from time import process_time, sleep
 
 import numpy as np
 import pytest
@@ -18,11 +22,11 @@ import vibrodrive as vd
 
 pytestmark = pytest.mark.jit
 
-ANSWER = 1.0
-"""Seconds from Ctrl-C to KeyboardInterrupt. Each of the cases takes several times as long uninterrupted."""
+LIMIT = 600.0
+"""Seconds after which the process of a test that hangs is ended."""
 
 A = np.linspace(3.0, 3.25, 2000)
-LONG = dict(A=A, eps=2e-4, transient=10_000, periods=10)
+LONG = dict(A=A, eps=2e-4, transient=10_000_000, periods=10)
 
 
 def simulate(**arguments):
@@ -52,15 +56,15 @@ def impacts():
 
 
 CASES = {
-    "simulate": simulate(transient=30_000_000),
-    "simulate disturbed": simulate(eps=1e-4, transient=3_000_000),
-    "simulate literal": simulate(method="muller", dtau=1e-6, scan="literal", transient=20_000),
+    "simulate": simulate(transient=10**9),
+    "simulate disturbed": simulate(eps=1e-4, transient=10**9),
+    "simulate literal": simulate(method="muller", dtau=1e-6, scan="literal", transient=10**7),
     "sweep": sweep(),
     "sweep on one thread": sweep(threads=1),
     "sweep on two threads": sweep(threads=2),
     "sweep on an executor": on_threads,
     "sweep into a file": into_a_file,
-    "limit": lambda: vd.limit(3.04, transient=10_000_000, periods=100),
+    "limit": lambda: vd.limit(3.04, transient=10**9, periods=100),
     "orbits": lambda: vd.orbits(4.5, max_period=13),
     "impact map": impacts,
     "sampling": sample,
@@ -75,7 +79,11 @@ def motion():
 
 @pytest.fixture(scope="module", autouse=True)
 def compiled():
-    """Everything compiled, as the first call takes longer; and a motion to be had again after each Ctrl-C."""
+    prepare()
+
+
+def prepare() -> None:
+    """Compile everything, as the first call takes longer; and compute a motion to be had again after each Ctrl-C."""
     global MOTION
     MOTION = motion()
     MOTION.sample(1)
@@ -88,30 +96,24 @@ def compiled():
     vd.impact_map(3.04)(1.0)
 
 
-def interrupted(work) -> float:
-    """Seconds from a SIGINT 0.3 s after the start of the work to its KeyboardInterrupt."""
-    sent = []
-
-    def press():
-        sent.append(perf_counter())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(0.3, press)
+def interrupt(work) -> None:
+    """Send SIGINT 0.3 s after the start of the work, and wait for its KeyboardInterrupt."""
+    timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
+    faulthandler.dump_traceback_later(LIMIT, exit=True)
     timer.start()
     try:
-        work()
-    except KeyboardInterrupt:
-        return perf_counter() - sent[0]
+        with pytest.raises(KeyboardInterrupt):
+            work()
     finally:
+        faulthandler.cancel_dump_traceback_later()
         timer.cancel()
         timer.join()
-    raise AssertionError("the work was over before it could be interrupted")
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_ctrl_c_is_answered_within_a_second(name):
+def test_ctrl_c_is_answered(name):
     before = threading.active_count()
-    assert interrupted(CASES[name]) < ANSWER
+    interrupt(CASES[name])
     assert threading.active_count() <= before  # one of an earlier test may have ended since
     used = process_time()
     sleep(0.1)
@@ -123,10 +125,8 @@ def test_processes_of_an_executor_end_their_tasks_too():
     """Those that compute a block, and those that have one waiting: the executor is free at once."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(abs, [1, 2]))
-        assert interrupted(sweep(executor=pool)) < ANSWER
-        began = perf_counter()
+        interrupt(sweep(executor=pool))
         here = vd.sweep(A=[3.0, 3.04], periods=3, executor=pool)
-        assert perf_counter() - began < 10 * ANSWER  # the kernels are loaded there first
         assert np.array_equal(here.section, vd.sweep(A=[3.0, 3.04], periods=3).section)
 
 
@@ -134,28 +134,30 @@ FIRST = """
 import os, signal, threading, time
 import vibrodrive as vd
 vd.simulate
-sent = []
+from vibrodrive.jit.compile import compilation
 def press():
-    sent.append(time.perf_counter())
+    while not compilation.running:
+        time.sleep(0.01)
+    time.sleep(0.5)
     os.kill(os.getpid(), signal.SIGINT)
-threading.Timer(1.0, press).start()
+threading.Thread(target=press).start()
 try:
     vd.simulate(A=3.04)
 except KeyboardInterrupt:
-    print(time.perf_counter() - sent[0])
+    print("still compiling" if compilation.running else "compiled")
 """
 
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
     """It is answered at once, and the process ends without waiting for the compiler, or dying of it."""
-    began = perf_counter()
     done = subprocess.run(
         [sys.executable, "-c", FIRST],
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
         capture_output=True,
         text=True,
         check=True,
+        timeout=LIMIT,
     )
-    assert float(done.stdout) < ANSWER
+    assert done.stdout == "still compiling\n"
     assert done.stderr == ""
-    assert perf_counter() - began < 8.0
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

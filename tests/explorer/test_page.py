@@ -36,7 +36,7 @@ from vibrodrive.model.states import LASTING
 
 pytestmark = [
     pytest.mark.jit,
-    pytest.mark.slow,
+    pytest.mark.slow("2 to 6 s each, more than a minute together: a browser and the computation of its pictures"),
     pytest.mark.browser,
     pytest.mark.skipif(bool(lacking()), reason=lacking() or "a browser is there"),
 ]

@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,9 @@ from vibrodrive.store.draft import draft_of
 from vibrodrive.store.reader import look, verify
 
 ROOT = Path(__file__).parents[2]
+
+LIMIT = 1200.0
+"""Seconds after which a test stops waiting for a process or for blocks."""
 
 ARRAYS = ("section", "status", "margin", "switches")
 
@@ -41,7 +44,9 @@ import sys, functools
 from importlib import import_module
 from tests.support import fake
 delay = float(sys.argv.pop(1))
-import_module("vibrodrive.batch.sweep").run_blocks = functools.partial(fake.run_blocks, delay=delay)
+sweep = import_module("vibrodrive.batch.sweep")
+sweep.run_blocks = functools.partial(fake.run_blocks, delay=delay)
+sweep.load_kernels = lambda plan: None
 from vibrodrive.cli import main
 main(sys.argv[1:])
 """
@@ -52,6 +57,7 @@ class Scene:
     """A directory with a configuration, and processes that compute it."""
 
     folder: Path
+    started: list[subprocess.Popen] = field(default_factory=list)
 
     @property
     def file(self) -> Path:
@@ -59,7 +65,7 @@ class Scene:
 
     def start(self, *options, delay=0.005, real=False, **popen):
         front = ["-m", "vibrodrive"] if real else ["-c", STAND_IN, str(delay)]
-        return subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, *front, "sweep", "c.toml", *options],
             cwd=self.folder,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -68,26 +74,33 @@ class Scene:
             text=True,
             **popen,
         )
+        self.started.append(process)
+        return process
 
     def run(self, *options, **more):
         process = self.start(*options, **more)
-        out, err = process.communicate(timeout=120)
+        out, err = process.communicate(timeout=LIMIT)
         return process.returncode, out, err
 
     def wait_for_blocks(self, process, count=1):
         """Until the file is there and holds some blocks."""
-        limit = time.monotonic() + 60
+        limit = time.monotonic() + LIMIT
         while time.monotonic() < limit and process.poll() is None:
             if self.file.exists() and look(self.file).done.sum() >= count:
                 return
             time.sleep(0.005)
+        if process.poll() == 0:  # it was quick
+            return
         raise AssertionError(f"no blocks: {process.poll()} {process.stderr.read() if process.poll() else ''}")
 
 
 @pytest.fixture
 def scene(tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
-    return Scene(tmp_path)
+    found = Scene(tmp_path)
+    yield found
+    for process in found.started:  # those of a test that has failed may be stopped, or last for hours
+        process.kill()
 
 
 def contents(path):
@@ -113,14 +126,17 @@ def assert_one_line(err, *words):
     assert [w for w in words if w not in lines[0]] == []
 
 
-def test_killed_at_random(scene, undisturbed):
+@pytest.mark.parametrize(
+    "times", [6, pytest.param(24, marks=pytest.mark.slow("25 s: 24 kills, each of a new process"))]
+)
+def test_killed_at_random(scene, undisturbed, times):
     """Whenever it is killed, what was committed is whole and stays; in the end nothing tells of the kills."""
     random = np.random.default_rng()
     committed, struck = 0, 0
-    for round_ in range(24):
+    while struck < times:
         process = scene.start(delay=0.02)
-        if round_ % 4:  # in the midst of writing; else anywhere, the laying out included
-            while not scene.file.exists():
+        if struck % 4:  # in the midst of writing; else anywhere, the laying out included
+            while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
         time.sleep(random.uniform(0, 0.7))
         struck += process.poll() is None
@@ -134,7 +150,6 @@ def test_killed_at_random(scene, undisturbed):
             if report.complete:
                 scene.file.unlink()
                 committed = 0
-    assert struck >= 20
     code, _, err = scene.run(delay=0)
     assert code == 0, err
     assert not draft_of(scene.file).exists()
@@ -142,13 +157,11 @@ def test_killed_at_random(scene, undisturbed):
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_a_signal_ends_it_within_a_second_with_the_way_to_resume(scene, undisturbed, name):
-    process = scene.start(delay=0.03)
+def test_a_signal_ends_it_with_the_way_to_resume(scene, undisturbed, name):
+    process = scene.start(delay=0.3)
     scene.wait_for_blocks(process)
     process.send_signal(getattr(signal, name))
-    began = time.monotonic()
-    _, err = process.communicate(timeout=10)
-    assert time.monotonic() - began < 1
+    _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
     assert_one_line(err, name, "of 60 blocks", "resume with: vibrodrive sweep c.toml")
     report = verify(scene.file)
@@ -161,25 +174,23 @@ def test_a_signal_ends_it_within_a_second_with_the_way_to_resume(scene, undistur
 
 
 def test_a_signal_does_not_wait_for_a_block(scene):
-    process = scene.start(delay=60)
-    while not scene.file.exists():
+    process = scene.start(delay=10 * LIMIT)
+    while not scene.file.exists() and process.poll() is None:
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
-    began = time.monotonic()
-    _, err = process.communicate(timeout=10)
-    assert time.monotonic() - began < 1
+    _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
     assert_one_line(err, "0 of 60 blocks")
 
 
 def test_the_way_to_resume_does_not_overwrite(scene):
     scene.run(delay=0)
-    process = scene.start("--overwrite", delay=60)
-    limit = time.monotonic() + 30
+    process = scene.start("--overwrite", delay=10 * LIMIT)
+    limit = time.monotonic() + LIMIT
     while look(scene.file).done.any() and time.monotonic() < limit:
         time.sleep(0.01)
     process.send_signal(signal.SIGTERM)
-    _, err = process.communicate(timeout=10)
+    _, err = process.communicate(timeout=LIMIT)
     assert_one_line(err, "resume with: vibrodrive sweep c.toml")
     assert "--overwrite" not in err
 
@@ -188,7 +199,7 @@ def test_a_hangup_that_nohup_has_switched_off_stays_off(scene):
     process = scene.start(delay=0.02, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     scene.wait_for_blocks(process)
     process.send_signal(signal.SIGHUP)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 0, err
     assert look(scene.file).complete
 
@@ -213,7 +224,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=LIMIT,
     )
     assert process.returncode == 130
     report = verify(scene.file)
@@ -225,24 +236,36 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
 
 
 def test_two_writers_do_not_meet(scene, undisturbed):
-    first = scene.start(delay=0.2)
+    first = scene.start(delay=0.1)
     scene.wait_for_blocks(first)
+    first.send_signal(signal.SIGSTOP)  # it is still writing when the others have ended
     for options in ((), ("--overwrite",)):
         code, _, err = scene.run(*options)
         assert code == 2
         assert_one_line(err, "c.h5", "another process is writing it")
-    _, err = first.communicate(timeout=60)
+    first.send_signal(signal.SIGCONT)
+    _, err = first.communicate(timeout=LIMIT)
     assert first.returncode == 0, err
     assert contents(scene.file) == undisturbed
 
 
 def test_of_many_that_start_at_once_one_writes(scene, undisturbed):
-    processes = [scene.start(delay=0.03) for _ in range(4)]
-    ends = [(p.communicate(timeout=120)[1], p.returncode) for p in processes]
-    assert sorted(code for _, code in ends) == [0, 2, 2, 2]
-    for err, code in ends:
-        if code:
-            assert_one_line(err, "another process is writing it")
+    processes = [scene.start(delay=10 * LIMIT) for _ in range(4)]
+    limit = time.monotonic() + LIMIT
+    while sum(p.poll() is None for p in processes) > 1 and time.monotonic() < limit:
+        time.sleep(0.01)
+    writing = [p for p in processes if p.poll() is None]
+    assert len(writing) == 1
+    for process in processes:
+        if process not in writing:
+            assert process.returncode == 2
+            assert_one_line(process.communicate()[1], "another process is writing it")
+    while not scene.file.exists() and time.monotonic() < limit:
+        time.sleep(0.01)
+    writing[0].send_signal(signal.SIGINT)
+    writing[0].communicate(timeout=LIMIT)
+    assert writing[0].returncode == 130
+    assert scene.run(delay=0)[0] == 0
     assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
     assert contents(scene.file) == undisturbed
 
@@ -260,7 +283,7 @@ def test_a_file_that_would_grow_too_large_is_refused_beforehand(scene):
 
 def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
     """Writing beyond a limit on the size of files fails as on a full disk."""
-    process = scene.start(delay=0.02)
+    process = scene.start(delay=0.2)
     scene.wait_for_blocks(process, 3)
     process.kill()
     process.communicate()
@@ -290,7 +313,7 @@ fake.block = block
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=LIMIT,
     )
     assert process.returncode == 1
     assert_one_line(process.stderr, "no memory for block 7", "7 of 60 blocks are safe")
@@ -319,7 +342,7 @@ def test_the_kernels_killed_and_resumed_with_other_threads(scene):
             time.sleep(0.002)
         time.sleep(random.uniform(0, 1.0))
         process.send_signal([signal.SIGKILL, signal.SIGTERM, signal.SIGINT][k % 3])
-        process.communicate(timeout=10)
+        process.communicate(timeout=LIMIT)
         if scene.file.exists():
             assert verify(scene.file).sound
     code, _, err = scene.run("--threads", "2", real=True)
@@ -331,16 +354,14 @@ def test_the_kernels_killed_and_resumed_with_other_threads(scene):
 @pytest.mark.jit
 def test_a_signal_does_not_wait_for_the_kernels(scene):
     (scene.folder / "c.toml").write_text(
-        "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 100000000\nperiods = 1\n"
+        "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 1000000000\nperiods = 1\n"
     )
     vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiled
     process = scene.start(real=True)
-    while not scene.file.exists():
+    while not scene.file.exists() and process.poll() is None:
         time.sleep(0.01)
-    time.sleep(1.0)
+    time.sleep(1.0)  # in the kernels by now: uninterrupted they take longer than LIMIT
     process.send_signal(signal.SIGINT)
-    began = time.monotonic()
-    _, err = process.communicate(timeout=10)
-    assert time.monotonic() - began < 1
+    _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
     assert_one_line(err, "resume with")

@@ -1,0 +1,50 @@
+"""How soon Ctrl-C is answered: seconds from a SIGINT to its KeyboardInterrupt, for each kind of work.
+
+Warm, and on a machine that does nothing else: what is promised is one second. That it is answered at all, and that
+nothing goes on behind it, is tested (tests/batch/test_interrupt.py).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import statistics
+import threading
+import time
+from collections.abc import Callable
+
+from benchmarks.common import say
+from tests.batch import test_interrupt as work
+
+TIMES = 5
+
+
+def latency(case: Callable[[], object]) -> float:
+    """Seconds from a SIGINT, 0.3 s after the start of the work, to its KeyboardInterrupt."""
+    sent = []
+
+    def press() -> None:
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, press)
+    timer.start()
+    try:
+        case()
+    except KeyboardInterrupt:
+        return time.perf_counter() - sent[0]
+    finally:
+        timer.cancel()
+        timer.join()
+    raise AssertionError("the work was over before it could be interrupted")
+
+
+def main() -> None:
+    work.prepare()
+    for name, case in work.CASES.items():
+        found = [latency(case) for _ in range(TIMES)]
+        say(f"{name}: median {statistics.median(found):.3f} s, at most {max(found):.3f} s")
+
+
+if __name__ == "__main__":
+    main()
