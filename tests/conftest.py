@@ -1,4 +1,4 @@
-"""What holds for every test: kernels compiled once before the workers start, and no test of them without the JIT.
+"""What holds for every test: kernels compiled once before the workers start, two threads, and what the marks mean.
 
 The tests are a package, so `from tests.support.reference import reference` works from the repository root.
 """
@@ -10,9 +10,12 @@ import signal
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 from time import monotonic
 
 import pytest
+
+os.environ.setdefault("NUMBA_NUM_THREADS", "2")  # before Numba is imported: tests ask for two threads on one core, too
 
 COMPILES = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
@@ -21,6 +24,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile before pytest-xdist starts its workers: each of them would compile the same kernels at the same time."""
     config = session.config
     if not COMPILES or hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
+        return
+    if config.option.collectonly or config.option.markexpr == "unit":
         return
     terminal = config.pluginmanager.get_plugin("terminalreporter")
     began = monotonic()
@@ -65,14 +70,86 @@ def _orbits() -> None:
     attractors([3.04], limit=100)
 
 
+UNIT = (
+    "cli/test_cli_more.py", "cli/test_curves.py", "cli/test_files.py", "explorer/test_view.py", "explorer/test_work.py",
+    "figures/test_curves.py", "figures/test_failures.py", "figures/test_plane.py", "jobs/test_maps.py",
+    "kernels/test_lane.py", "kernels/test_scheme.py", "model/", "paper/", "periodic/test_curves.py", "stability/",
+    "store/test_curves.py", "store/test_draft.py", "store/test_limits.py", "store/test_netcdf.py",
+    "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py", "validation/",
+)  # fmt: skip
+"""Where tests are `unit` unless one of these marks says otherwise:"""
+
+NO_UNIT = ("jit", "slow", "browser", "integration")
+
+HERE = Path(__file__).parent
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what is marked `jit` when Numba does not compile: it would run for hours."""
-    if COMPILES:
-        return
+    """Mark the unit tests, see that what is slow says why, and leave out what is marked `jit` where Numba does not
+    compile: it would run for hours."""
     skip = pytest.mark.skip(reason="needs compiled kernels")
     for item in items:
-        if "jit" in item.keywords:
+        if item.path.relative_to(HERE).as_posix().startswith(UNIT) and not any(m in item.keywords for m in NO_UNIT):
+            item.add_marker("unit")
+        if any(not mark.args for mark in item.iter_markers("slow")):
+            raise pytest.UsageError(f"{item.nodeid}: slow without seconds and a reason")
+        if not COMPILES and "jit" in item.keywords:
             item.add_marker(skip)
+
+
+def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
+    """List what is slow, each reason once: `pytest -m slow --collect-only`."""
+    if not config.option.collectonly:
+        return []
+    reasons: dict[str, int] = {}
+    for item in items:
+        for mark in item.iter_markers("slow"):
+            name = f"{item.nodeid.partition('[')[0]}: {mark.args[0]}"
+            reasons[name] = reasons.get(name, 0) + 1
+    return [f"{name} ({count} tests)" if count > 1 else name for name, count in reasons.items()]
+
+
+class _Guard:
+    """Refuses, while a unit test runs, to compile or load a kernel and to start a process."""
+
+    on = False
+
+    def __init__(self) -> None:
+        from numba.core.dispatcher import Dispatcher
+
+        compile_ = Dispatcher.compile
+
+        def compile_unless_unit(dispatcher, signature):
+            self.refuse(f"calls the kernel {dispatcher.py_func.__qualname__}")
+            return compile_(dispatcher, signature)
+
+        Dispatcher.compile = compile_unless_unit
+        sys.addaudithook(lambda event, _: event in self.STARTS and self.refuse("starts a process"))
+
+    STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "os.exec")
+
+    def refuse(self, what: str) -> None:
+        if self.on:
+            raise RuntimeError(
+                f"a unit test {what}: mark it `integration` (or `jit`), or see UNIT in tests/conftest.py"
+            )
+
+
+@pytest.fixture(scope="session")
+def _guard():
+    return _Guard()
+
+
+@pytest.fixture(autouse=True)
+def _units_compile_nothing_and_start_nothing(request):
+    if "unit" not in request.keywords:
+        yield
+        return
+    guard = request.getfixturevalue("_guard")
+    guard.on = True
+    yield
+    guard.on = False
 
 
 HANDLED = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]

@@ -134,6 +134,7 @@ print(len(formulas), sorted(twice))
 
 
 @pytest.mark.jit
+@pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
 def test_no_formula_is_compiled_for_its_constants(tmp_path):
     """A constant as an argument would make Numba compile the formula, and all below it, a second time.
 

@@ -639,6 +639,7 @@ def test_dask_without_its_extra_is_refused(run, idle, monkeypatch):
 # no axis left
 
 
+@pytest.mark.integration
 def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
     sweep = import_module("vibrodrive.batch.sweep")
     monkeypatch.setattr(sweep, "run_blocks", lambda plan, which, **o: fake.run_blocks(plan))

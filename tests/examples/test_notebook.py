@@ -24,7 +24,10 @@ NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
 nbformat.write(notebook, sys.argv[2])
 """
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a cell sends its own process a signal")
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="a cell sends its own process a signal"),
+    pytest.mark.slow("10 s together: a notebook is run in a kernel of its own; its calls are tested elsewhere"),
+]
 
 pytest.importorskip("nbclient")
 pytest.importorskip("ipykernel")

@@ -17,9 +17,11 @@ TOO_CLOSE = vd.Status.TOO_CLOSE
 
 LONG = ("one-periodic", "two-periodic", "fast disturbance")
 
+SLOW = pytest.mark.slow("5 to 20 s each: many switches at 50 digits")
+
 
 @pytest.mark.jit
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in SCENES])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[SLOW] * (n in LONG)) for n in SCENES])
 def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
     held = compare(vd.simulate(transient=0, **SCENES[name]), scene(name), most=10**9)
     assert not held.broken
@@ -111,7 +113,10 @@ STABLE = [1.5, 3.04, *np.linspace(1.12, 3.25, 40)]
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(("transient", "disturbed"), [(3000, 300), pytest.param(99_900, 9_900, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("transient", "disturbed"),
+    [(3000, 300), pytest.param(99_900, 9_900, marks=pytest.mark.slow("20 s: 100 000 periods, one motion at a time"))],
+)
 def test_stable_motions_stay_certain(transient, disturbed):
     scenes = [dict(A=A, transient=transient) for A in STABLE] + [dict(A=3.04, eps=2e-4, transient=disturbed)]
     for arguments in scenes:

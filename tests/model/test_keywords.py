@@ -74,6 +74,7 @@ def test_docstrings_name_every_keyword(function):
     assert set(inspect.signature(function).parameters) <= set(named)
 
 
+@pytest.mark.integration
 def test_what_is_left_out_has_the_default_shown():
     motion = vd.simulate(A=1.5, transient=0, periods=1)
     shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
@@ -83,6 +84,7 @@ def test_what_is_left_out_has_the_default_shown():
     assert vd.simulate(1.5, transient=0, periods=1, tol=None, dtau=None) == motion
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("names", [["A", "eps", "xi0"], ["xi0", "A", "eps"], ["eps", "xi0", "A"]])
 def test_axes_are_in_the_order_written(names):
     r = vd.sweep(**{name: [1.0 + k] * (k + 1) for k, name in enumerate(names)}, transient=0, periods=1)
@@ -170,7 +172,7 @@ vd.plot.diagram(r)  # wrong: diagram
 """
 
 
-@pytest.mark.slow
+@pytest.mark.slow("21 s: mypy reads the package")
 def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"

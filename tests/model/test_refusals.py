@@ -98,6 +98,7 @@ def swept():
     return vd.sweep(A=[3.0, 3.1], eps=[0.0], **SHORT)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", REFUSED)
 def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
     key, call, values = REFUSED[name]
@@ -108,6 +109,7 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
         assert len(str(caught.value)) < 300
 
 
+@pytest.mark.integration
 def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
     with pytest.raises(
         TypeError, match=r"^A = 'array of 2 values': must be a single number \(axes belong to `limits`\)$"

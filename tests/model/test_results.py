@@ -81,6 +81,7 @@ def test_pickled_and_copied_results_are_the_same(plan, chosen):
         assert len(pickle.dumps(r)) < len(pickle.dumps(whole))
 
 
+@pytest.mark.integration
 def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the_same():
     one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
     other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)

@@ -184,7 +184,7 @@ def test_the_slip_of_fig_12_has_a_basic_motion_on_either_side():
 
 
 @pytest.mark.jit
-@pytest.mark.slow
+@pytest.mark.slow("60 s: every figure and every claim")
 def test_the_whole_paper(tmp_path):
     result = run_paper(tmp_path)
     assert len(result.claims) == len(CLAIMS)

@@ -139,7 +139,7 @@ def test_first_subharmonic_on_a_fixed_grid():
 
 
 @pytest.mark.jit
-@pytest.mark.slow
+@pytest.mark.slow("10 s: limits of three methods, then motions one at a time")
 def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)

@@ -272,6 +272,7 @@ with xarray.open_dataset(sys.argv[1], engine="h5netcdf") as data:
 """
 
 
+@pytest.mark.integration
 def test_a_reader_needs_no_permission_of_the_writer(path):
     writer = open_writer(path, make(), Origin(TEXT))
     writer.write(fake.block(writer.plan, 0))
@@ -469,13 +470,16 @@ def test_data_lost_under_their_status_are_found(finished):
     assert list(verify(finished).faults) == [2]
 
 
-def test_chunks_that_changed_places_are_found(finished):
+@pytest.mark.parametrize("names", [["section_xi"], [v.name for v in variables_of(make())]], ids=["one", "all"])
+def test_chunks_that_changed_places_are_found(finished, names):
     with h5py.File(finished, "a") as file:
-        first, second = file["section_xi"][:20], file["section_xi"][20:40]
-        file["section_xi"][:20], file["section_xi"][20:40] = second, first
+        for name in names:
+            first, second = file[name][:20], file[name][20:40]
+            file[name][:20], file[name][20:40] = second, first
     assert list(verify(finished).faults) == [0, 1]
 
 
+@pytest.mark.integration
 def test_no_flipped_bit_anywhere_goes_unnoticed(finished):
     """Either the file reads as before, or something complains; never other numbers."""
     whole = load(finished)

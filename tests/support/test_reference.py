@@ -29,7 +29,10 @@ def words(switches: list) -> dict[int, list[tuple[int, int]]]:
 
 # ---- known numbers
 
+LONG = pytest.mark.slow("5 to 8 s each: hundreds of switches at 50 digits")
 
+
+@LONG
 def test_two_periodic_motion_has_the_known_section_points():
     last = scene("two-periodic").section[-2:]
     expected = [(2.7733816327, -2.6101762195), (1.2155473776, -2.8904206661)]
@@ -37,11 +40,13 @@ def test_two_periodic_motion_has_the_known_section_points():
         assert [float(x) for x in found] == pytest.approx(known, abs=5e-11)
 
 
+@LONG
 def test_one_periodic_motion_has_four_waits_and_slides_and_one_impact_a_period():
     for period, word in words(scene("one-periodic").switches).items():
         assert word == ONE_PERIOD, period
 
 
+@LONG
 def test_disturbance_multiplies_the_switches_of_the_one_periodic_motion():
     switches = reference(1.5, eps=5e-4, periods=40).switches
     states = sum(s.after != IMPACT for s in switches)  # an impact lasts no time: not counted as a state
