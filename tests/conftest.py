@@ -14,6 +14,10 @@ from pathlib import Path
 from time import monotonic
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples every time, on any machine
+settings.load_profile("tests")
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "2")  # before Numba is imported: tests ask for two threads on one core, too
 

@@ -88,8 +88,10 @@ def test_order_of_many_sections_at_once():
     seed=st.integers(0, 2**32 - 1),
 )
 def test_rho_is_the_largest_distance_at_the_best_shift(noise, shift, seed):
-    angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, 60)
-    away = noise * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    random = np.random.default_rng(seed)
+    angle, size = random.uniform(0, 2 * np.pi, 60), random.uniform(0, 1, 60)
+    size[random.integers(60)] = 1.0
+    away = noise * (size * np.stack([np.cos(angle), np.sin(angle)])).T
     section = np.roll(np.tile(POINTS, (20, 1)), -shift, axis=0) + away
     rho, found = structure.deviation(POINTS, section)
     assert found == shift

@@ -101,6 +101,8 @@ def scene(tmp_path):
     yield found
     for process in found.started:  # those of a test that has failed may be stopped, or last for hours
         process.kill()
+        with process:  # closes its pipes
+            pass
 
 
 def contents(path):
