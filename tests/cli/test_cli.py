@@ -173,7 +173,7 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["sweep", "small.toml", "--set", "periods=0"], ["small.toml", "periods = 0", ">= 1"]),
         (["sweep", "small.toml", "--set", "A=nan"], ["A = nan", "number"]),
         (["sweep", "small.toml", "--set", "A=[]"], ["A = []", "at least one"]),
-        (["sweep", "small.toml", "--set", "colour=3"], ["colour=3", "known key"]),
+        (["sweep", "small.toml", "--set", "colour=3"], ["key of --set = 'colour'", "must be one of"]),
         (
             ["sweep", "small.toml", "--set", "A.num=1000000", "--set", "periods=1000000"],
             ["TB", "free"],

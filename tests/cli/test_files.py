@@ -65,7 +65,7 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     for name in (
-        "batch.sweep.run_blocks", "jobs.limits.limits", "jobs.orbits.family", "jobs.failures.failures_of_methods",
+        "batch.sweep.run_blocks", "jobs.limits.each_limit", "jobs.orbits.family", "jobs.failures.failures_of_methods",
     ):  # fmt: skip
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)

@@ -281,7 +281,7 @@ def scene(x, y):
     swept = results(axes, period=np.ones((3, 3), int))
     swept.scalars = {name: value for name, value in fixed.items() if name not in axes}
     if "alpha" not in axes and "mu" not in axes:
-        swept.scalars["B"] = Scene(1e-3, 1.0, 0.6, 3.4).B
+        swept.scalars["B"] = Scene.quiet(omega0=1.0, mu=0.6, alpha=3.4).B
     if "A" in axes:
         del swept.scalars["a0"]
     return swept
@@ -310,7 +310,7 @@ def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
         shown = {x: u, y: v}
         if "a0" in shown:
             shown["a0"] *= 1e-3
-        here = Scene(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
+        here = Scene.quiet(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
         assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
     assert "numbers on curves: period" in told(fig)
 

@@ -56,7 +56,7 @@ def behind_the_machine_code() -> set[str]:
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
     assert len(dispatchers) > 5
     engine, alone = loaded["vibrodrive.kernels.engine"], loaded["vibrodrive.kernels.single"]
-    dispatchers += [engine.batch(2, False), alone.single(2)]  # made when they are asked for
+    dispatchers += [engine.batch(2, False, False), alone.single(2, False, True)]  # made when they are asked for
     known: set[str] = set()
     seen: set[int] = set()
 

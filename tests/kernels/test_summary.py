@@ -223,7 +223,8 @@ def test_the_bits_are_those_of_the_switches(seed):
         tau0=float(rng.choice([0.0, rng.uniform(0, 6.28)])), xi0=float(rng.choice([0, rng.exponential()])),
         eps=float(rng.choice([0, 0, 1e-4, 1e-3])),
     )  # fmt: skip
-    scene |= {} if method == "certified" else {"dtau": float(10 ** rng.uniform(-3, -1)), "tol": 1e-9}
+    scene |= {} if method == "certified" else {"dtau": float(10 ** rng.uniform(-3, -1))}
+    scene |= {"tol": 1e-9} if method == "muller" else {}
     both = vd.sweep(A=A, **scene, record=("summary", "section"))
     alone = vd.sweep(A=A, **scene, record="summary", threads=1)
     for k, a in enumerate(A):

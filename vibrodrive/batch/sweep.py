@@ -136,9 +136,11 @@ def fill(
     followed one by one, not in lanes.
     """
     s, n = settings, len(points)
+    if n == 0:
+        return
     bounded = errors is not None and s.method != Method.FIXED
     alone = s.literal or bounded
-    threads = max(1, min(threads, n if alone else -(-n // REGISTER)))
+    threads = min(threads, n if alone else -(-n // REGISTER))
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
     recorded = impacts is not None or summary is not None

@@ -41,6 +41,11 @@ class _Command(click.Command):
         return super().parse_args(ctx, list(alone))
 
 
+def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
+    """The figure asked for; Path() beside the result, where `--plot` stands alone."""
+    return FILE.convert(value, option, ctx) if value else None if value is None else Path()
+
+
 @click.command(cls=_Command)
 @click.argument("config", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
@@ -52,7 +57,7 @@ class _Command(click.Command):
     "--plot",
     "picture",
     metavar="[FIGURE]",
-    type=FILE,
+    callback=_figure,
     help="Draw the complete result: .png, .pdf or .svg (default OUTPUT with .png).",
 )
 @click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
@@ -77,7 +82,7 @@ def sweep(
     judge_idle(settings)
     judge_slip(settings)
     path = output or Path(config.stem + ".h5")
-    if picture == Path():  # --plot without a figure
+    if picture == Path():
         picture = path.with_suffix(".png")
     check_output(path, config, "sweep", overwrite=overwrite, figures=[picture] if picture else [])
     if picture:

@@ -131,7 +131,7 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     """
     scenes = [scene]
     for name in VARIED:
-        scenes += [replace(scene, **{name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
+        scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
     n = len(scenes)
     A, B = np.array([(s.A, s.B) for s in scenes]).T
     # where B <= 1 the mass never slides down faster than 2 A (1 + ε η): from this height it does not reach the obstacle

@@ -14,7 +14,6 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
-from numba.np.arrayobj import populate_array
 
 from vibrodrive.kernels.lane import LANES
 
@@ -113,6 +112,8 @@ def _at_address(typingctx, address):
     result = types.NamedTuple(arrays, Arguments)
 
     def codegen(context, builder, signature, args):
+        from numba.np.arrayobj import populate_array  # with all that Numba compiles with: not where kernels are loaded
+
         integer = ir.IntType(64)
         cells = builder.inttoptr(args[0], integer.as_pointer())
         numbers = count()
