@@ -133,7 +133,7 @@ def entries(thing, *titles):
     return {name.strip(" *") for head in heads for name in head.split(" : ")[0].split(",")}
 
 
-FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "each_limit")  # has those of limit
+FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "each_limit")
 DATA = ["Scene", "Results", "Trajectory"]
 
 

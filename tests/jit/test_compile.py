@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
 import pkgutil
 import re
 import shutil
@@ -345,3 +346,31 @@ def test_a_kernel_on_the_disk_is_read_without_all_that_numba_compiles_with():
         for _ in range(2)  # the first may have had to compile
     ]
     assert outputs[1] == "False\n"
+
+
+KINDS = """
+import ctypes, sys
+sys.path.insert(0, sys.argv[1])
+from kinds import kernel
+from numba import types
+kernels = [kernel(int(k)) for k in sys.argv[2:]]
+print([k(1) for k in kernels])
+results = [types.CompileResultWAP(k.overloads[types.int64,]) for k in kernels]
+print([ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(r.__wrapper_address__())(1) for r in results])
+"""
+
+
+@pytest.mark.jit
+def test_kernels_of_one_factory_that_two_processes_compiled_are_not_mistaken(tmp_path):
+    source = (
+        "from vibrodrive.jit.compile import jit\ndef kernel(n):\n @jit\n def run(x):\n  return x + n\n return run\n"
+    )
+    (tmp_path / "kinds.py").write_text(source)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def run(*kinds):
+        command = [sys.executable, "-c", KINDS, str(tmp_path), *kinds]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    assert (run("10"), run("20")) == (2 * "[11]\n", 2 * "[21]\n")
+    assert run("10", "20") == 2 * "[11, 21]\n"

@@ -184,6 +184,11 @@ def jit(function=None, **options):
         return lambda f: jit(f, **options)
     if numba.config.DISABLE_JIT:
         return np.errstate(all="ignore")(function)  # compiled code does not warn of what overflows either
+    if function.__closure__:
+        # Numba looks machine code up by a name that has a number of the process that compiled it: two kernels of one
+        # factory, compiled by two processes, could bear the same name, and one be called for the other
+        values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
+        function.__qualname__ = f"{function.__qualname__}_{values}"
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE)
     try:
