@@ -75,7 +75,7 @@ def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch
         Path("limits.h5").unlink()
         yield 1, Limit(2.5, 0.2, 101.0, arguments["disturbance"], arguments["method"], "impacts", k2=1e-3)
 
-    monkeypatch.setattr(limits, "limits", found)
+    monkeypatch.setattr(limits, "each_limit", found)
     code, _, err = run("limits", "limits.toml", "--set", "A=[2.5]", "--set", "B=[0.1, 0.2]")
     assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
 

@@ -276,18 +276,14 @@ def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_pat
 @pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
 def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, terminal, shown):
     """Once: not where progress is shown, which says so."""
-    from numba.core.event import trigger_event
-
     from vibrodrive.jobs.progress import watching
 
-    def compile_for_args():
-        with trigger_event("numba:compile"):
-            time.sleep(0.2)
-        return "machine code"
-
-    monkeypatch.setattr(_jit, "SAID_AFTER", 0.05)
+    monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # it takes longer
+    monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True))
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
-    kernel = _jit._compiled_aside(SimpleNamespace(_compile_for_args=compile_for_args, py_func=modules))
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    dispatcher = SimpleNamespace(_compile_for_args=lambda: "machine code", py_func=modules)
+    kernel = _jit._compiled_aside(dispatcher)
     with watching(lambda: None) if shown else nullcontext():
         assert kernel._compile_for_args() == "machine code"
     said = "vibrodrive: compiling tests.jit.test_compile.modules, once for this version, Python and processor\n"

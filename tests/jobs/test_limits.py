@@ -59,7 +59,7 @@ def invented(monkeypatch):
     def limits(disturbance="eps", method="certified", criterion="impacts", threads=None, **arguments):
         return found(disturbance, method, criterion, threads, **arguments)
 
-    monkeypatch.setattr(job, "limits", limits)
+    monkeypatch.setattr(job, "each_limit", limits)
     return asked
 
 
