@@ -328,6 +328,7 @@ def test_refused(arguments, told):
         curves(**arguments)
 
 
+@pytest.mark.jit
 def test_a_curve_is_a_line_of_text_and_computed_at_arrays():
     border, doubling = curves((2.4, 2.8), (0.05, 0.2), 1)
     assert repr(doubling).startswith("<period doubling: orbit of period 1, 1 impact; A 2.4…2.8, B ")

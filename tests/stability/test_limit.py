@@ -286,6 +286,7 @@ def test_criteria_that_say_nothing_are_refused(arguments, key):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.jit
 def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
     found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
     one = vd.limit(2.0, "eps", transient=50, periods=50)
@@ -302,6 +303,7 @@ def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
         vd.limits([1.5, 2.0], "xi0", "impacts")
 
 
+@pytest.mark.jit
 def test_a_slip_is_warned_of_once_and_the_answer_still_comes():
     with pytest.warns(UserWarning, match="swapped") as caught:
         found = vd.limit(0.1, B=3.04, transient=0, periods=10)
@@ -310,6 +312,7 @@ def test_a_slip_is_warned_of_once_and_the_answer_still_comes():
     assert found.n == 0 or found.k2 > 0
 
 
+@pytest.mark.jit
 def test_a_limit_says_what_it_is_in_a_line():
     found = vd.limit(1.5, transient=50, periods=50)
     assert repr(found).startswith(
