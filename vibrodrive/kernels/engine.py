@@ -151,7 +151,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
                     m = apply_switches_on_grid(w, k, n, fixed, transient, periods, budget)
                 else:
                     m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
-            if not disturbed or totals is not None:
+            if not disturbed or recorded:
                 m += follow_up(
                     w, k, n, disturbed, grid, transient, periods, budget, section, impacts, history, totals, summary
                 )  # fmt: skip

@@ -101,7 +101,7 @@ def single(method: int, recorded: bool, bounded: bool):
                     w, k, 0, points, order[c], method, transient, periods, section, rows, off, stored, errors,
                 ):  # fmt: skip
                     finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-                    if errors is not None:
+                    if bounded:
                         end_errors(w, k, 0, periods, errors)
                     continue
                 under_way = True
@@ -116,7 +116,7 @@ def single(method: int, recorded: bool, bounded: bool):
             )  # fmt: skip
             if not under_way:
                 finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-                if errors is not None:
+                if bounded:
                     end_errors(w, k, 0, periods, errors)
         return 0
 
