@@ -13,6 +13,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
 
+import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is imported, which a unit test may not
 import pytest
 from hypothesis import settings
 
