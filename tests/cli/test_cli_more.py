@@ -214,6 +214,7 @@ def test_a_directory_that_cannot_be_written(run, command):
 IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\ntol = 1e-9\n[run]\ntransient = 1\nperiods = 1\n"
 
 
+@pytest.mark.jit
 def test_what_acts_on_nothing_is_named_or_refused(run):
     Path("idle.toml").write_text(IDLE)
     code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
@@ -230,6 +231,7 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
     assert "eta =" not in out
 
 
+@pytest.mark.jit
 def test_commands_name_a_likely_slip_once_where_all_points_have_it(run):
     scene = "[physical]\na0 = 0.8\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\ntransient = 0\nperiods = 1\n"
     Path("mm.toml").write_text(scene)
