@@ -90,7 +90,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
         arrays = r.section, r.status, r.margin, r.switches, *t.sample(7), after.phase, after.periods, after.derivative
         return t, orbits, [a.tobytes() for a in arrays]
 
-    def one_at_a_time(advance, halt=None, first=0):
+    def one_at_a_time(advance, first=0):
         while not advance(1):
             pass
 

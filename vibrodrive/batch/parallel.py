@@ -114,7 +114,7 @@ def _watch(work: Callable[[], None], halt: Halt) -> None:
     try:
         while not ended.acquire(timeout=LOOK):
             if halt.called:
-                halt.call()
+                halt.call()  # the kernels look at the flag of this process alone
     except BaseException:
         halt.call()
         while not ended.acquire(timeout=LOOK):

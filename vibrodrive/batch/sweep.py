@@ -145,24 +145,18 @@ def fill(
     w, k = new_lanes(threads)
     recorded = impacts is not None or summary is not None
     history, totals = new_history(threads, summary is not None)
-    settled = Arguments(
-        w[0], k[0], halt.flag, points, np.arange(n), np.zeros(1, np.int64), numbers_of(s), sections[0],
-        status, margin, counts, np.empty(n), np.empty((n, 0, 4)) if impacts is None else impacts,
-        summary=np.empty((n, 0)) if summary is None else summary,
-    )  # fmt: skip
-    if alone:
-        settled = settled._replace(rows=np.empty(0, SWITCH), stored=np.zeros(1, np.int64), off=np.empty((0, 3)))
-    if bounded and errors is not None:
-        settled = settled._replace(bounds=errors.section, until=errors.until)
+    results = status, margin, counts, np.empty(n)
+    main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0)) if summary is None else summary
+    more = (np.empty(0, SWITCH), np.zeros(1, np.int64), np.empty((0, 3)), *(errors or ())) if alone else ()
 
     def each(order: np.ndarray) -> list[Arguments]:
         """Arguments for each thread: memory of its own, and one counter for all."""
         lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # a thread takes its share of a few points
-        shared = settled._replace(order=order, counter=np.zeros(1, np.int64), numbers=numbers_of(s, lanes))
+        shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
         own = zip(w, k, sections, history, totals, strict=True)
         return [
-            shared._replace(lanes_w=lanes_w, lanes_k=lanes_k, section=rows, history=kept, totals=sums)
-            for lanes_w, lanes_k, rows, kept, sums in own
+            Arguments(lanes_w, lanes_k, halt.flag, *shared, rows, *results, main, kept, total, sums, *more)
+            for lanes_w, lanes_k, rows, kept, total in own
         ]
 
     if alone:

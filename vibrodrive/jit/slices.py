@@ -30,7 +30,7 @@ GROWTH = 16
 
 
 class Halt:
-    """A flag that ends work in other threads: kernels that look at it, and slices.
+    """A flag that ends work in other threads: kernels look at it.
 
     With a `sign` also in other processes of this machine that were given a copy: a file of that name means halt.
     """
@@ -77,15 +77,13 @@ class Halted(Exception):
     """What work ends with whose flag was set: nobody waits for its result."""
 
 
-def in_slices(advance: Callable[[int], bool], halt: Halt | None = None, first: int = FIRST) -> None:
-    """Call `advance` with a number of steps until it returns True (finished). Raises Halted if the flag is set."""
+def in_slices(advance: Callable[[int], bool], first: int = FIRST) -> None:
+    """Call `advance` with a number of steps until it returns True (finished)."""
     if advance(first):  # as most do
         return
     steps = first
     began = perf_counter()
     while not advance(steps):
-        if halt is not None and halt.called:
-            raise Halted
         now = perf_counter()
         steps = max(1, int(steps * min(GROWTH, SECONDS / (now - began + 1e-9))))
         began = now
