@@ -157,6 +157,9 @@ def _units_compile_nothing_and_start_nothing(request):
     guard.on = False
 
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell hands it to what it runs in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 HANDLED = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 HANDLERS = {s: signal.getsignal(s) for s in HANDLED}
 

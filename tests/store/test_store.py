@@ -191,6 +191,15 @@ def test_an_open_attribute_that_was_changed_is_found(finished, name, value):
     writer.abandon()
 
 
+@pytest.mark.parametrize("name", ["A", "eps"])
+def test_an_axis_that_was_changed_is_found(finished, name):
+    with h5py.File(finished, "a") as file:
+        file[name][0] += 0.5
+    for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
+        with pytest.raises(Damaged, match=f"axis {name} is not what was written"):
+            reads(finished)
+
+
 def test_a_file_that_this_process_reads_is_not_written(finished):
     with xr.open_dataset(finished, engine="h5netcdf"), pytest.raises(Busy, match="this process has it open"):
         open_writer(finished, make(), Origin(TEXT))
