@@ -36,6 +36,7 @@ WAYS = [
 def test_every_sweep_runs_in_the_loop_and_has_the_bits_of_one_thread(way, monkeypatch):
     used = []
     monkeypatch.setattr(numba, "set_num_threads", used.append)
+    monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)
     two = vd.sweep(**POINTS, **way, threads=2)
     assert used == [2]
     one = vd.sweep(**POINTS, **way, threads=1)
@@ -44,6 +45,19 @@ def test_every_sweep_runs_in_the_loop_and_has_the_bits_of_one_thread(way, monkey
         names = {"section": ["section"], "impacts": ["impact_phase"], "summary": ["period", "energy"]}.get(q, ["error"])
         assert all(np.array_equal(getattr(one, n), getattr(two, n), equal_nan=True) for n in names)
     assert all(np.array_equal(getattr(one, n), getattr(two, n)) for n in ("status", "margin", "switches"))
+
+
+@pytest.mark.jit
+def test_brief_work_starts_no_thread(monkeypatch):
+    monkeypatch.setattr(parallel, "_watch", None)
+    short = dict(transient=2, periods=3)
+    few = vd.sweep(A=[2.0, 3.0], eps=[0.0, 2e-4], **short)
+    assert np.array_equal(few.section[1, 0], vd.simulate(A=3.0, **short).section)
+    for long in (dict(transient=10**5), dict(method="fixed", dtau=1e-6, scan="literal")):
+        with pytest.raises(TypeError, match="NoneType"):
+            vd.sweep(A=[2.0, 3.0], **(short | long))
+        with pytest.raises(TypeError, match="NoneType"):
+            vd.simulate(A=2.0, **(short | long))
 
 
 @pytest.mark.jit
@@ -62,7 +76,9 @@ import os, sys, threading
 import numba
 import numpy as np
 import vibrodrive as vd
-from vibrodrive.batch import parallel
+from vibrodrive.batch import parallel, sweep
+
+sweep.BRIEF = 0
 
 def section(threads=2):
     return vd.sweep(A=np.linspace(3, 3.25, 50), eps=[0, 1e-4], transient=5, periods=5, threads=threads).section

@@ -57,14 +57,13 @@ def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
 
 
 def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
-    for ax in limits_figure(over_A).axes[:2]:
-        bands, ends = ax.collections, [line for line in ax.lines if line.get_linewidth() == 0.25]
-        assert len(bands) == len(ends) > 1
-        for band, end, first in zip(bands, ends, drawn(ax).values(), strict=False):
-            known = ~np.isnan(first)
-            assert np.array_equal(end.get_ydata()[known], 2 * first[known])
-            corners = np.concatenate([path.vertices for path in band.get_paths()] or [np.empty((0, 2))])
-            assert set(corners[:, 1]) == set(first[known]) | set(2 * first[known])
+    top = limits_figure(over_A).axes[0]
+    ends = [line.get_ydata() for line in top.lines if line.get_linewidth() == 0.25]
+    for band, end, first in zip(top.collections, ends, drawn(top).values(), strict=True):
+        known = ~np.isnan(first)
+        assert np.array_equal(end[known], 2 * first[known])
+        corners = np.concatenate([path.vertices for path in band.get_paths()] or [np.empty((0, 2))])
+        assert set(corners[:, 1]) == set(first[known]) | set(2 * first[known])
 
 
 def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):

@@ -29,6 +29,9 @@ from vibrodrive.kernels.arguments import Arguments, packed
 LOOK = 0.05
 """Seconds between two looks at what may end a computation early: Ctrl-C, or another process that asks for it."""
 
+BRIEF = 1 << 14
+"""Work for which no thread is started, in undisturbed periods (model/plan.py): one thread takes some milliseconds."""
+
 FORK_SAFE = "tbb", "workqueue"
 """Threading layers of Numba that work in a forked child of a process that has used them. GNU's OpenMP ends such a
 child."""
@@ -43,12 +46,15 @@ _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 _lock = threading.Lock()  # the layer `workqueue` aborts the process where two threads use it at once
 _alone = False
+_workers: list[_Worker] = []
+"""Threads that wait for work."""
 
 
 def _in_child() -> None:
     """Note in a forked child whether the threading layer that its parent has started fails there."""
     global _lock, _alone
     _lock = threading.Lock()
+    _workers.clear()
     try:
         _alone = numba.threading_layer() not in FORK_SAFE
     except ValueError:  # no layer was started
@@ -77,51 +83,76 @@ def _by_address(kernel: Any) -> types.CompileResultWAP:
     return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
 
 
-def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt) -> None:
+def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
     """Run one or two kernels, each with a set of arguments for each thread; all have ended when it returns or raises.
 
+    Work that is `brief` runs in this thread, with the first set of arguments alone: threads would take longer to start.
     Raises Halted if that is called.
     """
-    threads = 1 if _alone else len(calls[0][1])
+    threads = 1 if _alone or brief else len(calls[0][1])
     if _COMPILES:  # in this thread, where Ctrl-C is answered meanwhile: a compiler cannot be halted
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
-    watched = threads > 1 or halt.across or threading.get_ident() == threading.main_thread().ident
-    if watched:
-        _watch(lambda: _run(calls, threads, halt), halt)
-    else:
+    here = brief or (threads == 1 and not halt.across and threading.get_ident() != threading.main_thread().ident)
+    if here:
         _run(calls, threads, halt)
+    else:
+        _watch(lambda: _run(calls, threads, halt), halt)
     if halt.called:
         raise Halted
 
 
+class _Worker:
+    """A thread that runs one piece of work after the other.
+
+    It lasts, since OpenMP starts threads for each thread that enters a loop, and ends them with it.
+    """
+
+    def __init__(self) -> None:
+        self.work: Callable[[], None]
+        self.error: BaseException | None = None
+        self.wanted, self.ended = threading.Lock(), threading.Lock()
+        self.wanted.acquire()
+        self.ended.acquire()
+        start_new_thread(self._serve, ())  # no Thread, which the interpreter would wait for at its end
+
+    def _serve(self) -> None:
+        while True:
+            self.wanted.acquire()
+            try:
+                self.work()
+            except BaseException as error:
+                self.error = error
+            self.work = _nothing
+            self.ended.release()
+
+
+def _nothing() -> None:
+    """Work of a worker that waits: it keeps no arrays alive."""
+
+
 def _watch(work: Callable[[], None], halt: Halt) -> None:
     """Call `work` in a thread of its own. It is halted where this thread is interrupted."""
-    ended, errors = threading.Lock(), list[BaseException]()
-
-    def call() -> None:
-        try:
-            work()
-        except BaseException as error:
-            errors.append(error)
-        finally:
-            ended.release()
-
-    ended.acquire()
-    start_new_thread(call, ())  # a Thread takes 40 µs more
+    worker = _workers.pop() if _workers else _Worker()
+    worker.work = work
+    worker.wanted.release()
     try:
-        while not ended.acquire(timeout=LOOK):
+        while not worker.ended.acquire(timeout=LOOK):
             if halt.called:
                 halt.call()  # the kernels look at the flag of this process alone
     except BaseException:
         halt.call()
-        while not ended.acquire(timeout=LOOK):
+        while not worker.ended.acquire(timeout=LOOK):
             pass
+        worker.error = None
+        _workers.append(worker)
         raise
-    if errors:
-        raise errors[0]
+    error, worker.error = worker.error, None
+    _workers.append(worker)
+    if error is not None:
+        raise error
 
 
 def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: Halt) -> None:

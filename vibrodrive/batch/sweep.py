@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.carry import Carried, States, continued, layers
-from vibrodrive.batch.parallel import run
+from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import as_quantities, new_errors
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
@@ -140,7 +140,8 @@ def fill(
         return
     bounded = errors is not None and s.method != Method.FIXED
     alone = s.literal or bounded
-    threads = min(threads, n if alone else -(-n // REGISTER))
+    brief = n * (s.transient + s.periods) <= BRIEF and n * _most_work(s, points, bounded) <= BRIEF
+    threads = 1 if brief else min(threads, n if alone else -(-n // REGISTER))
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
     recorded = impacts is not None or summary is not None
@@ -160,12 +161,18 @@ def fill(
         ]
 
     if alone:
-        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt)
+        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
         return
     disturbed = _disturbed(points)
     # disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap
     kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
-    run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt)
+    run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
+
+
+def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
+    """Return the work of the costliest of these points, in undisturbed periods."""
+    eps, eta, dtau = (points[:, COLUMNS.index(name)] for name in ("eps", "eta", "dtau"))
+    return settings.work(eps.max(), eta.max(), dtau.min(), bounded)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.frames import Table, frame
-from vibrodrive.batch.parallel import run
+from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
@@ -387,7 +387,9 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """`simulate` the one point of a plan. Raises Halted if `halt` is called meanwhile."""
     s, halt = plan.settings, halt or Halt()
-    capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
+    eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
+    brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
+    capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)
@@ -402,7 +404,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
             section, status, margin, counts, work, impacts, rows=rows, stored=stored, off=off, bounds=errors.section,
             until=errors.until,
         )  # fmt: skip
-        run([(single(s.method, False, bounded), [arguments])], halt)
+        run([(single(s.method, False, bounded), [arguments])], halt, brief=brief)
         n = int(stored[0])
         if n <= capacity:
             break

@@ -94,16 +94,20 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
 
     Raises TypeError for an array of another dtype or number of dimensions, or one that is not contiguous.
     """
-    cells: list[int] = []
+    rows: list[list[int]] = []
     for arguments in sets:
-        for (name, dtype, dimensions), array in zip(_KINDS, arguments, strict=True):
-            if array is None:
+        cells: list[int] = []
+        for (name, dtype, dimensions), array, shared in zip(_KINDS, arguments, sets[0]):  # noqa: B905
+            if array is shared and rows:
+                cells += rows[0][len(cells) : len(cells) + 1 + dimensions]
+            elif array is None:
                 cells += [0] * (1 + dimensions)
-                continue
-            if array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
+            elif array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
                 raise TypeError(f"{name}: a contiguous {dtype} array of {dimensions} dimensions is needed")
-            cells += (array.ctypes.data, *array.shape)
-    return np.array(cells, np.int64).reshape(len(sets), CELLS)
+            else:
+                cells += (array.ctypes.data, *array.shape)
+        rows.append(cells)
+    return np.array(rows, np.int64)
 
 
 @intrinsic

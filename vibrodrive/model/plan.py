@@ -86,6 +86,18 @@ class Settings:
         """Whether every grid point is visited: the certified path has no grid."""
         return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
 
+    def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
+        """Return the work of one point, in undisturbed periods; the largest ε and η and the smallest Δτ cost most.
+
+        It is counted from the arguments, as measured costs would give files that depend on the machine.
+        """
+        period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
+        if self.literal:
+            period += 2.0 * math.pi / dtau / 256.0
+        elif bounded:
+            period *= 10.0
+        return (self.transient + self.periods) * period
+
 
 SETTINGS: dict[str, Callable[[str, object], int]] = {f.name: f.metadata["check"] for f in fields(Settings)}
 """The check of each: name and value -> the plain int that a Settings holds. Raises TypeError or ValueError."""
@@ -187,17 +199,9 @@ class Plan:
 
     @property
     def point_work(self) -> float:
-        """Work of the costliest point in undisturbed periods.
-
-        It is counted from the arguments, as measured costs would give files that depend on the machine.
-        """
-        s, (eps, eta) = self.settings, (self._ends(name)[1] for name in ("eps", "eta"))
-        period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
-        if s.literal:
-            period += 2.0 * math.pi / self._ends("dtau")[0] / 256.0
-        elif ERROR in self.record:
-            period *= 10.0
-        return (s.transient + s.periods) * period
+        """Work of the costliest point in undisturbed periods."""
+        (eps, eta), dtau = (self._ends(name)[1] for name in ("eps", "eta")), self._ends("dtau")[0]
+        return self.settings.work(eps, eta, dtau, ERROR in self.record)
 
     @property
     def _most_points(self) -> int:
