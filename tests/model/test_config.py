@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibrodrive.model.choices import Method
 from vibrodrive.model.config import ConfigError, parse, read
-from vibrodrive.model.parameters import Method
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

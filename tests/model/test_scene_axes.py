@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from vibrodrive.model.choices import Status
 from vibrodrive.model.config import ConfigError, parse
-from vibrodrive.model.parameters import COLUMNS, Status
+from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.physical import SCENE_AXES, Scene
 from vibrodrive.model.results import Results
 
