@@ -17,9 +17,9 @@ from vibrodrive.jobs.output import check_figure
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
+    FIGURE_KINDS,
     K2,
     KEPT,
-    KINDS,
     MAP,
     MAP_QUANTITIES,
     SECTION_QUANTITIES,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.plan import Plan
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
-    "sweep": {"kind": KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
+    "sweep": {"kind": FIGURE_KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
     "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": SECTION_QUANTITIES},
     "limits": {"kind": (MAP,), "quantity": (K2,)},
     "failures": {},
@@ -62,7 +62,7 @@ def _looking(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
-@click.option("--kind", type=click.Choice([*KINDS, "multipliers"]), help="Which diagram.")
+@click.option("--kind", type=click.Choice([*FIGURE_KINDS, "multipliers"]), help="Which diagram.")
 @click.option(
     "--quantity",
     metavar="NAME",
