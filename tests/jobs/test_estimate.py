@@ -104,10 +104,3 @@ def test_few_points_are_timed_in_small_company(clock):
     groups, _ = estimate._groups(plan, 1, estimate.SAMPLE_POINTS)
     assert max(map(len, groups)) == plan.wave_points == 10
     assert sum(map(len, groups)) > 500
-
-
-def test_a_carried_sweep_pays_for_the_beginning_of_every_layer(clock):
-    plan = make_plan({"A": np.linspace(3, 3.2, 600), "eps": [0.0, 1e-4], "carry": "up", "transient": 10, "periods": 10})
-    clock(lambda p, n: 1e-6 * n + 0 * p["A"], startup=1e-3)
-    found, _ = estimate._computing(plan, 1)
-    assert found == pytest.approx(600 * (1e-3 + 2 * 20e-6), rel=0.01)

@@ -97,7 +97,6 @@ def _sweep(file: Path) -> Summary:
         ("fixed", ", ".join(f"{k} = {v:g}" for k, v in scalars.items())),
         ("switches", f"{shared['method']}, scan {shared['scan']}"),
         ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
-        *([("carried", f"{plan.carry} along {next(iter(plan.axes))}")] if plan.carry else []),
         *(("status", f"{name}: {points} points") for name, points in report.statuses.items()),
     ]
     return Summary(header.origin.title, report.share, lines, _faults(report), facts)

@@ -131,10 +131,8 @@ def _groups(plan: Plan, threads: int, most: int) -> tuple[list[np.ndarray], int]
     waves = waves_of(plan)
     largest = max(stop - start for start, stop in waves)
     random = np.random.default_rng(0)  # the same sample for the same plan
-    if plan.carry:  # one after the other, most of them too small to fill the lanes
-        spans: list[np.ndarray] = [np.arange(*waves[k]) for k in _spread(len(waves), SAMPLE_WAVES, random)]
-    elif plan.n_points <= most:
-        spans = [np.arange(start, stop) for start, stop in waves]
+    if plan.n_points <= most:
+        spans: list[np.ndarray] = [np.arange(start, stop) for start, stop in waves]
     elif largest * SAMPLE_WAVES <= most:
         chosen = _spread(len(waves), most // largest, random)
         spans = [np.arange(*waves[k]) for k in chosen]

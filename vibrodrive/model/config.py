@@ -12,7 +12,7 @@
     [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
     [switching]            # method, tol, dtau, scan
     [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
-                           # "summary", "error", or a list of some of them; carry: "up" or "down" along the first axis
+                           # "summary", "error", or a list of some of them
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
@@ -47,7 +47,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
     "sweep": (*PARAMETERS, *SCENE_AXES, "points"),
     "switching": ("method", "scan", "dtau", "tol"),
-    "run": ("transient", "periods", "budget", "section_phase", "record", "carry"),
+    "run": ("transient", "periods", "budget", "section_phase", "record"),
 }
 """Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
 
@@ -178,8 +178,6 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
         return value
     if key == "record":
         return check_record(value)
-    if key == "carry":
-        return value  # checked with the axes, in the plan
     if key == "points":
         return _points(value, at)
     return _axis(key, value) if table == "sweep" else check(key, value)

@@ -27,7 +27,6 @@ SETTINGS = {
     "periods": "excitation periods recorded",
     "budget": "switches allowed in a period",
     "record": "what is kept of each motion",
-    "carry": "up, down: each motion starts where its neighbour below, above along the first axis ended",
     "criterion": "what of its structure a motion must keep",
     "max_period": "longest period sought, in excitation periods",
     "g": "acceleration of gravity (m s-2)",
@@ -40,9 +39,7 @@ def plain(plan: Plan) -> dict[str, Any]:
     scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
     s = plan.settings
     choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
-    return (
-        scalars | vars(s) | choices | {"record": ", ".join(plan.record)} | ({"carry": plan.carry} if plan.carry else {})
-    )
+    return scalars | vars(s) | choices | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
