@@ -6,8 +6,9 @@ such solvers miss switches, whatever their tolerance: there the 50-digit referen
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from vibrodrive.batch.trajectory import simulate
@@ -38,6 +39,46 @@ class End(NamedTuple):
 Slide = Callable[[State, float, float], End]
 """(UP or DOWN, τ, ξ), ξ' = 0 -> its end."""
 
+Switch = tuple[float, State, State, float]
+"""τ, states before and after, ξ."""
+
+
+def follow(slide: Slide, wait: Callable[[State, float], float], force: Callable[[float], float]) -> Iterator[Switch]:
+    """The switches of the motion from rest, without end, or until a slide or a wait ends at τ = inf.
+
+    slide : how a solver follows a slide; wait : (STICK or REST, τ) -> τ of its end; force : τ -> H.
+    """
+    state, tau, xi = State.REST, 0.0, 0.0
+    while True:
+        end = End(tau, 0.0, False)
+        if state in (State.UP, State.DOWN):
+            end = slide(state, tau, xi)
+        elif state != State.IMPACT:
+            end = End(wait(state, tau), xi, False)
+        if math.isinf(end.tau):
+            return
+        h = force(end.tau)
+        if end.impact:
+            after = State.IMPACT
+        elif state in (State.STICK, State.REST):
+            after = State.UP if h > 0.0 else State.DOWN
+        elif h > 1.0:
+            after = State.UP
+        elif state == State.IMPACT:
+            after = State.REST
+        else:
+            after = State.DOWN if h < -1.0 else State.STICK
+        yield end.tau, state, after, end.xi
+        state, tau, xi = after, end.tau, end.xi
+
+
+def release(A: float, B: float, state: State, tau: float) -> float:
+    """When STICK or REST ends at ε = 0: H = 1, or where it sticks H = -1, whichever is first; inf if never."""
+    ends = [math.asin((1.0 + B) / A)] if A >= 1.0 + B else []
+    if state == State.STICK and abs(1.0 - B) <= A:
+        ends.append(math.pi + math.asin((1.0 - B) / A))
+    return min((tau + (end - tau) % TWO_PI for end in ends), default=math.inf)
+
 
 def scipy_events() -> list[Finding]:
     """Largest difference of a switching time from `scipy.integrate.solve_ivp`."""
@@ -55,59 +96,32 @@ def _side_by_side(solver: Callable[[float, float], Slide], within: float) -> lis
         theirs = _switches(**scene, slide=solver(scene["A"], scene["B"]))
         ours = simulate(**scene, transient=0, periods=PERIODS).switches
         apart = math.inf  # where a state differs, or one of them has more switches
-        if [row[1:] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
+        if [row[1:3] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
             tau = TWO_PI * ours["period"] + ours["phase"]
             apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
         found.append(Finding(f"A = {scene['A']:g}, B = {scene['B']:g}: difference in τ", apart, within))
     return found
 
 
-def _switches(A: float, B: float, slide: Slide) -> list[tuple[float, int, int]]:
-    """(τ, state before, state after) of all switches of PERIODS periods from rest."""
-    out: list[tuple[float, int, int]] = []
-    state, tau, xi = State.REST, 0.0, 0.0
-    while True:
-        impact = state == State.IMPACT
-        end = End(tau, 0.0, False)
-        if state in (State.UP, State.DOWN):
-            end = slide(state, tau, xi)
-        elif not impact:
-            end = End(_release(A, B, state, tau), xi, False)
-        if end.tau > TWO_PI * PERIODS:
-            return out
-        force = A * math.sin(end.tau) - B
-        if end.impact:
-            after = State.IMPACT
-        elif state in (State.STICK, State.REST):
-            after = State.UP if force > 0.0 else State.DOWN
-        elif force > 1.0:
-            after = State.UP
-        elif impact:
-            after = State.REST
-        else:
-            after = State.DOWN if force < -1.0 else State.STICK
-        out.append((end.tau, int(state), int(after)))
-        state, tau, xi = after, end.tau, end.xi
+def _switches(A: float, B: float, slide: Slide) -> list[Switch]:
+    """All switches of PERIODS periods from rest."""
+    switches = follow(slide, lambda state, tau: release(A, B, state, tau), lambda tau: A * math.sin(tau) - B)
+    return list(itertools.takewhile(lambda row: row[0] <= TWO_PI * PERIODS, switches))
 
 
-def _release(A: float, B: float, state: State, tau: float) -> float:
-    """When STICK or REST ends: H = 1, or where it sticks H = −1, whichever is first."""
-    ends = [math.asin((1.0 + B) / A)]
-    if state == State.STICK:
-        ends.append(math.pi + math.asin((1.0 - B) / A))
-    return min(tau + (end - tau) % TWO_PI for end in ends)
+def stopping(component: int, direction: float) -> Any:
+    """A terminal event of scipy: component 0 (ξ) or 1 (ξ') passes zero in `direction`."""
+
+    def event(_tau: float, y: Any) -> float:
+        return y[component]
+
+    marked: Any = event
+    marked.terminal, marked.direction = True, direction
+    return marked
 
 
 def _scipy_slide(A: float, B: float) -> Slide:
     from scipy.integrate import solve_ivp
-
-    def stopping(component: int, direction: float) -> Any:
-        def event(_tau: float, y: Any) -> float:
-            return y[component]
-
-        marked: Any = event
-        marked.terminal, marked.direction = True, direction
-        return marked
 
     events = {State.UP: [stopping(1, -1.0)], State.DOWN: [stopping(1, 1.0), stopping(0, -1.0)]}
 
