@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-import vibrodrive as vd
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.criterion import parse_criterion
+from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import follow_cycle
 from vibrodrive.stability.structure import ReferenceOrbit
@@ -32,12 +32,13 @@ Kept = Callable[[ReferenceOrbit, Motion], bool]
 
 def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
     """k₂(ε) over the section's phase: float64 (phases, A)."""
-    return np.array(
-        [
-            vd.limits(amplitudes, "eps", criterion, section_phase=phase, periods=periods).numbers["k2"][0]
-            for phase in PHASES
-        ]
-    )
+    wanted = Criterion(criterion, (criterion,))  # "order" and "gaps" are no criteria of `vd.limit`
+    found = []
+    for phase in PHASES:
+        arguments = {"A": list(amplitudes), "periods": periods, "section_phase": phase}
+        limits = dict(each_limit(arguments, "eps", criterion=wanted))
+        found.append([limits[i].k2 for i in range(len(amplitudes))])
+    return np.array(found)
 
 
 def with_free_speed(share: float) -> Kept:
@@ -66,7 +67,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None)) as evaluator:
-        orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion("impacts"))
+        orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
         searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if base is not None}
         wanted = {i: next(search) for i, search in searches.items()}
         while wanted:
@@ -75,7 +76,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
                 try:
                     wanted[i] = searches[i].send(np.array(answers))
                 except StopIteration as end:
-                    found[i] = end.value.k2
+                    found[i] = end.value.lost
                     del wanted[i]
     return found
 

@@ -13,7 +13,6 @@ import vibrodrive as vd
 from vibrodrive.cli import cli
 from vibrodrive.model import config
 from vibrodrive.periodic.family import family
-from vibrodrive.stability.limit import each_limit
 from vibrodrive.store.failures import lay_out
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
@@ -23,9 +22,7 @@ from vibrodrive.store.orbits import save_family
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
 
-NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {
-    "each_limit": each_limit,
-}
+NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {}
 NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
 PLAIN = {"plot.cobweb", "plot.failures", "plot.limits", "plot.limits_map", "plot.save"}
@@ -34,14 +31,15 @@ PLAIN = {"plot.cobweb", "plot.failures", "plot.limits", "plot.limits_map", "plot
 LONG = {
     "bifurcations",
     "curves",
-    "each_limit",
     "explore",
     "limit",
     "limits",
     "plot",
     "Results",
-    "sweep",
     "simulate",
+    "start_limit",
+    "sweep",
+    "unique_limit",
 } | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
 """Those whose examples would take minutes without compiled kernels."""
 
@@ -113,8 +111,6 @@ def test_docstrings_say_what_goes_in_and_what_is_refused(name):
     if inspect.isclass(thing) or inspect.ismodule(thing):
         return
     for section in ("Parameters", "Returns", "Raises", "Examples"):
-        if (name, section) in {("each_limit", "Parameters"), ("each_limit", "Returns")}:
-            continue  # those of `limit`
         if section == "Returns" and inspect.signature(thing).return_annotation == "None":
             continue
         assert inspect.getdoc(thing).count(f"\n{section}\n---") == 1, f"{name}: {section}"
@@ -133,7 +129,7 @@ def entries(thing, *titles):
     return {name.strip(" *") for head in heads for name in head.split(" : ")[0].split(",")}
 
 
-FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing) and n != "each_limit")
+FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing))
 DATA = ["Scene", "Results", "Trajectory"]
 
 

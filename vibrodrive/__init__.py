@@ -31,7 +31,9 @@ __all__ = [
     "orbits",
     "plot",
     "simulate",
+    "start_limit",
     "sweep",
+    "unique_limit",
 ]
 
 _HOMES = {
@@ -49,7 +51,9 @@ _HOMES = {
     "limits": "stability.limits",
     "load": "store.every_kind",
     "orbits": "periodic.search",
+    "start_limit": "stability.starts",
     "sweep": "jobs.call",
+    "unique_limit": "stability.unique_motion",
 }
 """Module of every public name."""
 
@@ -71,6 +75,8 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.search import orbits
     from vibrodrive.stability.limit import limit
     from vibrodrive.stability.limits import limits
+    from vibrodrive.stability.starts import start_limit
+    from vibrodrive.stability.unique_motion import unique_limit
     from vibrodrive.store.every_kind import load
 
 

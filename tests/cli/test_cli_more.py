@@ -19,7 +19,7 @@ A = [2.5, 2.8]
 transient = 60
 periods = 100
 [limits]
-criterion = "order"
+criterion = "word"
 """
 
 ORBITS = """
@@ -50,9 +50,9 @@ def test_limits_go_into_a_file_and_a_figure(run):
     from vibrodrive.store.limits import load_limits
 
     found = load_limits("limits.h5")
-    assert (found.title, found.criterion) == ("Two limits", "order")
+    assert (found.title, found.criterion) == ("Two limits", "word")
     assert found.A.tolist() == [2.5, 2.8]
-    one = vd.limit(2.8, "eps", criterion="order", transient=60, periods=100)
+    one = vd.limit(2.8, "eps", criterion="word", transient=60, periods=100)
     assert found.numbers["k2"][0, 1] == one.k2
     line = out.splitlines()[2].split()
     assert line[:4] == ["2.8", "2", f"{one.k2:.4g}", f"{one.velocity:.4g}"]
@@ -70,12 +70,12 @@ def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch
     from vibrodrive.jobs import limits
     from vibrodrive.stability.limit import Limit
 
-    def found(**arguments):
-        yield 0, Limit(2.5, 0.1, 101.0, arguments["disturbance"], arguments["method"], "impacts", k2=1e-3)
+    def found(quantity, arguments, disturbance, method, *rest):
+        yield 0, Limit(2.5, 0.1, 101.0, disturbance, method, "impacts", k2=1e-3)
         Path("limits.h5").unlink()
-        yield 1, Limit(2.5, 0.2, 101.0, arguments["disturbance"], arguments["method"], "impacts", k2=1e-3)
+        yield 1, Limit(2.5, 0.2, 101.0, disturbance, method, "impacts", k2=1e-3)
 
-    monkeypatch.setattr(limits, "each_limit", found)
+    monkeypatch.setattr(limits, "each_of", found)
     code, _, err = run("limits", "limits.toml", "--set", "A=[2.5]", "--set", "B=[0.1, 0.2]")
     assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
 
@@ -166,7 +166,7 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
     [
         (["limits"], ["CONFIG"]),
         (["limits", "missing.toml"], ["missing.toml", "No such file"]),
-        (["limits", "limits.toml", "--set", "criterion=shape"], ["criterion = 'shape'", "order"]),
+        (["limits", "limits.toml", "--set", "criterion=shape"], ["criterion = 'shape'", "word"]),
         (["limits", "limits.toml", "--set", "limits.criterion=3"], ["limits.criterion = 3", "text"]),
         (["limits", "limits.toml", "--set", "limits.colour=3"], ["[limits]", "colour", "criterion"]),
         (["limits", "limits.toml", "--set", "eps=[0, 1e-4]"], ["axes", "eps", "one or two of A, B and eta"]),

@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[2]
 
 CONFIGS = {
     "sweep": "[sweep]\nA = {start = 3.0, stop = 3.25, num = 40}\neps = [0, 2e-4]\n[run]\ntransient = 0\nperiods = 6\n",
-    "limits": '[sweep]\nA = [2.5]\n[run]\ntransient = 60\nperiods = 60\n[limits]\ncriterion = "order"\n',
+    "limits": '[sweep]\nA = [2.5]\n[run]\ntransient = 60\nperiods = 60\n[limits]\ncriterion = "word"\n',
     "orbits": "[sweep]\nA = {start = 2.59, stop = 2.62, num = 4}\n[run]\ntransient = 50\nperiods = 8\n"
     "section_phase = 2.0\n[orbits]\nmax_period = 2\n",
     "atlas": "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n",
@@ -65,7 +65,7 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     for name in (
-        "batch.sweep.run_blocks", "jobs.limits.each_limit", "jobs.orbits.family", "jobs.failures.failures_of_methods",
+        "batch.sweep.run_blocks", "jobs.limits.each_of", "jobs.orbits.family", "jobs.failures.failures_of_methods",
     ):  # fmt: skip
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
@@ -375,7 +375,7 @@ def test_another_kind_is_named_not_called_damaged(run, idle, made, command):
 
 @pytest.mark.jit
 @pytest.mark.parametrize(
-    ("command", "told"), [("limits", "criterion=gaps"), ("orbits", "max_period=1"), ("atlas", "periods=41")]
+    ("command", "told"), [("limits", "criterion=impacts"), ("orbits", "max_period=1"), ("atlas", "periods=41")]
 )
 def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(run, monkeypatch, made, command, told):
     """As sweeps always were: of the same configuration, nothing to do; of another, refused with what differs."""

@@ -10,13 +10,13 @@ import pytest
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.figures.limits_map import limits_map
 from vibrodrive.figures.style import save
-from vibrodrive.store.limits import NUMBERS, Limits
+from vibrodrive.stability.limits import KU, QUANTITIES, Limits
 
 
 def of(axes, k2, factor=100.0, mm_s=None, **options):
     """Limits k2 (curve, axes…) of which all were computed; a velocity is `factor` times a value of ε."""
     scale = np.array([factor, 1.0, 1.0]).reshape(3, *(1,) * (k2.ndim - 1))
-    numbers = {name: k2.copy() for name in NUMBERS}
+    numbers = {name: k2.copy() for name in QUANTITIES["k2"].numbers}
     numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
     some = {"n": np.ones(k2.shape, int), "done": np.ones(k2.shape, bool), "how": np.full(k2.shape, "")}
     fixed = {name: 1.0 for name in ("A", "B", "eta") if name not in axes}
@@ -158,19 +158,24 @@ def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
     assert "kept: rho < 0.1" in said
     assert "gaps: not lost" in said, "at A = 2.6 the limit in Δτ is infinite"
     assert "kept" not in limits_figure(over_A).axes[0].get_title(loc="right")
-    eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="gaps")
-    assert "kept: gaps" in limits_figure(eta).axes[0].get_title(loc="right")
-    two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="gaps")
-    assert "kept: gaps" in limits_figure(two).axes[0].get_title(loc="right")
+    eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="word")
+    assert "kept: word" in limits_figure(eta).axes[0].get_title(loc="right")
+    two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="word")
+    assert "kept: word" in limits_figure(two).axes[0].get_title(loc="right")
 
 
 def test_limits_of_several_motions_are_named_k_u_wherever_they_are_named(over_A):
-    found = replace(over_A, criterion="several")
-    found.numbers["last_kept"][0] = 1e-3
+    numbers = over_A.numbers
+    numbers |= {"ku": numbers["k2"], "last_several": numbers["last_kept"]}
+    found = replace(over_A, criterion="", quantity=KU)
+    found.numbers["last_several"][0] = 1e-3
     fig = limits_figure(found)
     named = [t.get_text() for t in fig.legends[0].get_texts()] + [ax.get_title(loc="left") for ax in fig.axes]
     assert sum("k_u" in text for text in named) == 6
     assert not any("k_2" in text or "kept" in text for text in named)
     assert "gaps: several motions remain" in fig.axes[0].get_title(loc="right")
-    two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3), criterion="several")
+    two = of(
+        {"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3), criterion="", quantity=KU
+    )
+    two.numbers["ku"] = two.numbers["k2"]
     assert limits_map(two).axes[1].get_ylabel() == r"limit $k_u$ in $\varepsilon$"

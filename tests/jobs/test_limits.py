@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import h5py
 import numpy as np
 import pytest
 
@@ -13,6 +14,8 @@ from vibrodrive.jobs.limits import boxes, run_limits, table
 from vibrodrive.model.config import ConfigError, parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit, limit
+from vibrodrive.stability.starts import start_limit
+from vibrodrive.stability.unique_motion import unique_limit
 from vibrodrive.store.compare import Different
 from vibrodrive.store.limits import load_limits, summary
 
@@ -41,7 +44,7 @@ def invented(monkeypatch):
     """Limits that cost nothing, of which no two are equal; returns what was asked for, call by call."""
     asked = []
 
-    def found(disturbance, method, criterion, threads, **arguments):
+    def found(disturbance, method, criterion, arguments):
         plan = make_plan({**arguments, "method": method, "dtau": 0.1})
         asked.append((disturbance, method, {name: values.tolist() for name, values in plan.axes.items()}))
         for i in range(plan.n_points):
@@ -56,10 +59,10 @@ def invented(monkeypatch):
                 ),
             )
 
-    def limits(disturbance="eps", method="certified", criterion="impacts", threads=None, **arguments):
-        return found(disturbance, method, criterion, threads, **arguments)
+    def limits(quantity, arguments, disturbance, method, criterion, threads):
+        return found(disturbance, method, criterion, arguments)
 
-    monkeypatch.setattr(job, "each_limit", limits)
+    monkeypatch.setattr(job, "each_of", limits)
     return asked
 
 
@@ -200,8 +203,10 @@ def test_another_configuration_is_refused(tmp_path, invented):
     run_limits(parse(CONFIG), tmp_path / "x.h5")
     with pytest.raises(Different, match=r"another configuration: A is 2[.]5, 2[.]8, 3[.]04 there and"):
         run_limits(parse(CONFIG.replace("2.8", "2.9")), tmp_path / "x.h5")
-    with pytest.raises(Different, match="criterion is impacts there and gaps here"):
-        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="gaps")
+    with pytest.raises(Different, match="criterion is impacts there and word here"):
+        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="word")
+    with pytest.raises(Different, match="quantity is k2 there and ku here"):
+        run_limits(parse(CONFIG), tmp_path / "x.h5", quantity="ku")
     run_limits(parse(TWO), tmp_path / "two.h5")
     swapped = TWO.replace("eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]", "A = [1.5, 2.8]\neta = [20.3, 50.5, 101.3]")
     with pytest.raises(Different, match="the axes are eta, A there and A, eta here"):
@@ -211,9 +216,21 @@ def test_another_configuration_is_refused(tmp_path, invented):
 
 
 @pytest.mark.jit
-def test_an_unknown_criterion_is_refused_before_a_file_is_there(tmp_path):
-    with pytest.raises(ValueError, match="criterion"):
-        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="shape")
+@pytest.mark.parametrize(
+    ("axes", "sought", "words"),
+    [
+        ("A = [2.5]", {"criterion": "shape"}, "criterion = 'shape'"),
+        ("A = [2.5]", {"criterion": "gaps"}, "criterion = 'gaps'"),
+        ("A = [2.5]", {"quantity": "k3"}, "quantity = 'k3': must be one of k2, k1, ku"),
+        ("A = [2.5]", {"quantity": "ku", "criterion": "word"}, "criterion = 'word': must be left out"),
+        ("A = [2.5]\neps = 1e-4", {"quantity": "k1"}, "eps = 0.0001: must be left out"),
+        ("eta = [9.5, 101.3]\nA = 3.04", {"quantity": "k1"}, "eta = 'array of 2 values': .*: ε = 0"),
+        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = 'A, B': must be one, for k1"),
+    ],
+)
+def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, sought, words):
+    with pytest.raises((ValueError, TypeError), match=words):
+        run_limits(parse(f"[sweep]\n{axes}\n"), tmp_path / "x.h5", **sought)
     assert not list(tmp_path.iterdir())
 
 
@@ -221,24 +238,25 @@ def test_an_unknown_criterion_is_refused_before_a_file_is_there(tmp_path):
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     """k₁ and k_u by the command that finds k₂."""
     config = parse("[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 100\nperiods = 100\n")
-    starts = load_limits(run_limits(config, tmp_path / "starts.h5", criterion="solution"))
+    starts = load_limits(run_limits(config, tmp_path / "starts.h5", quantity="k1"))
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
-    assert starts.numbers["k2"][2, 1] == limit(3.04, "tau0").k2
-    assert np.isinf(starts.numbers["k2"][:, 0]).all(), "one solution: nothing else to end on"
-    assert np.isnan([starts.numbers["velocity"], starts.numbers["velocity_last"]]).all(), "it acts once"
-    assert "V =" not in str(summary(tmp_path / "starts.h5").lines)
+    assert list(starts.numbers) == ["k1", "kept_below", "searched_to"]
+    assert starts.numbers["k1"][2, 1] == start_limit(3.04, "tau0").k1
+    assert np.isinf(starts.numbers["k1"][:, 0]).all(), "one solution: nothing else to end on"
+    told = summary(tmp_path / "starts.h5", thorough=True)
+    assert not told.faults
+    assert "V =" not in str(told.lines)
+    assert ("quantity", "k1") in told.lines
     assert "k1(tau0)" in table(starts)
     top, bottom = limits_figure(starts).axes
     assert len(top.lines) == 3
     assert top.get_title(loc="right").endswith("gaps: one solution only")
     assert bottom.get_images(), "the undisturbed motion"
-    with pytest.raises(TypeError, match=r"eta = 'array of 2 values': .* with xi0 disturbed, ε = 0"):
-        run_limits(parse("[sweep]\neta = [9.5, 101.3]\nA = 3.04"), tmp_path / "eta.h5", criterion="solution")
-    with pytest.raises(ConfigError, match='one, with the criterion "solution"'):
-        run_limits(parse("[sweep]\nA = [1.5, 2]\nB = [0.1, 0.2]\n"), tmp_path / "two.h5", criterion="solution")
 
-    several = load_limits(run_limits(config, tmp_path / "several.h5", criterion="several"))
-    assert several.numbers["k2"][0].tolist() == [0.0, limit(3.04, criterion="several", transient=100, periods=100).k2]
+    several = load_limits(run_limits(config, tmp_path / "several.h5", quantity="ku"))
+    one = unique_limit(3.04, transient=100, periods=100)
+    assert several.values[0].tolist() == [0.0, one.ku]
+    assert several.last()[0, 1] == one.last_several
     top = limits_figure(several).axes[0]
     told = top.get_title(loc="right")
     assert "from $k_u$ on all starts end on one motion" in told
@@ -246,3 +264,8 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     labels = [line.get_label() for line in top.lines if line.get_label().startswith("$")]
     assert len(labels) == 3
     assert all("k_u" in label for label in labels)
+    with h5py.File(tmp_path / "several.h5", "r+") as file:
+        file.move("ku", "k2")
+        file.attrs["criterion"] = "several"
+    with pytest.raises(ValueError, match="criterion = 'several'"):
+        load_limits(tmp_path / "several.h5")

@@ -19,11 +19,10 @@ import vibrodrive as vd
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.parameters import PARAMETERS, Method, Scan
 from vibrodrive.model.plan import Settings
-from vibrodrive.stability.limit import each_limit
 
 ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}
-FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits, each_limit]
+FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits, vd.start_limit, vd.unique_limit]
 OWN = {
     vd.simulate: {},
     vd.sweep: {
@@ -36,11 +35,16 @@ OWN = {
         "threads": None,
         "executor": None,
     },
-    vd.limit: {"disturbance": "eps", "method": None, "criterion": None, "periods": 1500, "threads": None},
-    vd.limits: {"disturbance": None, "criterion": None, "periods": 1500, "threads": None},
+    vd.limit: {"disturbance": "eps", "method": None, "criterion": "impacts", "periods": 1500, "threads": None},
+    vd.start_limit: {"axis": inspect.Parameter.empty, "threads": None},
+    vd.unique_limit: {"disturbance": "eps", "method": None, "periods": 1500, "threads": None},
+    vd.limits: {"disturbance": None, "criterion": "impacts", "periods": 1500, "threads": None},
 }
-LEFT_OUT = {vd.limits: ("method", "dtau", "scan")}
-OWN[each_limit] = OWN[vd.limit]
+LEFT_OUT = {
+    vd.limits: ("method", "dtau", "scan"),
+    vd.start_limit: ("method", "eps", "eta", "dtau", "tol", "periods", "section_phase", "scan"),
+    vd.unique_limit: ("xi0", "dxi0", "section_phase"),
+}
 """Where a function differs from what `make_plan` takes."""
 
 
@@ -69,7 +73,7 @@ def test_signatures_show_every_keyword_and_the_default_that_holds(function):
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
 def test_docstrings_name_every_keyword(function):
-    text = inspect.getdoc(vd.limit if function is each_limit else function)
+    text = inspect.getdoc(function)
     named = re.split(r"[ ,:\n]+", text.split("Parameters\n")[1].split("Returns\n")[0])
     assert set(inspect.signature(function).parameters) <= set(named)
 
@@ -99,7 +103,7 @@ def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
     with pytest.raises(TypeError, match=rf"^argument = 'transiant': must be one of {names}. Did you mean transient\?$"):
         function(A=3, transiant=3)
     with pytest.raises(TypeError, match=r"^A is missing: must be given, a number >= 0 and <= 1e\+09$"):
-        function(eps=0.0)
+        function(B=0.1)
 
 
 def test_arguments_without_a_name_are_as_many_as_the_signature_has():
@@ -154,6 +158,9 @@ vd.sweep(A=A, bogus=3)  # wrong: bogus
 vd.sweep(A="3")  # wrong: "A"
 vd.sweep(A)  # wrong: positional
 vd.limit(3.04, "eta")  # wrong: argument 2
+vd.start_limit(3.04, "eps")  # wrong: argument 2
+vd.start_limit(3.04, "xi0").k2  # wrong: k2
+vd.unique_limit(3.04).k2  # wrong: k2
 vd.limit(3.04, periods="many")  # wrong: periods
 vd.limit(3.04, bogus=3)  # wrong: bogus
 vd.limit(3.04).k3  # wrong: k3

@@ -164,7 +164,7 @@ def test_there_is_one_table_of_settings():
 @pytest.mark.parametrize(
     ("option", "table"),
     [("periods=3", "run"), ("scan=literal", "switching"), ("mu=0.5", "physical"), ("x=eps", "figure"),
-     ("curves=['time']", "trajectory"), ("criterion=gaps", "limits"), ("max_period=2", "orbits"),
+     ("curves=['time']", "trajectory"), ("criterion=word", "limits"), ("max_period=2", "orbits"),
      ("A=[1, 2]", "sweep"), ("mu=[0.5, 0.6]", "sweep")],
 )  # fmt: skip
 def test_a_key_without_its_table_finds_it(option, table):

@@ -1,5 +1,6 @@
 """k₁: the search for an edge where it is known, then edges of the model against 50 digits and unstable orbits."""
 
+import functools
 import math
 
 import numpy as np
@@ -12,12 +13,25 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.states import State
 from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.search import UNSTABLE, orbits
-from vibrodrive.stability.starts import COORDINATES, EXACT, find_edge, nearest_other, same_solution
+from vibrodrive.stability.starts import (
+    COORDINATES,
+    EXACT,
+    each_start_limit,
+    find_edge,
+    nearest_other,
+    same_solution,
+    start_limit,
+)
 
 pytestmark = pytest.mark.jit
 
 IRREGULAR = 9.1523
 """A without a stable orbit of short period: two nearby motions part e-fold in five periods (`attractors`)."""
+
+
+@functools.cache
+def limit_at(A, axis, **start):
+    return start_limit(A, axis, **start)
 
 
 @given(edge=st.floats(1e-11, 5.9), bit=st.sampled_from([0.0, 1e-15]))
@@ -49,7 +63,7 @@ def test_where_nothing_is_lost_there_is_no_edge():
 @pytest.fixture(scope="module", params=[2.75, 3.04, 3.1, 3.25])
 def edges(request):
     A = request.param
-    return A, {name: nearest_other({"A": A}, name) for name in COORDINATES}
+    return A, {name: limit_at(A, name) for name in COORDINATES}
 
 
 def test_edges_of_starts_at_rest_on_the_obstacle(edges):
@@ -88,14 +102,14 @@ def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
     """A start at rest on the obstacle is what an impact leaves behind: off by τ, the phase of an impact."""
     for A in (2.75, 3.04):
         (orbit,) = [o for o in orbits(A, max_period=1) if o.kind == UNSTABLE]
-        edge = nearest_other({"A": A}, "tau0").above
+        edge = limit_at(A, "tau0").above
         assert edge.lost == pytest.approx(orbit.phases[0], abs=1e-12)
 
 
 def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
     """At A = 3.04 (1 solution of 2): iterated in phase alone, the starts on both sides end a period apart."""
     follow = impact_map(3.04)
-    edge = nearest_other({"A": 3.04}, "tau0").above
+    edge = limit_at(3.04, "tau0").above
     ends = []
     for tau in (edge.lost * (1 - 1e-9), edge.lost * (1 + 1e-9)):
         phase, periods = np.array([tau]), 0
@@ -111,7 +125,7 @@ def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
 @pytest.mark.parametrize("name", COORDINATES)
 def test_both_sides_of_an_edge_with_fifty_digits(name):
     """No kernel takes part: main impacts of the orbit of A = 3.04 are two periods apart, even or odd ones."""
-    edge = nearest_other({"A": 3.04}, name).above.lost
+    edge = limit_at(3.04, name).above.lost
 
     def lands_in(deviation):
         rows = reference(3.04, **{name: deviation}, periods=34).switches
@@ -134,21 +148,43 @@ def test_whole_periods_of_delay_reach_the_solutions_one_after_the_other():
 def test_edges_do_not_depend_on_the_section():
     for phase in (0.8, math.pi, 5.0):
         found = nearest_other({"A": 3.1, "section_phase": phase}, "tau0")
-        assert found.above.lost == pytest.approx(nearest_other({"A": 3.1}, "tau0").above.lost, rel=1e-12)
+        assert found.above.lost == pytest.approx(limit_at(3.1, "tau0").above.lost, rel=1e-12)
 
 
 def test_one_solution_has_no_edges_and_irregular_motion_no_solution():
-    assert nearest_other({"A": 1.5}, "xi0").k1 == math.inf
-    assert math.isnan(nearest_other({"A": IRREGULAR}, "tau0").k1)
-    assert math.isnan(nearest_other({"A": 0.5}, "xi0").k1), "the mass never moves"
+    alone = start_limit(1.5, "tau0")
+    assert (alone.n, alone.k1, alone.how) == (1, math.inf, f"the same solution up to {2 * math.pi:.6g}")
+    assert math.isnan(start_limit(IRREGULAR, "tau0").k1)
+    with pytest.warns(UserWarning, match="nothing can leave"):
+        still = start_limit(0.5, "xi0")
+    assert math.isnan(still.k1), "the mass never moves"
+    assert "no period" in still.how
+
+
+def test_a_start_is_off_from_where_it_is():
+    """An error of τ0 counts from τ0: its limits begin elsewhere, and end at the same edges."""
+    here, there = limit_at(3.04, "tau0"), limit_at(3.04, "tau0", tau0=0.3)
+    assert 0.3 + there.above.lost == pytest.approx(here.above.lost, abs=1e-12)
+    assert here.k1 == here.above.lost < here.below.lost
+    assert repr(here) == (
+        f"<StartLimit k1 = {here.k1:.6g} in tau0 at A = 3.04, B = 0.1: another solution "
+        f"below from {here.below.lost:.6g} on, above from {here.above.lost:.6g} on; period 2>"
+    )
+    assert dict(each_start_limit({"A": [3.04], "tau0": 0.3, "periods": 100}, "tau0")) == {0: there}
 
 
 def test_bad_arguments_are_named():
-    with pytest.raises(ValueError, match="coordinate = 'xi': must be one of xi0, dxi0, tau0"):
-        nearest_other({"A": 3.04}, "xi")
-    with pytest.raises(TypeError, match="coordinate = 1: must be"):
+    with pytest.raises(ValueError, match="axis = 'xi': must be one of xi0, dxi0, tau0"):
+        start_limit(3.04, "xi")
+    with pytest.raises(TypeError, match="axis = 1: must be"):
         same_solution({"A": 3.04}, 1, [0.1])
     with pytest.raises(ValueError, match=r"xi0\[1\] = -0.2: must be a number >= 0"):
         same_solution({"A": 3.04}, "xi0", [0.1, -0.2])
+    with pytest.raises(TypeError, match=r"^A = 'array of 2 values': must be a single number$"):
+        start_limit([3.0, 3.04], "xi0")
+    with pytest.raises(TypeError, match="argument = 'eps': must be one of"):
+        start_limit(3.04, "xi0", eps=0.1)
+    with pytest.raises(TypeError, match="axis is missing: must be given"):
+        start_limit(3.04)
     with pytest.raises(ValueError, match="no period"):
         same_solution({"A": 0.5}, "xi0", [0.1])

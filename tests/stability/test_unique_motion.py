@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from tests.support import naive
-from vibrodrive.stability.limit import limit
 from vibrodrive.stability.limit_search import BEYOND
-from vibrodrive.stability.unique_motion import SIDES, ends_on_one, lattice, starts_that_reach_all, unique_from
+from vibrodrive.stability.unique_motion import (
+    SIDES,
+    each_unique_limit,
+    ends_on_one,
+    lattice,
+    starts_that_reach_all,
+    unique_from,
+    unique_limit,
+)
 
 pytestmark = pytest.mark.jit
 
@@ -55,17 +62,29 @@ def test_against_naive_loops(dtau, one):
 
 def test_the_band_in_which_the_motion_becomes_unique():
     band = unique_from({"A": 3.04}, "eps")
-    assert 1e-4 < band.kept_below < band.k2 < 3e-4
-    assert band.searched_to >= BEYOND * band.k2
-    below, above = ends_on_one({"A": 3.04}, "eps", [band.kept_below, band.k2])
+    assert 1e-4 < band.kept_below < band.lost < 3e-4
+    assert band.searched_to >= BEYOND * band.lost
+    below, above = ends_on_one({"A": 3.04}, "eps", [band.kept_below, band.lost])
     assert (below, above) == (False, True)
 
 
 def test_where_there_is_one_solution_or_none_nothing_is_sought():
-    one = limit(1.5, criterion="several")
-    assert (one.k2, one.n) == (0.0, 1)
+    one = unique_limit(1.5)
+    assert (one.ku, one.n, one.how) == (0.0, 1, "there is one solution only")
     with pytest.warns(UserWarning, match="nothing can leave"):
-        assert math.isnan(limit(0.5, "dtau", criterion="several").k2)
+        assert math.isnan(unique_limit(0.5, "dtau").ku)
+
+
+def test_a_limit_is_the_band_of_its_point_and_says_what_it_is():
+    some = {"transient": 200, "periods": 200}
+    k = unique_limit(3.04, **some)
+    assert (k.ku, k.several_below, k.last_several, k.share_several, k.searched_to) == unique_from(
+        {"A": 3.04, **some}, "eps"
+    )
+    assert k.velocity == pytest.approx(k.ku * k.eta * 3.04, rel=1e-15)
+    assert repr(k).startswith(f"<UniqueLimit ku = {k.ku:.6g} in eps at A = 3.04, B = 0.1: all starts end on one motion")
+    ((_, again),) = each_unique_limit({"A": 3.04, **some}, "eps")
+    assert again == k
 
 
 def test_bad_arguments_are_named():
@@ -77,3 +96,9 @@ def test_bad_arguments_are_named():
         ends_on_one({"A": 3.04}, "dtau", [0.0])
     with pytest.raises(ValueError, match="periods = 0: must be"):
         ends_on_one({"A": 3.04, "periods": 0}, "dtau", [0.1])
+    with pytest.raises(ValueError, match="method = 'certified': must be fixed or muller"):
+        unique_limit(3.04, "dtau", "certified")
+    with pytest.raises(TypeError, match=r"^A = 'array of 2 values': must be a single number$"):
+        unique_limit([3.0, 3.04])
+    with pytest.raises(TypeError, match=r"^eps = 0.0001: must be left out"):
+        unique_limit(3.04, eps=1e-4)

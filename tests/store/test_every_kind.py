@@ -32,7 +32,7 @@ def a_sweep(path):
 
 def some_limits(path):
     config = parse("[sweep]\nA = [1.0, 2.0]\n")
-    limits.create(path, config, config.plan().axes, "gaps")
+    limits.create(path, config, config.plan().axes, "word")
 
 
 def some_curves(path):
@@ -134,7 +134,7 @@ def test_limits_tell_their_own_periods(tmp_path):
     """Those of a sweep are 250 unless given, those of limits 1500."""
     some_limits(tmp_path / "l.h5")
     with h5py.File(tmp_path / "l.h5") as file:
-        assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "gaps")
+        assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "word")
 
 
 def test_switches_of_single_motions_are_for_others(tmp_path):

@@ -134,8 +134,8 @@ def test_an_older_file_gets_its_velocities_on_reading_and_is_gone_on_with(tmp_pa
 def test_a_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
     path = written(tmp_path / "x.h5", OVER_A)
     with h5py.File(path, "r+") as file:
-        file.attrs["limits_schema"] = 3
-    with pytest.raises(ConfigError, match=r"x.h5: no file of limits: limits_schema = .*3.*: must be one of 1, 2$"):
+        file.attrs["limits_schema"] = 4
+    with pytest.raises(ConfigError, match=r"x.h5: no file of limits: limits_schema = .*4.*: must be one of 1, 2, 3$"):
         load_limits(path)
 
 

@@ -17,13 +17,14 @@ from vibrodrive.jobs.output import check_output
 @THREADS
 @OVERWRITE
 def limits(config: Path, output: Path | None, overrides: tuple[str, ...], threads: int | None, overwrite: bool) -> None:
-    """Find the limits of practically orbital stability over A, B or eta, in ε and in Δτ, list and draw them.
+    """Find the limits of practically orbital stability over A, B or eta, list and draw them.
 
     One or two of these are axes. The figure stands beside the result file. A file that is there is gone on with.
 
-    What must be kept is [limits] criterion in CONFIG: "impacts" (the default), "gaps", "order", "word" or "rho < x",
-    joined by "and"; "several", the disturbance from which all starts end on one motion; or "solution", how far the
-    start may be off, in xi0, dxi0 and tau0.
+    [limits] quantity in CONFIG is what is sought: "k2" (the default), the disturbance, in ε and in Δτ, that a motion
+    stands; "k1", how far the start may be off, in xi0, dxi0 and tau0; or "ku", the disturbance from which all starts
+    end on one motion. [limits] criterion is what k2 keeps: "impacts" (the default), "word" or "rho < x", joined by
+    "and".
     """
     settings = read(config, overrides, None)
     judge_slip(settings, always=True)

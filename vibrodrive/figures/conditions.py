@@ -9,7 +9,6 @@ import numpy as np
 
 from vibrodrive.figures.style import equation
 from vibrodrive.model.parameters import Method, Status
-from vibrodrive.stability.criterion import SEVERAL
 
 PLACES = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 """Parameters that are always said, where they have one value."""
@@ -63,9 +62,9 @@ def of_sweep(results: Any) -> dict[str, Any]:
     return {**results.scalars, **vars(results.settings), "carry": results.carry}
 
 
-def named(criterion: str, text: str) -> str:
-    """A label of the limit k₂, of k_u where it is that of several motions."""
-    return text.replace("k_2", "k_u") if criterion == SEVERAL else text
+def named(quantity: str, text: str) -> str:
+    """A label of the limit k₂, or of k_u."""
+    return text.replace("k_2", "k_u") if quantity == "ku" else text
 
 
 def told(status: np.ndarray) -> list[str]:

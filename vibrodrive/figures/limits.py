@@ -22,8 +22,7 @@ from vibrodrive.figures.bifurcation import density
 from vibrodrive.figures.conditions import choice, conditions, named, some
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.stability.criterion import SEVERAL, SOLUTION
-from vibrodrive.stability.limits import Limits
+from vibrodrive.stability.limits import K1, KU, Limits
 
 NAMES = {
     ("eps", "certified"): r"$k_2(\varepsilon)$",
@@ -72,7 +71,7 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
     >>> figure.axes[1].get_ylabel()
     'ratio'
     """
-    if found.criterion == SOLUTION:
+    if found.quantity == K1:
         return _starts(found)
     if len(found.axes) == 2:
         return _over_two(found)
@@ -84,15 +83,15 @@ def _over_A(found: Limits) -> Figure:
     fig, axes = new(4, 1, height=9.2, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
     top, velocity, ratio, bottom = axes[:, 0]
     bands = [_band(top, found, c) for c in range(len(found.curves))]
-    _logarithmic(top, np.stack([found.known(), found.known("last_kept")]), (1e-6, 1.0))
-    top.set_ylabel(named(found.criterion, "$k_2$"), rotation=0, labelpad=9, va="center")
+    _logarithmic(top, np.stack([found.known(), found.last()]), (1e-6, 1.0))
+    top.set_ylabel(named(found.quantity, "$k_2$"), rotation=0, labelpad=9, va="center")
     _name_periods(top, found)
     letter(top, 0)
     note(top, [*shared_by(found), *_gaps(found, len(found.curves))], above=True)
     _velocities(velocity, found)
-    letter(velocity, 1, named(found.criterion, ", ".join(VELOCITY.values())))
+    letter(velocity, 1, named(found.quantity, ", ".join(VELOCITY.values())))
     _ratios(ratio, found)
-    letter(ratio, 2, named(found.criterion, RATIO))
+    letter(ratio, 2, named(found.quantity, RATIO))
     key = _undisturbed(bottom, found, 3)
     explain(fig, [*filter(None, bands), *key])
     return fig
@@ -136,10 +135,10 @@ def _over_one(found: Limits, x: str) -> Figure:
     fig, axes = new(2, 1, height=5.0, sharex=True, height_ratios=[1.2, 1.0])
     top, bottom = axes[:, 0]
     _velocities(top, found)
-    letter(top, 0, named(found.criterion, ", ".join(VELOCITY.values())))
+    letter(top, 0, named(found.quantity, ", ".join(VELOCITY.values())))
     note(top, [*shared_by(found), *_gaps(found, 2)])
     _ratios(bottom, found)
-    letter(bottom, 1, named(found.criterion, RATIO))
+    letter(bottom, 1, named(found.quantity, RATIO))
     _abscissa(bottom, x, found.axes[x])
     explain(fig)
     return fig
@@ -160,7 +159,7 @@ def _over_two(found: Limits) -> Figure:
     for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio)], strict=True)):
         for c, row in enumerate(shown):
             _line(ax, found.axes[x], values[row], c, equation(other, found.axes[other][row]))
-        letter(ax, k, named(found.criterion, title))
+        letter(ax, k, named(found.quantity, title))
         if k < len(panels):
             _amplitude(ax, values[shown], found.mm_s)
         else:
@@ -182,7 +181,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
-        _line(ax, x, values, c, named(found.criterion, NAMES[curve]))
+        _line(ax, x, values, c, named(found.quantity, NAMES[curve]))
     _amplitude(ax, V, found.mm_s)
 
 
@@ -258,26 +257,27 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 def shared_by(found: Limits) -> list[str]:
     """What all points share, what must be kept where that is not the default, and what is missing."""
     apart = {*found.axes, "eps", "dtau", "method"}
-    if found.criterion == SOLUTION:
+    if found.quantity == K1:
         apart |= {"xi0", "dxi0", "tau0"}
     said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart)
-    texts = {"impacts": "", SEVERAL: "from $k_u$ on all starts end on one motion"}
+    texts = {K1: "", KU: "from $k_u$ on all starts end on one motion"}
+    kept = "" if found.criterion == "impacts" else f"kept: {found.criterion}"
     missing = int((~found.done).sum())
     return [
         *said,
-        texts.get(found.criterion, f"kept: {found.criterion}"),
+        texts.get(found.quantity, kept),
         f"{missing} of {found.done.size} limits not computed" if missing else "",
     ]
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
     """Why the first so many curves have gaps, as far as anything was computed there."""
-    k2, n, done = found.numbers["k2"][:curves], found.n[:curves], found.done[:curves]
-    one = (k2 == 0) if found.criterion == SEVERAL else np.isposinf(k2) & (found.criterion == SOLUTION)
+    k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
+    one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
         "one solution only": done & one,
         "no periodic motion": done & (n == 0),
-        "several motions remain" if found.criterion == SEVERAL else "not lost": done & np.isposinf(k2) & ~one,
+        "several motions remain" if found.quantity == KU else "not lost": done & np.isposinf(k2) & ~one,
     }
     there = [reason for reason, where in reasons.items() if where.any()]
     return [f"gaps: {', '.join(there)}"] if there else []
@@ -285,16 +285,16 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     """A limit, and the band above it where the structure comes back; the key to the band, if there is one."""
-    first, last = found.known()[c], found.known("last_kept")[c]
+    first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)
     tone, (colour, pattern) = look().bands[c], look().lines[c]
     ax.fill_between(found.A, first, end, color=tone, lw=0)
     ax.plot(found.A, end, color=colour, lw=0.25)
-    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.criterion, NAMES[found.curves[c]]))
+    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.quantity, NAMES[found.curves[c]]))
     if not (last > first).any():
         return None
-    of = named(found.criterion, NAMES[found.curves[c]].split(",")[-1].strip())
-    return Patch(fc=tone, label=f"{of}: {BAND_OF_SEVERAL if found.criterion == SEVERAL else BAND}")
+    of = named(found.quantity, NAMES[found.curves[c]].split(",")[-1].strip())
+    return Patch(fc=tone, label=f"{of}: {BAND_OF_SEVERAL if found.quantity == KU else BAND}")
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:

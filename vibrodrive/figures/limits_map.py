@@ -52,10 +52,10 @@ def limits_map(
         raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
     c = found.curves.index(("eps", "certified"))
     status = np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
-    values = found.numbers["k2"][c]
+    values = found.values[c]
     painted = paint(K2, values, status, limits)
     x, y = found.axes
-    fig, ax = draw(found.axes, x, y, painted, values, named(found.criterion, LABELS[K2]))
+    fig, ax = draw(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
     note(ax, shared_by(found), side="left")
     explain(fig, apart(painted))
     return fig

@@ -14,7 +14,6 @@ from vibrodrive.figures.plane import HALO, Line
 from vibrodrive.figures.style import as_shown
 from vibrodrive.model.parameters import Method, bad
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
-from vibrodrive.stability.criterion import SEVERAL
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
@@ -98,7 +97,7 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     points = (along, k2) if x == other else (k2, along)
     kept = (ax.get_xlim(), ax.get_ylim())
     ax.plot(*points, color="white", lw=1.4 + 2 * HALO, zorder=4, label="_")
-    does = "leaves one motion" if found.criterion == SEVERAL else "breaks it"
-    label = named(found.criterion, f"limit $k_2$: the least disturbance that {does}")
+    does = "leaves one motion" if found.quantity == "ku" else "breaks it"
+    label = named(found.quantity, f"limit $k_2$: the least disturbance that {does}")
     ax.plot(*points, color=INK, lw=1.4, zorder=5, label=label)
     ax.set(xlim=kept[0], ylim=kept[1])

@@ -76,7 +76,7 @@ def run_failures(
                     file[kind][m, i] = array[m, i]
                 file.flush()
         for m, method in enumerate(METHODS):
-            for i, limit in each_limit(plan.axes["A"], other, method, threads=threads, **common):
+            for i, limit in each_limit({"A": plan.axes["A"], **common}, other, method, threads=threads):
                 file["limit"][m, i] = limit.k2
                 done += 1
                 say(done, total)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
@@ -14,10 +14,25 @@ import numpy as np
 from vibrodrive.model.config import Config, ConfigError
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.stability.criterion import SEVERAL, SOLUTION
-from vibrodrive.stability.limit import AXES, Limit, each_limit
-from vibrodrive.stability.limits import Limits, curves_of, undisturbed_diagram
+from vibrodrive.stability.limit import AXES, Limit
+from vibrodrive.stability.limits import (
+    K1,
+    K2,
+    KU,
+    QUANTITIES,
+    Limits,
+    check_quantity,
+    each_of,
+    undisturbed_diagram,
+)
+from vibrodrive.stability.starts import StartLimit
+from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.store.limits import DONE, create, refuse_another, write_limit, writing
+
+Found: TypeAlias = Limit | StartLimit | UniqueLimit
+
+Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found]]]
+"""The limits of one disturbance and path at some values of the axes."""
 
 
 def run_limits(
@@ -25,7 +40,8 @@ def run_limits(
     out: str | Path,
     progress: Callable[[int, int], None] | None = None,
     *,
-    criterion: str = "impacts",
+    quantity: str = K2,
+    criterion: str | None = None,
     threads: int | None = None,
     overwrite: bool = False,
 ) -> Path:
@@ -40,8 +56,10 @@ def run_limits(
     out : path
     progress : callable, optional
         called with (limits known, of how many).
-    criterion : str
-        see `vd.limit`; "solution" has one axis, A or B.
+    quantity : "k2", "k1" or "ku"
+        see `vd.limit`, `vd.start_limit` (over one axis, A or B) and `vd.unique_limit`.
+    criterion : str, optional
+        of k2, see `vd.limit`.
     overwrite : bool
         begin anew, in the place of a result file that is there.
 
@@ -62,25 +80,27 @@ def run_limits(
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
-    if criterion == SOLUTION and len(names) > 1:
-        raise ConfigError(bad("axes", ", ".join(names), f'one, with the criterion "{SOLUTION}"'))
+    if quantity == K1 and len(names) > 1:
+        raise ConfigError(bad("axes", ", ".join(names), f"one, for {K1}"))
+    judged = check_quantity(quantity, criterion)
     common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "dtau", "scan")}
-    settings: dict[str, Any] = {"criterion": criterion, "threads": threads}
-    axes: dict[str, Any] = dict(plan.axes)
-    ((disturbance, method), *_) = curves_of(criterion)
-    each_limit(disturbance=disturbance, method=method, **axes, **settings, **common)  # refuses before a file is made
+
+    def each(arguments: dict[str, Any], disturbance: str, method: str) -> Iterator[tuple[int, Found]]:
+        return each_of(quantity, arguments | common, disturbance, method, judged, threads)
+
+    each(dict(plan.axes), *QUANTITIES[quantity].curves[0])  # refuses before a file is made
     path = Path(out)
     if overwrite or not path.exists():
-        create(path, config, plan.axes, criterion)
+        create(path, config, plan.axes, judged, quantity)
     say = progress or (lambda done, total: None)
     with writing(path) as file:
-        refuse_another(file, path, config, criterion)
+        refuse_another(file, path, config, judged, quantity)
         if "section_dxi" in file and not np.isfinite(file["section_dxi"][...]).any():
             file["section_dxi"][...] = undisturbed_diagram(common, file["A_fine"][...], threads)
             file.flush()
         known = int((file["status"][...] == DONE).sum())
         total = file["status"].size
-        for c, at, found in _missing_limits(file, plan, common, settings):
+        for c, at, found in _missing_limits(file, plan, QUANTITIES[quantity].curves, each):
             write_limit(file, c, at, found)
             known += 1
             say(known, total)
@@ -88,24 +108,26 @@ def run_limits(
 
 
 def _missing_limits(
-    file: h5py.File, plan: Plan, common: dict[str, Any], settings: dict[str, Any]
-) -> Iterator[tuple[int, tuple[int, ...], Limit]]:
-    """(curve, index of the point, Limit) of all that a file does not have yet, as they are found."""
+    file: h5py.File, plan: Plan, curves: Sequence[tuple[str, str]], each: Each
+) -> Iterator[tuple[int, tuple[int, ...], Found]]:
+    """(curve, index of the point, limit) of all that a file does not have yet, as they are found."""
     names = list(plan.axes)
-    for c, (disturbance, method) in enumerate(curves_of(settings["criterion"])):
+    for c, (disturbance, method) in enumerate(curves):
         # where ε = 0, the limits in Δτ know nothing of η: one search answers for all of its values
         free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
         along = names.index("eta") if free else None
         for box in boxes(file["status"][c] != DONE):
             sought = [where[:1] if k == along else where for k, where in enumerate(box)]
             values = {name: plan.axes[name][where] for name, where in zip(names, sought, strict=True)}
-            for i, found in each_limit(disturbance=disturbance, method=method, **values, **settings, **common):
+            for i, found in each(values, disturbance, method):
                 index = np.unravel_index(i, tuple(map(len, sought)))
                 place = [where[[k]] for where, k in zip(sought, index, strict=True)]
                 if along is not None:
                     place[along] = box[along]
                 for at in product(*(where.tolist() for where in place)):
-                    yield c, at, found if along is None else replace(found, eta=float(plan.axes["eta"][at[along]]))
+                    if along is not None and not isinstance(found, StartLimit):
+                        found = replace(found, eta=float(plan.axes["eta"][at[along]]))
+                    yield c, at, found
 
 
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
@@ -121,32 +143,33 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 
 
 def table(found: Limits) -> str:
-    """A line for each point: its place on the axes, n, and the limits: k2, and the velocity amplitude V of those in ε.
+    """A line for each point: its place on the axes, n, and the limits: k2 or ku, and the velocity amplitude V in ε; k1.
 
     A limit in Δτ is a velocity as it stands (of switches on the grid; after Muller's method they are not late by Δτ).
     For a scene in SI units V stands there in mm/s, too. "-" is what is not known; "<" marks an upper bound.
     """
-    k2, V = found.numbers["k2"], found.numbers["velocity"]
-    below = (found.numbers["kept_below"] == 0.0) & (k2 > 0.0) & np.isfinite(k2)  # lost at the smallest value tried
-    if found.criterion == SOLUTION:
-        heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(k2)
+    k, values = found.quantity, found.values
+    kept = found.numbers["several_below" if k == KU else "kept_below"]
+    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # lost at the smallest value tried
+    if k == K1:
+        heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(values)
         bounds = list(below)
         meaning = "k1: how far this coordinate of the start may be off; inf where every start ends on one solution"
     else:
-        k = "ku" if found.criterion == SEVERAL else "k2"
+        V = found.numbers["velocity"]
         heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]
-        columns = [k2[0], V[0], V[1], k2[2]]
+        columns = [values[0], V[0], V[1], values[2]]
         bounds = [below[0], below[0], below[1], below[2]]
         meaning = f"V is the velocity amplitude: {k}(eps) eta A, and {k}(dtau) for switches on the grid (fixed)"
-    if found.mm_s is not None and found.criterion != SOLUTION:
-        heads += ["eps, mm/s", "fixed, mm/s"]
-        columns += [found.mm_s * V[0], found.mm_s * V[1]]
-        bounds += [below[0], below[1]]
+        if found.mm_s is not None:
+            heads += ["eps, mm/s", "fixed, mm/s"]
+            columns += [found.mm_s * V[0], found.mm_s * V[1]]
+            bounds += [below[0], below[1]]
     lines = ["  ".join(f"{head:>12}" for head in heads)]
     n = found.n.max(axis=0)
     for at in np.ndindex(n.shape):
-        place = [f"{values[k]:.6g}" for values, k in zip(found.axes.values(), at, strict=True)]
-        numbers = [_number(values[at], bound[at]) for values, bound in zip(columns, bounds, strict=True)]
+        place = [f"{ticks[i]:.6g}" for ticks, i in zip(found.axes.values(), at, strict=True)]
+        numbers = [_number(column[at], bound[at]) for column, bound in zip(columns, bounds, strict=True)]
         cells = [*place, str(n[at]) if n[at] else "-", *numbers]
         lines.append("  ".join(f"{cell:>12}" for cell in cells))
     lines.append(meaning)

@@ -16,7 +16,7 @@
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
-    [limits]               # criterion ("impacts"): what must be kept (stability/criterion.py)
+    [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts"): what k2 keeps (stability/criterion.py)
     [orbits]               # max_period: longest period that `orbits` seeks
 
 A parameter is given once. Options of the command line replace what the file says, wherever it says it.
@@ -341,7 +341,7 @@ _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
         "periods": lambda v: check_count("trajectory.periods", v, 1),
         "curves": _curves,
     },
-    "limits": {"criterion": _text("limits.criterion")},
+    "limits": {"quantity": _choice("limits.quantity", "k2", "k1", "ku"), "criterion": _text("limits.criterion")},
     "orbits": {"max_period": lambda v: check_count("orbits.max_period", v, 1)},
 }
 """Tables of which each belongs to one command, and the checks of their keys."""

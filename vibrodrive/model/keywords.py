@@ -52,7 +52,8 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
         written = dict(zip(names, args, strict=False)) | kwargs
         for name in required:
             if name not in written:
-                raise TypeError(f"{name} is missing: must be given, {PARAMETERS[name].allowed}")
+                allowed = f", {PARAMETERS[name].allowed}" if name in PARAMETERS else ""
+                raise TypeError(f"{name} is missing: must be given{allowed}")
         return function(written, *args, **kwargs)
 
     call.__signature__ = public  # type: ignore[attr-defined]

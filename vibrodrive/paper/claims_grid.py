@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,8 @@ from vibrodrive.paper.analysis import (
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import NotApplicable, Session, points
 from vibrodrive.stability.commensurability import convergents, returning
-from vibrodrive.stability.limit import limit
+from vibrodrive.stability.criterion import IMPACTS
+from vibrodrive.stability.limit import each_limit, limit
 from vibrodrive.stability.main_impacts import impact_gaps
 from vibrodrive.stability.structure import Structure, compare_structure, deviation, order, period
 
@@ -99,11 +99,8 @@ def near_limit(session: Session) -> Outcome:
     base = session.undisturbed("fig09")
     drawn = compare_structure(base, simulate(**arguments))
     printed = compare_structure(base, simulate(**(arguments | {"dtau": PRINTED})))
-    span: dict[str, Any] = {name: arguments[name] for name in ("B", "transient", "periods", "section_phase")}
-    k, seen = (
-        limit(arguments["A"], "dtau", "fixed", what, threads=session.threads, **span)
-        for what in ("impacts", AT_SECTION)
-    )
+    point = {name: arguments[name] for name in ("A", "B", "transient", "periods", "section_phase")}
+    k, seen = (dict(each_limit(point, "dtau", "fixed", what, session.threads))[0] for what in (IMPACTS, AT_SECTION))
     text = (
         f"printed {PRINTED:g}: {_answers(printed)}; drawn {arguments['dtau']:g}: {_answers(drawn)} with "
         f"ρ = {drawn.rho:.2g}; impacts are first lost at {k.k2:.3g}, last kept at {k.last_kept:.3g} "

@@ -85,7 +85,7 @@ def alike(session: Session) -> Outcome:
 def any_frequency(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     eta = scalars["eta"] * np.array(FREQUENCIES)
-    found = dict(each_limit(A=ORDERS, B=scalars["B"], eta=eta, threads=session.threads, **RECORD))
+    found = dict(each_limit({"A": ORDERS, "B": scalars["B"], "eta": eta, **RECORD}, threads=session.threads))
     V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(ORDERS), len(eta))
     here = FREQUENCIES.index(1.0)
     settled = V[:, here] / V[:, -1]
@@ -239,7 +239,7 @@ class _Pairs(NamedTuple):
 
 def _both(session: Session, **axes: Any) -> _Pairs:
     """Both limits over axes."""
-    found = [dict(each_limit(disturbance=kind, threads=session.threads, **RECORD, **axes)) for kind in ("eps", "dtau")]
+    found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
     if not known:

@@ -14,7 +14,8 @@ from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import AT_SECTION, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import NotApplicable, Session
-from vibrodrive.stability.limit import each_limit, limit
+from vibrodrive.stability.criterion import IMPACTS
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.structure import compare_structure, order, period
 
 
@@ -90,9 +91,11 @@ def limit_epsilon(session: Session) -> Outcome:
     motions = session.motions("fig06")
     base, s = session.undisturbed("fig06"), session.config("fig06").plan().settings
     at = motions[0].arguments
-    span: dict[str, Any] = {"B": at["B"], "eta": at["eta"], "transient": s.transient, "periods": s.periods}
-    span |= {"section_phase": at["section_phase"], "threads": session.threads}
-    k, seen = (limit(at["A"], "eps", criterion=what, **span) for what in ("impacts", AT_SECTION))
+    point = {name: at[name] for name in ("A", "B", "eta", "section_phase")}
+    point |= {"transient": s.transient, "periods": s.periods}
+    k, seen = (
+        dict(each_limit(point, "eps", criterion=what, threads=session.threads))[0] for what in (IMPACTS, AT_SECTION)
+    )
     found = [compare_structure(base, m) for m in motions]
     eps = [m.arguments["eps"] for m in motions]
     rho = [f.rho for f in found]
@@ -182,8 +185,8 @@ def precision(session: Session) -> Outcome:
 def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
     B = session.results("fig07").scalars["B"]
-    span: dict[str, Any] = {"B": B, "transient": 1000, "periods": 500, "threads": session.threads}
-    found = {kind: dict(each_limit(A, kind, **span)) for kind in ("eps", "dtau")}
+    points = {"A": A, "B": B, "transient": 1000, "periods": 500}
+    found = {kind: dict(each_limit(points, kind, threads=session.threads)) for kind in ("eps", "dtau")}
     n = [found["eps"][i].n for i in range(len(A))]
     k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
     text = "; ".join(

@@ -1,10 +1,7 @@
-"""What must be kept, as a text: of a disturbed motion "impacts", "gaps", "order", "word" or "rho < x", joined by "and".
+"""What must be kept of a disturbed motion, as a text: "impacts", "word" or "rho < x", joined by "and".
 
-Two more stand alone: "solution" (of a disturbed start: it ends on the same solution, k₁) and "several" (of several
-starts: their motions do not all become one, k_u).
-
-What each means stands in structure.py (`keeps`); of "impacts" and "gaps", in main_impacts.py; "rho" is the distance
-from the orbit as a curve here (orbit_curve.py), not that of section points. The motions are computed in evaluate.py.
+What each means stands in structure.py (`keeps`); of "impacts", in main_impacts.py; "rho" is the distance from the
+orbit as a curve here (orbit_curve.py), not that of section points. The motions are computed in evaluate.py.
 """
 
 from __future__ import annotations
@@ -15,21 +12,16 @@ from typing import NamedTuple
 
 from vibrodrive.model.parameters import bad
 
-STRUCTURE = ("impacts", "gaps", "order", "word")
-"""Answers of structure.Structure."""
+IMPACTS, WORD = "impacts", "word"
+"""Those of the answers of structure.Structure that belong to the motion, and not to the place of the section."""
 
-SOLUTION, SEVERAL = "solution", "several"
-
-ALLOWED = (
-    '"impacts", "gaps", "order", "word", "rho < x" (x > 0), some of them joined by "and"; or alone "several", or '
-    '"solution", of starts'
-)
+ALLOWED = f'"{IMPACTS}", "{WORD}", "rho < x" (x > 0), or some of them joined by "and"'
 
 NEAR = re.compile(r"rho\s*<\s*(\S+)")
 
 
 class Criterion(NamedTuple):
-    """names: of STRUCTURE; k3: the distance from the orbit as a curve must stay below it (orbit_curve.py)."""
+    """names: of the answers of a Structure; k3: what the distance from the orbit as a curve stays below."""
 
     text: str
     names: tuple[str, ...]
@@ -41,14 +33,21 @@ class Criterion(NamedTuple):
         return "word" in self.names or math.isfinite(self.k3)
 
 
-def parse_criterion(text: str) -> Criterion:
-    """Read a criterion on disturbed motions. Raises ValueError with one sentence."""
+def parse_criterion(text: str | Criterion) -> Criterion:
+    """Read a criterion on disturbed motions; a Criterion is returned as it is.
+
+    Raises TypeError or ValueError with one sentence.
+    """
+    if isinstance(text, Criterion):
+        return text
+    if not isinstance(text, str):
+        raise TypeError(bad("criterion", text, "a text"))
     names, k3 = [], math.inf
     for part in re.split(r"\s+and\s+", text.strip()):
         near = NEAR.fullmatch(part)
         if near is not None:
             k3 = min(k3, _positive(text, near[1]))
-        elif part in STRUCTURE:
+        elif part in (IMPACTS, WORD):
             names.append(part)
         else:
             raise ValueError(bad("criterion", text, ALLOWED))

@@ -13,32 +13,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model.above import above
-from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import rows_that_fit
 from vibrodrive.model.slips import warn_of_slip
-from vibrodrive.stability.criterion import SEVERAL, SOLUTION, Criterion, parse_criterion
+from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
-from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
-from vibrodrive.stability.starts import COORDINATES, nearest_other
+from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, check_disturbance, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
-from vibrodrive.stability.unique_motion import starts_that_reach_all, unique_from
 from vibrodrive.stability.velocity import as_velocity
 
-Disturbance: TypeAlias = Literal["eps", "dtau", "xi0", "dxi0", "tau0"]
+Disturbance: TypeAlias = Literal["eps", "dtau"]
 
 AXES = ("A", "B", "eta")
 """What limits may be sought over."""
-
-DISTURBANCES = "one of " + ", ".join((*GRIDS, *COORDINATES))
 
 NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
 
@@ -57,12 +53,7 @@ TOLD_AT_A_TIME = 32
 
 @dataclass(frozen=True, repr=False)
 class Limit:
-    """The limit of one orbit; a disturbance is a value of ε or Δτ, or of ξ0, ξ'0 or τ0, all dimensionless.
-
-    It is k₂ of the definition in §1. Where the start is disturbed it is k₁ (starts.py): `k2` is then how far the nearer
-    edge is beyond which the undisturbed motion ends on another solution. With the criterion "several" it is k_u
-    (unique_motion.py): the first value at which all starts end on one motion, and `last_kept` the last at which
-    several remain.
+    """The limit k₂ of one orbit (§1); a disturbance is a value of ε or Δτ, dimensionless.
 
     Attributes
     ----------
@@ -108,15 +99,29 @@ class Limit:
     how: str = ""
 
     def __repr__(self) -> str:
-        name = "k1" if self.disturbance in COORDINATES else "ku" if self.criterion == SEVERAL else "k2"
-        found = f"{name} = {self.k2:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
+        found = f"k2 = {self.k2:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
         how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
         return f"<Limit {found}: {how}; period {self.n}, {self.method}, criterion {self.criterion}>"
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless as ξ' (velocity.py), one unit for both disturbances; else NaN."""
+        """k2 as a velocity amplitude, dimensionless as ξ', one unit for both disturbances: k2·η·A in ε, k2 in Δτ."""
         return float(as_velocity(self.disturbance, self.k2, self.A, self.eta))
+
+    @property
+    def velocity_last(self) -> float:
+        """last_kept as a velocity amplitude."""
+        return float(as_velocity(self.disturbance, self.last_kept, self.A, self.eta))
+
+    @property
+    def rho_kept(self) -> float:
+        """Largest distance from the orbit at kept_below, of one disturbed motion; NaN if it is not known."""
+        return self.kept.rho if self.kept is not None else math.nan
+
+    @property
+    def rho_lost(self) -> float:
+        """Largest distance from the orbit at k2, of one disturbed motion; NaN if it is not known."""
+        return self.lost.rho if self.lost is not None else math.nan
 
 
 @as_written
@@ -126,7 +131,7 @@ def limit(
     A: float,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
-    criterion: str | None = None,
+    criterion: str = IMPACTS,
     *,
     B: float = 0.1,
     eps: float = 0.0,
@@ -149,19 +154,17 @@ def limit(
     ----------
     A : float
         excitation amplitude, dimensionless as all that follows.
-    disturbance : "eps", "dtau", "xi0", "dxi0" or "tau0"
-        physical, eq. (9), numerical (§5), or an error of the start, for which the limit is k₁.
+    disturbance : "eps" or "dtau"
+        physical, eq. (9), or numerical (§5).
     method : "certified", "muller" or "fixed", optional
         how switches are found in the disturbed motion: "certified" by default for ε, "fixed" for Δτ, for which
         "certified" is refused. The undisturbed motion is always certified and has ε = 0.
     criterion : str, optional
-        what must be kept, of "impacts" (the default), "gaps", "order", "word" (structure.py) and "rho < x" (x being k₃,
-        the distance from the orbit as a curve: orbit_curve.py), joined by "and". "order" is that at one section, of
-        phase `section_phase`; the others are properties of the motion. Or "several": more than one of the solutions
-        that the start decides between. A start is judged by "solution" alone.
+        what must be kept: "impacts" (the main impacts follow each other as the orbit's), "word" (the states between
+        them) or "rho < x" (x being k₃, the distance from the orbit as a curve), or some of them joined by "and".
     eps, dtau : float
         the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
-        whose limit in Δτ is sought. Where the start is disturbed, xi0, dxi0 and tau0 are what it is disturbed from.
+        whose limit in Δτ is sought.
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
         as in `simulate`, of each disturbed motion.
     threads : int, optional
@@ -193,168 +196,82 @@ def limit(
     (1, True)
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
-
-    How far the start may be off in time before the motion at A = 3.04 ends a period earlier or later:
-
-    >>> round(vd.limit(3.04, "tau0").k2, 6)
-    0.818096
     """
-    if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
-        raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
-    if not hasattr(A, "__len__"):  # an array is referred to `limits` below
-        check("A", A)
-    search = _planned(disturbance, method, criterion, threads, _of_simulate(written), axes=())
-    refuse_idle(search.plan, written)
-    warn_of_slip([_slipping(search.plan)], depth=3)  # of the caller, two functions above
+    plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
+    search = _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads))
+    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
     with above("jobs.progress").under_way("limit"):
         ((_, found),) = search.run(strict=True)
     return found
 
 
-@as_written
 def each_limit(
-    written: Mapping[str, Any],
-    /,
-    A: Axis,
+    arguments: Mapping[str, Any],
     disturbance: str = "eps",
     method: str | Method | None = None,
-    criterion: str | None = None,
-    *,
-    B: Axis = 0.1,
-    eps: float = 0.0,
-    eta: Axis = ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    section_phase: float = 0.0,
-    scan: ScanLike = "skip",
-    budget: int = 100_000,
+    criterion: str | Criterion = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
-    """Limits over axes of A, B and η, as they are found: (number of the point, Limit). Arguments as in `limit`.
+    """Limits over axes of A, B and η, as they are found: (number of the point, Limit).
 
-    The points are those of the product of the axes, in the order in which the keywords are written, the last one
-    running fastest. Where `periods` are too few to decide, the Limit says so in `how`, without a number.
+    `arguments` are those of `limit` for the motion. The points are those of the product of the axes, in the order in
+    which the arguments are written, the last one running fastest. Where `periods` are too few to decide, the Limit
+    says so in `how`, without a number. A Criterion may name what `parse_criterion` refuses.
 
     Raises
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed; at once, before anything is computed.
-
-    Examples
-    --------
-    >>> from vibrodrive.stability.limit import each_limit
-    >>> found = dict(each_limit([1.5, 2.0], transient=50, periods=50))
-    >>> [(found[i].A, found[i].n) for i in sorted(found)]
-    [(1.5, 1), (2.0, 1)]
     """
-    return _planned(disturbance, method, criterion, threads, _of_simulate(written), AXES).run()
+    plan = plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
+    return _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
 
 
-def _slipping(plan: Plan) -> tuple[float, float, float, float]:
+def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
+    """The plan of `limit` or `unique_limit`, from the arguments as the caller has written them.
+
+    Raises TypeError or ValueError with the one sentence; `hint` ends that on axes.
+    """
+    if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
+        raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
+    if not hasattr(written["A"], "__len__"):
+        check("A", written["A"])
+    own = ("disturbance", "method", "criterion", "threads")
+    arguments = {name: value for name, value in written.items() if name not in own}
+    plan = plan_disturbed(arguments, disturbance, method, (), hint)
+    refuse_idle(plan, written)
+    return plan
+
+
+def plan_disturbed(
+    arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str = ""
+) -> Plan:
+    """The checked plan of disturbed motions; its value of the disturbance is a placeholder.
+
+    Raises TypeError or ValueError with the one sentence, also for axes other than `axes`; `hint` ends that on axes.
+    """
+    name = check_disturbance(disturbance)
+    if method is None:
+        method = "fixed" if name == "dtau" else "certified"
+    plan = make_plan({"periods": PERIODS, **arguments, "method": method, name: 1e-3})
+    refuse_axes(plan, axes, hint)
+    if name == "dtau" and plan.settings.method == Method.CERTIFIED:
+        raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
+    rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
+    return plan
+
+
+def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
+    """Raise TypeError for an axis that is not among the allowed ones."""
+    for name, values in plan.axes.items():
+        if name not in allowed:
+            raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{hint}"))
+
+
+def slipping(plan: Plan) -> tuple[float, float, float, float]:
     """A, B, ε and η of the one point of a plan, as far as they were not sought."""
     A, B, eps, eta = (plan.scalars[name] for name in ("A", "B", "eps", "eta"))
     return A, B, eps, eta
-
-
-def _of_simulate(written: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the arguments of `limit` that are meant for `simulate`."""
-    own = ("disturbance", "method", "criterion", "threads")
-    return {name: value for name, value in written.items() if name not in own}
-
-
-def _planned(
-    disturbance: str,
-    method: str | Method | None,
-    criterion: str | None,
-    threads: int | None,
-    arguments: Mapping[str, Any],
-    axes: Sequence[str],
-) -> _Search | _OneByOne:
-    if not isinstance(disturbance, str):
-        raise TypeError(bad("disturbance", disturbance, DISTURBANCES))
-    if criterion is not None and not isinstance(criterion, str):
-        raise TypeError(bad("criterion", criterion, "a text"))
-    start = disturbance in COORDINATES
-    if disturbance not in GRIDS and not start:
-        raise ValueError(bad("disturbance", disturbance, DISTURBANCES))
-    if start and criterion not in (None, SOLUTION):
-        raise ValueError(bad("criterion", criterion, f'"{SOLUTION}" where {disturbance} is disturbed'))
-    if method is None:
-        method = "fixed" if disturbance == "dtau" else "certified"
-    sought = {} if start else {disturbance: 1e-3}
-    plan = make_plan({"periods": PERIODS, **arguments, "method": method, **sought})
-    for name, values in plan.axes.items():
-        if name not in axes:
-            only = f" (axes may be {', '.join(axes)})" if axes else " (axes belong to `limits`)"
-            raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{only}"))
-    if start and "eta" in plan.axes:
-        allowed = f"a single number: with {disturbance} disturbed, ε = 0"
-        raise TypeError(bad("eta", f"array of {len(plan.axes['eta'])} values", allowed))
-    chosen = Method(plan.settings.method)
-    if disturbance == "dtau" and chosen == Method.CERTIFIED:
-        raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
-    if start and (chosen != Method.CERTIFIED or plan.scalars["eps"] != 0.0):
-        name, value = ("eps", plan.scalars["eps"]) if chosen == Method.CERTIFIED else ("method", chosen.name.lower())
-        raise ValueError(bad(name, value, f"left out: with {disturbance} disturbed nothing else is"))
-    rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
-    count = check_threads(threads)
-    if start or criterion == SEVERAL:
-        return _OneByOne(plan, disturbance, chosen.name.lower(), criterion or SOLUTION, count)
-    wanted = parse_criterion("impacts" if criterion is None else criterion)
-    return _Search(plan, disturbance, chosen.name.lower(), wanted.text, count, wanted)
-
-
-def _blank(search: _OneByOne | _Search, index: int) -> Limit:
-    """A Limit that says which point it is of, and nothing else yet."""
-    point = search.plan.arguments(index)
-    return Limit(point["A"], point["B"], point["eta"], search.disturbance, search.method, search.criterion)
-
-
-@dataclass(frozen=True)
-class _OneByOne:
-    """The checked arguments of limits that are sought point by point: of starts (k₁), and of uniqueness (k_u)."""
-
-    plan: Plan
-    disturbance: str
-    method: str
-    criterion: str
-    threads: int
-
-    def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """(number of the point, Limit), in order; `strict` asks for nothing here."""
-        for index in range(self.plan.n_points):
-            yield index, self._k_u(index) if self.criterion == SEVERAL else self._k1(index)
-
-    def _k1(self, index: int) -> Limit:
-        found = nearest_other(self.plan.arguments(index), self.disturbance, self.threads)
-        blank = _blank(self, index)
-        if found.n == 0:
-            return replace(blank, how=NO_PERIOD)
-        edges = {"below": found.below, "above": found.above}
-        near = min(edges.values(), key=lambda edge: (edge.lost, -edge.searched_to))
-        told = [f"{side} from {edge.lost:.6g} on" for side, edge in edges.items() if math.isfinite(edge.lost)]
-        how = "another solution " + ", ".join(told) if told else f"the same solution up to {near.searched_to:.6g}"
-        return replace(
-            blank, k2=near.lost, kept_below=near.kept, last_kept=near.kept, share_kept=0.0,
-            searched_to=max(edge.searched_to for edge in edges.values()), n=found.n, how=how,
-        )  # fmt: skip
-
-    def _k_u(self, index: int) -> Limit:
-        arguments = self.plan.arguments(index)
-        n, _, starts = starts_that_reach_all(arguments, self.threads)
-        blank = replace(_blank(self, index), n=n)
-        if n < 2:
-            return replace(blank, k2=0.0 if n else math.nan, how="there is one solution only" if n else NO_PERIOD)
-        band = unique_from(arguments, self.disturbance, starts, self.threads)
-        how = (
-            "all starts end on one motion" if math.isfinite(band.k2) else f"several motions up to {band.searched_to:g}"
-        )
-        return replace(blank, **band._asdict(), how=how)
 
 
 @dataclass
@@ -373,10 +290,8 @@ class _Search:
 
     plan: Plan
     disturbance: str
-    method: str
-    criterion: str
-    threads: int
     wanted: Criterion
+    threads: int
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
         """(number of the point, Limit) as they are found. strict: ValueError where the periods are too few."""
@@ -391,14 +306,14 @@ class _Search:
                         how = NO_PERIOD
                     elif (periods := plan.settings.periods) < SEEN * base.n:
                         enough = f">= {SEEN * base.n}, {SEEN} times the period of the undisturbed motion"
-                        how = bad("periods", periods, f"{enough} at A = {_blank(self, index).A:g}")
+                        how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g}")
                         if strict:
                             raise ValueError(how)
                     else:
                         search = search_band(GRIDS[self.disturbance])
                         active.append(_Problem(index, base, search, next(search)))
                         continue
-                    yield index, replace(_blank(self, index), n=base.n if base is not None else 0, how=how)
+                    yield index, self._limit(index, n=base.n if base is not None else 0, how=how)
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
@@ -427,15 +342,21 @@ class _Search:
             return found, explain_loss(self.wanted, base, motion, found)
 
         # nothing is kept below some limits, and some are never reached: the motion at 0 stands for these
-        sides = [np.array([b.kept_below, b.k2 if math.isfinite(b.k2) else 0.0]) for _, b in ended]
-        requests = [(p.index, p.base, side) for (p, _), side in zip(ended, sides, strict=True)]
+        values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
+        requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
         for (problem, band), ((kept, _), (lost, how)) in zip(ended, explained, strict=True):
-            found = replace(_blank(self, problem.index), **band._asdict(), n=problem.base.n)
             if band.kept_below == 0.0:
                 how = f"k2 is below the smallest value tried: {how}"
-            if not math.isfinite(band.k2):
-                found = replace(found, how=f"not lost up to {band.searched_to:g}")
-            else:
-                found = replace(found, kept=kept if band.kept_below > 0 else None, lost=lost, how=how)
-            yield problem.index, found
+            sides: dict[str, Any] = {"kept": kept if band.kept_below > 0 else None, "lost": lost, "how": how}
+            if not math.isfinite(band.lost):
+                sides = {"how": f"not lost up to {band.searched_to:g}"}
+            numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
+            del numbers["lost"]
+            yield problem.index, self._limit(problem.index, **numbers, **sides)
+
+    def _limit(self, index: int, **found: Any) -> Limit:
+        """The Limit at a point of the plan."""
+        at = self.plan.arguments(index)
+        method = Method(self.plan.settings.method).name.lower()
+        return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, **found)

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrodrive.model.parameters import bad
+
 INTERIOR = 7
 """Values put between two neighbours of the grid in a round of bisection: they are computed at the same time."""
 
@@ -47,11 +49,21 @@ GRIDS = {
 }
 
 
+def check_disturbance(disturbance: object) -> str:
+    """Return a name in GRIDS. Raises TypeError or ValueError for anything else."""
+    if not isinstance(disturbance, str) or disturbance not in GRIDS:
+        kind = ValueError if isinstance(disturbance, str) else TypeError
+        raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+    return disturbance
+
+
 BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
-    k2: float
+    """The first value lost, the largest kept below it, the last kept; what of the values between is kept."""
+
+    lost: float
     kept_below: float
     last_kept: float
     share_kept: float

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,11 @@ from vibrodrive.model.drawing import MAP
 from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.parameters import ETA, bad
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.criterion import SOLUTION
+from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, each_limit
-from vibrodrive.stability.starts import COORDINATES
-from vibrodrive.stability.velocity import as_velocity
+from vibrodrive.stability.limit_search import check_disturbance
+from vibrodrive.stability.starts import COORDINATES, StartLimit, each_start_limit
+from vibrodrive.stability.unique_motion import UniqueLimit, each_unique_limit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,43 +28,105 @@ if TYPE_CHECKING:
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
 """Disturbance and path of each curve."""
 
-STARTS = tuple((coordinate, "certified") for coordinate in COORDINATES)
-"""The same where an error of the start is what disturbs (criterion "solution")."""
-
-
-def curves_of(criterion: str) -> tuple[tuple[str, str], ...]:
-    """Disturbance and path of each curve of a file with this criterion."""
-    return STARTS if criterion == SOLUTION else CURVES
-
-
 FINE = 1500
 """Values of A of the bifurcation diagram."""
 
 SHOWN = 120
 """Periods of it recorded at each."""
 
-NUMBERS = {
-    "k2": "first loss of what the criterion asks for; inf: none found up to searched_to",
-    "kept_below": "largest disturbance below k2 that was kept",
-    "last_kept": "largest value kept together with its neighbour on the grid",
-    "share_kept": "share of the values tried between k2 and last_kept that are kept",
-    "searched_to": "largest disturbance tried",
-    "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau, none in a start",
-    "velocity_last": "last_kept as a velocity amplitude V",
-    "rho_kept": "largest distance from the orbit at kept_below, of one disturbed motion",
-    "rho_lost": "largest distance from the orbit at k2, of one disturbed motion",
+K2, K1, KU = "k2", "k1", "ku"
+
+
+class Quantity(NamedTuple):
+    """One kind of limit over axes: its curves (disturbance and path) and its numbers.
+
+    numbers : the float64 variables over curve and axes, dimensionless, and their meanings. Their names are those of
+        attributes of a Limit, StartLimit or UniqueLimit.
+    last : the number that ends the band above the limit, "" if there is none.
+    """
+
+    curves: tuple[tuple[str, str], ...]
+    numbers: Mapping[str, str]
+    last: str = ""
+
+
+QUANTITIES = {
+    K2: Quantity(
+        CURVES,
+        {
+            "k2": "first loss of what the criterion asks for; inf: none found up to searched_to",
+            "kept_below": "largest disturbance below k2 that was kept",
+            "last_kept": "largest value kept together with its neighbour on the grid",
+            "share_kept": "share of the values tried between k2 and last_kept that are kept",
+            "searched_to": "largest disturbance tried",
+            "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau, none in a start",
+            "velocity_last": "last_kept as a velocity amplitude V",
+            "rho_kept": "largest distance from the orbit at kept_below, of one disturbed motion",
+            "rho_lost": "largest distance from the orbit at k2, of one disturbed motion",
+        },
+        "last_kept",
+    ),
+    K1: Quantity(
+        tuple((coordinate, "certified") for coordinate in COORDINATES),
+        {
+            "k1": "least error of the start that leads to another solution; inf: none found up to searched_to",
+            "kept_below": "largest error of the start below k1 that leads to the same solution",
+            "searched_to": "largest error of the start tried",
+        },
+    ),
+    KU: Quantity(
+        CURVES,
+        {
+            "ku": "first disturbance at which all starts end on one motion; inf: none found up to searched_to",
+            "several_below": "largest disturbance below ku at which several motions remain",
+            "last_several": "largest value at which, as at its neighbour on the grid, several motions remain",
+            "share_several": "share of the values tried between ku and last_several at which several motions remain",
+            "searched_to": "largest disturbance tried",
+            "velocity": "ku as a velocity amplitude V: ku eta A in eps, ku in dtau",
+            "velocity_last": "last_several as a velocity amplitude V",
+        },
+        "last_several",
+    ),
 }
-"""float64 variables over curve and axes, dimensionless."""
+"""The kinds of limits, by the name of the number that each is about."""
 
 
-def values_of(found: Limit) -> dict[str, float]:
-    """The numbers of a limit, by the names of NUMBERS."""
-    own = {
-        "velocity_last": float(as_velocity(found.disturbance, found.last_kept, found.A, found.eta)),
-        "rho_kept": found.kept.rho if found.kept is not None else np.nan,
-        "rho_lost": found.lost.rho if found.lost is not None else np.nan,
-    }
-    return {name: own[name] if name in own else getattr(found, name) for name in NUMBERS}
+def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[str, float]:
+    """The numbers of a limit, by the names of its quantity."""
+    return {name: getattr(found, name) for name in QUANTITIES[quantity].numbers}
+
+
+def check_quantity(quantity: object, criterion: str | None) -> str:
+    """The criterion of limits of a quantity: "impacts" unless given for k2, "" for the others, which have none.
+
+    Raises TypeError or ValueError with the one sentence.
+    """
+    if quantity not in QUANTITIES:
+        raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
+    if quantity == K2:
+        return parse_criterion(IMPACTS if criterion is None else criterion).text
+    if criterion is not None:
+        raise ValueError(bad("criterion", criterion, f"left out: it belongs to {K2}, not to {quantity}"))
+    return ""
+
+
+def each_of(
+    quantity: str,
+    arguments: Mapping[str, Any],
+    disturbance: str,
+    method: str,
+    criterion: str = IMPACTS,
+    threads: int | None = None,
+) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
+    """Limits of a quantity over axes, as they are found: (number of the point, limit).
+
+    Raises TypeError or ValueError with the one sentence, before anything is computed.
+    """
+    if quantity == K1:
+        return each_start_limit(arguments, disturbance, threads)
+    if quantity == KU:
+        return each_unique_limit(arguments, disturbance, method, threads)
+    return each_limit(arguments, disturbance, method, criterion, threads)
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,9 +142,13 @@ class Limits(Described):
     fixed : dict of str to float
         those of A, B and eta that are no axis.
     numbers : dict of str to float64 array
-        by the names of NUMBERS.
+        by the names in QUANTITIES.
     done, how
         what has been computed, and what was lost at k2, or why there is no k2.
+    criterion : str
+        what is kept below k2; "" for k1 and ku.
+    quantity : "k2", "k1" or "ku"
+        the kind of limit: the name of the first of its numbers.
     fine, diagram : float64 array (fine A), (fine A, periods), or None
         ξ' of the undisturbed motion, over A alone.
     shared : dict
@@ -102,6 +169,7 @@ class Limits(Described):
     diagram: np.ndarray | None = None
     mm_s: float | None = None
     shared: Mapping[str, Any] = field(default_factory=dict)
+    quantity: str = K2
 
     @property
     def A(self) -> np.ndarray:
@@ -113,12 +181,21 @@ class Limits(Described):
     @property
     def curves(self) -> tuple[tuple[str, str], ...]:
         """Disturbance and path of each curve."""
-        return curves_of(self.criterion)
+        return QUANTITIES[self.quantity].curves
 
-    def known(self, name: str = "k2") -> np.ndarray:
-        """One of the numbers where k2 was found and is > 0, NaN elsewhere: where there is something to draw."""
-        k2 = self.numbers["k2"]
-        return np.where(self.done & np.isfinite(k2) & (k2 > 0), self.numbers[name], np.nan)
+    @property
+    def values(self) -> np.ndarray:
+        """The limits themselves: float64 (curve, axes…)."""
+        return self.numbers[self.quantity]
+
+    def known(self, name: str = "") -> np.ndarray:
+        """The limits, or another of the numbers, where a limit > 0 was found; NaN elsewhere."""
+        found = self.done & np.isfinite(self.values) & (self.values > 0)
+        return np.where(found, self.numbers[name or self.quantity], np.nan)
+
+    def last(self) -> np.ndarray:
+        """The ends of the bands above the limits where they are known, NaN elsewhere."""
+        return self.known(QUANTITIES[self.quantity].last)
 
     def ratio(self) -> np.ndarray:
         """k2(Δτ), switches on the grid, over k2(ε) ηA: float64 (axes…); NaN where either is missing."""
@@ -163,7 +240,7 @@ class Limits(Described):
             "computed": share_computed(self.computed),
             "axes": ", ".join(span(name, values) for name, values in self.axes.items()),
             "disturbances": ", ".join(f"{d} ({method})" for d, method in self.curves),
-            "criterion": f"kept: {self.criterion}",
+            "criterion": f"kept: {self.criterion}" if self.criterion else self.quantity,
         }
 
     def _more(self) -> dict[str, str]:
@@ -177,18 +254,18 @@ def curve_facts(found: Limits, c: int) -> dict[str, Any]:
     facts = {
         "disturbance": disturbance, "method": method, "computed": int(found.done[c].sum()), "of": found.done[c].size,
     }  # fmt: skip
-    some = found.done[c] & np.isfinite(found.numbers["k2"][c])
-    for name in ("k2", "velocity"):
-        values = found.numbers[name][c][some]
-        if not np.isnan(values).all():
+    some = found.done[c] & np.isfinite(found.values[c])
+    for name in (found.quantity, "velocity"):
+        values = found.numbers[name][c][some] if name in found.numbers else np.empty(0)
+        if len(values):
             facts[name] = {"min": float(values.min()), "max": float(values.max())}
     return facts
 
 
 def curve_line(facts: dict[str, Any], mm_s: float | None) -> str:
     text = f"{facts['method']}: {facts['computed']} of {facts['of']} limits"
-    if "k2" in facts:
-        text += f", {facts['k2']['min']:.3g} to {facts['k2']['max']:.3g}"
+    for name in QUANTITIES.keys() & facts.keys():
+        text += f", {facts[name]['min']:.3g} to {facts[name]['max']:.3g}"
     if "velocity" in facts:
         low, high = facts["velocity"]["min"], facts["velocity"]["max"]
         text += f", V = {low:.3g} to {high:.3g}"
@@ -202,7 +279,7 @@ def limits(
     /,
     A: Axis,
     disturbance: Disturbance | None = None,
-    criterion: str | None = None,
+    criterion: str = IMPACTS,
     *,
     B: Axis = 0.1,
     eps: float = 0.0,
@@ -217,15 +294,15 @@ def limits(
     budget: int = 100_000,
     threads: int | None = None,
 ) -> Limits:
-    """Find the limits of practically orbital stability over one or two axes of A, B and η.
+    """Find the limits k₂ of practically orbital stability over one or two axes of A, B and η.
 
     Parameters
     ----------
     A, B, eta : float or sequence of float
         one or two of them are axes, in the order in which they are written.
-    disturbance : "eps", "dtau", "xi0", "dxi0" or "tau0", optional
-        all those of the criterion unless given: ε with certified switches and Δτ with "fixed" and with "muller", or
-        the three of the start with the criterion "solution". What is not asked for is not computed: NaN.
+    disturbance : "eps" or "dtau", optional
+        both unless given: ε with certified switches and Δτ with "fixed" and with "muller". What is not asked for is
+        not computed: NaN.
     criterion, eps, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget, threads
         as in `limit`. `eps` disturbs the motions whose limit in Δτ is sought, `tol` acts after Muller's method.
 
@@ -253,20 +330,18 @@ def limits(
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta (`limit` is for a point)"))
-    wanted = ("solution" if disturbance in COORDINATES else "impacts") if criterion is None else criterion
-    curves = curves_of(wanted)
-    chosen = [c for c, (name, _) in enumerate(curves) if disturbance in (None, name)]
-    if not chosen:
-        raise ValueError(bad("disturbance", disturbance, "one of " + ", ".join(dict.fromkeys(d for d, _ in curves))))
+    if disturbance is not None:
+        check_disturbance(disturbance)
     searches = {
-        c: each_limit(disturbance=curves[c][0], method=curves[c][1], criterion=wanted, threads=threads, **common)
-        for c in chosen
+        c: each_limit(common, name, method, criterion, threads)
+        for c, (name, method) in enumerate(CURVES)
+        if disturbance in (None, name)
     }
-    shape = (len(curves), *plan.shape)
+    shape = (len(CURVES), *plan.shape)
     found = Limits(
         axes=dict(plan.axes), fixed={name: plan.scalars[name] for name in AXES if name not in plan.axes},
-        numbers={name: np.full(shape, np.nan) for name in NUMBERS}, n=np.zeros(shape, np.int32),
-        done=np.zeros(shape, bool), how=np.full(shape, "", object), criterion=wanted, title="",
+        numbers={name: np.full(shape, np.nan) for name in QUANTITIES[K2].numbers}, n=np.zeros(shape, np.int32),
+        done=np.zeros(shape, bool), how=np.full(shape, "", object), criterion=criterion, title="",
         shared={**plan.scalars, **vars(plan.settings)},
     )  # fmt: skip
     if names == ["A"]:
@@ -275,7 +350,7 @@ def limits(
     for c, search in searches.items():
         for i, one in search:
             at = (c, *(int(k) for k in np.unravel_index(i, plan.shape)))
-            for name, value in values_of(one).items():
+            for name, value in values_of(K2, one).items():
                 found.numbers[name][at] = value
             found.n[at], found.how[at], found.done[at] = one.n, one.how, True
     return replace(found, how=found.how.astype(str))

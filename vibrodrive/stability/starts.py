@@ -15,17 +15,24 @@ the impact-phase map, as it has to (tests).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vibrodrive.batch.sweep import collect
+from vibrodrive.batch.sweep import check_threads, collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
+from vibrodrive.model.above import above
+from vibrodrive.model.keywords import as_written
 from vibrodrive.model.parameters import PARAMETERS, Method, Status, bad, check, real_array
-from vibrodrive.model.plan import make_plan
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.slips import warn_of_slip
+from vibrodrive.stability.limit import NO_PERIOD, refuse_axes, slipping
 from vibrodrive.stability.structure import BLURRED, SETTLING, WATCHED, period, reference_orbit
+
+Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 
 COORDINATES = ("xi0", "dxi0", "tau0")
 
@@ -65,18 +72,62 @@ class Edge(NamedTuple):
     searched_to: float
 
 
-class StartLimit(NamedTuple):
-    """k₁ along one coordinate: the edges below and above the start. n is the period of the orbit, 0 if it has none."""
+@dataclass(frozen=True, repr=False)
+class StartLimit:
+    """The limit k₁ along one coordinate of the start, dimensionless.
 
-    coordinate: str
+    Attributes
+    ----------
+    A, B, axis
+        the arguments.
+    n : int
+        period of the undisturbed orbit, 0 if it has none.
+    below, above : Edge
+        the edges on both sides of the start: each with `kept`, the largest deviation found that ends on the same
+        solution, `lost`, the smallest that does not (inf if there is none), and `searched_to`.
+    """
+
+    A: float
+    B: float
+    axis: str
     n: int
     below: Edge
     above: Edge
 
+    def __repr__(self) -> str:
+        return (
+            f"<StartLimit k1 = {self.k1:.6g} in {self.axis} at A = {self.A:g}, B = {self.B:g}: {self.how}; "
+            f"period {self.n}>"
+        )
+
+    @property
+    def near(self) -> Edge:
+        """The nearer edge."""
+        return min(self.below, self.above, key=lambda edge: (edge.lost, -edge.searched_to))
+
     @property
     def k1(self) -> float:
         """The distance of the nearer edge; inf where none was found, NaN where there is no orbit."""
-        return math.nan if self.n == 0 else min(self.below.lost, self.above.lost)
+        return self.near.lost
+
+    @property
+    def kept_below(self) -> float:
+        """Largest deviation below k1 found to end on the same solution."""
+        return self.near.kept
+
+    @property
+    def searched_to(self) -> float:
+        """Largest deviation that was tried."""
+        return max(self.below.searched_to, self.above.searched_to)
+
+    @property
+    def how(self) -> str:
+        """The finding in words."""
+        if self.n == 0:
+            return NO_PERIOD
+        edges = {"below": self.below.lost, "above": self.above.lost}
+        found = [f"{side} from {lost:.6g} on" for side, lost in edges.items() if math.isfinite(lost)]
+        return f"another solution {', '.join(found)}" if found else f"the same solution up to {self.searched_to:.6g}"
 
 
 NOWHERE = Edge(math.nan, math.nan, math.nan)
@@ -90,7 +141,7 @@ class Solution(NamedTuple):
 
 
 def same_solution(
-    arguments: Mapping[str, Any], coordinate: str, deviations: np.ndarray, threads: int | None = None
+    arguments: Mapping[str, Any], axis: str, deviations: np.ndarray, threads: int | None = None
 ) -> np.ndarray:
     """Whether undisturbed motions whose starts are off by `deviations` in one coordinate end where that start does.
 
@@ -98,7 +149,7 @@ def same_solution(
     ----------
     arguments : mapping
         of `simulate`, with the start (xi0, dxi0, tau0); disturbance, method, step and tolerance are not used.
-    coordinate : "xi0", "dxi0" or "tau0"
+    axis : "xi0", "dxi0" or "tau0"
     deviations : float64 (k,), dimensionless, added to the coordinate
     threads : int, optional
         all by default.
@@ -121,47 +172,117 @@ def same_solution(
     >>> same_solution({"A": 3.04}, "xi0", [0.4, 0.6]).tolist()
     [True, False]
     """
-    _check_coordinate(coordinate)
+    _check_axis(axis)
     solution = settled(arguments, threads)
     if solution is None:
         raise ValueError("the undisturbed motion has no period: there is no solution to end on")
-    return _same(solution, coordinate, real_array("deviations", deviations, "numbers"), threads)
+    return _same(solution, axis, real_array("deviations", deviations, "numbers"), threads)
 
 
-def nearest_other(arguments: Mapping[str, Any], coordinate: str, threads: int | None = None) -> StartLimit:
-    """How far one coordinate of the start may be off before the undisturbed motion ends on another solution (k₁).
+@as_written
+def start_limit(
+    written: Mapping[str, Any],
+    /,
+    A: float,
+    axis: Coordinate,
+    *,
+    B: float = 0.1,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    budget: int = 100_000,
+    threads: int | None = None,
+) -> StartLimit:
+    """Find how far one coordinate of the start may be off before the motion ends on another solution: k₁ (§1).
 
-    `arguments` and `threads` as in `same_solution`. τ0 is searched up to 2π either way, where for n > 1 each start
-    leads to another solution, ξ0 and ξ'0 up to 2π A, and ξ0 not below 0. Each edge is good to 1e-13 of the deviation,
-    or to the last bit of the coordinate.
+    The motion is undisturbed (ε = 0, certified switches). τ0 is searched up to 2π either way, where for n > 1 each
+    start leads to another solution, ξ0 and ξ'0 up to 2π A, and ξ0 not below 0. Each edge is good to 1e-13 of the
+    deviation, or to the last bit of the coordinate.
+
+    Parameters
+    ----------
+    A : float
+        excitation amplitude, dimensionless as all that follows.
+    axis : "xi0", "dxi0" or "tau0"
+        the coordinate of the start that is off.
+    xi0, dxi0, tau0 : float
+        the start that the deviations are counted from.
+    B, transient, budget
+        as in `simulate`; the transient is at least 20 000 periods.
+    threads : int, optional
+        threads to use; all by default.
+
+    Returns
+    -------
+    StartLimit
+        with k1, the edges `below` and `above` the start, n and how.
 
     Raises
     ------
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
 
+    Warns
+    -----
+    UserWarning
+        as `limit`, where a slip is likely.
+
     Examples
     --------
-    >>> from vibrodrive.stability.starts import nearest_other
-    >>> found = nearest_other({"A": 3.04}, "tau0")
-    >>> found.n, round(found.above.lost, 3), round(found.below.lost, 3), round(found.k1, 3)
+    How far the start may be off in time before the motion at A = 3.04 ends a period earlier or later:
+
+    >>> import vibrodrive as vd
+    >>> k = vd.start_limit(3.04, "tau0")
+    >>> k.n, round(k.above.lost, 3), round(k.below.lost, 3), round(k.k1, 3)
     (2, 0.818, 5.465, 0.818)
     """
-    _check_coordinate(coordinate)
+    if not hasattr(A, "__len__"):
+        check("A", A)
+    plan = _plan({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
+    count = check_threads(threads)
+    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    with above("jobs.progress").under_way("start_limit"):
+        return nearest_other(plan.arguments(0), axis, count)
+
+
+def each_start_limit(
+    arguments: Mapping[str, Any], axis: str, threads: int | None = None
+) -> Iterator[tuple[int, StartLimit]]:
+    """The limits k₁ over axes of A and B, in order: (number of the point, StartLimit).
+
+    Raises TypeError or ValueError with the one sentence, before anything is computed.
+    """
+    plan = _plan(arguments, axis, ("A", "B"))
+    count = check_threads(threads)
+    return ((index, nearest_other(plan.arguments(index), axis, count)) for index in range(plan.n_points))
+
+
+def _plan(arguments: Mapping[str, Any], axis: str, axes: Sequence[str]) -> Plan:
+    _check_axis(axis)
+    plan = make_plan({**arguments, "method": Method.CERTIFIED})
+    refuse_axes(plan, axes, f": ε = 0 for a limit in {axis}" if axes else "")
+    if plan.scalars["eps"] != 0.0:
+        raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: nothing else is disturbed"))
+    return plan
+
+
+def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None = None) -> StartLimit:
+    """`start_limit` at a point; `arguments` and `threads` as in `same_solution`, with the same errors."""
+    _check_axis(axis)
     solution = settled(arguments, threads)
+    A, B = (check(name, arguments.get(name, PARAMETERS[name].default)) for name in ("A", "B"))
     if solution is None:
-        return StartLimit(coordinate, 0, NOWHERE, NOWHERE)
-    start = check(coordinate, solution.arguments[coordinate])
-    reach = 2 * math.pi * (1.0 if coordinate == "tau0" else max(1.0, solution.arguments["A"]))
+        return StartLimit(A, B, axis, 0, NOWHERE, NOWHERE)
+    start = check(axis, solution.arguments[axis])
+    reach = 2 * math.pi * (1.0 if axis == "tau0" else max(1.0, A))
     bit = float(np.spacing(abs(start)))
 
     def edge(sign: int) -> Edge:
-        room = start - PARAMETERS[coordinate].low if sign < 0 else PARAMETERS[coordinate].high - start
-        return find_edge(
-            lambda sizes: _same(solution, coordinate, sign * sizes, threads), max(0.0, min(reach, room)), bit
-        )
+        room = start - PARAMETERS[axis].low if sign < 0 else PARAMETERS[axis].high - start
+        return find_edge(lambda sizes: _same(solution, axis, sign * sizes, threads), max(0.0, min(reach, room)), bit)
 
-    return StartLimit(coordinate, len(solution.points), edge(-1), edge(+1))
+    return StartLimit(A, B, axis, len(solution.points), edge(-1), edge(+1))
 
 
 def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float = 0.0) -> Edge:
@@ -193,10 +314,10 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
     return Edge(low, high, reach)
 
 
-def _check_coordinate(coordinate: object) -> None:
-    if coordinate not in COORDINATES:
-        kind = ValueError if isinstance(coordinate, str) else TypeError
-        raise kind(bad("coordinate", coordinate, "one of " + ", ".join(COORDINATES)))
+def _check_axis(axis: object) -> None:
+    if axis not in COORDINATES:
+        kind = ValueError if isinstance(axis, str) else TypeError
+        raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))
 
 
 def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -230,12 +351,12 @@ def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | Non
     return Solution(exact, points)
 
 
-def _same(solution: Solution, coordinate: str, deviations: np.ndarray, threads: int | None) -> np.ndarray:
+def _same(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None) -> np.ndarray:
     """`same_solution`, of a solution that is known."""
     n = len(solution.points)
-    starts = solution.arguments[coordinate] + deviations
-    found = collect(make_plan(solution.arguments | {coordinate: starts, "periods": n}), threads)
-    times = starts.tolist() if coordinate == "tau0" else [solution.arguments["tau0"]]
+    starts = solution.arguments[axis] + deviations
+    found = collect(make_plan(solution.arguments | {axis: starts, "periods": n}), threads)
+    times = starts.tolist() if axis == "tau0" else [solution.arguments["tau0"]]
     first = np.array([_first_section(tau, solution.arguments["section_phase"]) for tau in times])
     expected = solution.points[(first[:, None] + WATCHED - n + np.arange(n)) % n]
     return np.abs(found.section - expected).max(axis=(-2, -1)) <= CLOSE

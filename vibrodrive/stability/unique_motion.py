@@ -14,17 +14,32 @@ Starts differ in ξ0 and ξ'0 and share τ0: a shift of τ0 would shift the grid
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import collect
-from vibrodrive.model.parameters import Method, bad, check, check_choice, check_count, real_array
-from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.limit_search import GRIDS, Band, search_band
+from vibrodrive.batch.sweep import check_threads, collect
+from vibrodrive.model.above import above
+from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.parameters import ETA, Method, check, check_choice, check_count, real_array
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.slips import warn_of_slip
+from vibrodrive.stability.limit import (
+    AXES,
+    NO_PERIOD,
+    PERIODS,
+    Disturbance,
+    plan_at_one_point,
+    plan_disturbed,
+    slipping,
+)
+from vibrodrive.stability.limit_search import GRIDS, Band, check_disturbance, search_band
 from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
+from vibrodrive.stability.velocity import as_velocity
 
 COINCIDE = 1e-6
 """Section points within this are those of one motion: in exact steps two motions that meet differ by rounding, some
@@ -106,7 +121,7 @@ def ends_on_one(
     >>> ends_on_one({"A": 3.04}, "dtau", [0.01, 0.1]).tolist()
     [False, True]
     """
-    _check_disturbance(disturbance)
+    check_disturbance(disturbance)
     xi0, dxi0 = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
     settings = {"method": "fixed" if disturbance == "dtau" else "certified", "transient": 1000, "periods": 1500}
     point = {name: value for name, value in (settings | dict(arguments)).items() if value is not None}
@@ -121,21 +136,160 @@ def ends_on_one(
     return np.abs(ends - ends[:, :1]).max(axis=(1, 2, 3)) <= allowed
 
 
+@dataclass(frozen=True, repr=False)
+class UniqueLimit:
+    """The limit k_u: the disturbance from which all starts end on one motion, dimensionless.
+
+    Attributes
+    ----------
+    A, B, eta, disturbance, method
+        the arguments.
+    ku : float
+        the smallest disturbance found from which all starts end on one motion, bisected; an upper bound where
+        `several_below` is 0; inf if several motions remain up to `searched_to`, 0 if there is one solution only, NaN
+        if the undisturbed motion has no period.
+    several_below : float
+        largest disturbance below ku with several motions in the bisection; 0 if none was found.
+    last_several : float
+        largest value at which, as at its lower neighbour on the grid, several motions remain.
+    share_several : float
+        share of the values tried between ku and last_several at which several motions remain.
+    searched_to : float
+        largest disturbance that was tried.
+    n : int
+        number of solutions without a disturbance: the period of the orbit; 0 if it has none.
+    how : str
+        the finding in words.
+    """
+
+    A: float
+    B: float
+    eta: float
+    disturbance: str
+    method: str
+    ku: float
+    several_below: float = math.nan
+    last_several: float = math.nan
+    share_several: float = math.nan
+    searched_to: float = math.nan
+    n: int = 0
+    how: str = ""
+
+    def __repr__(self) -> str:
+        found = f"ku = {self.ku:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
+        return f"<UniqueLimit {found}: {self.how}; period {self.n}, {self.method}>"
+
+    @property
+    def velocity(self) -> float:
+        """ku as a velocity amplitude, dimensionless as ξ': ku·η·A in ε, ku in Δτ."""
+        return float(as_velocity(self.disturbance, self.ku, self.A, self.eta))
+
+    @property
+    def velocity_last(self) -> float:
+        """last_several as a velocity amplitude."""
+        return float(as_velocity(self.disturbance, self.last_several, self.A, self.eta))
+
+
+@as_written
+def unique_limit(
+    written: Mapping[str, Any],
+    /,
+    A: float,
+    disturbance: Disturbance = "eps",
+    method: MethodLike | None = None,
+    *,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    dtau: float | None = None,
+    tol: float | None = None,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    periods: int = PERIODS,
+    scan: ScanLike = "skip",
+    budget: int = 100_000,
+    threads: int | None = None,
+) -> UniqueLimit:
+    """Find the disturbance k_u from which all starts end on one motion (§5, Fig. 11).
+
+    Parameters
+    ----------
+    A : float
+        excitation amplitude, dimensionless as all that follows.
+    disturbance, method, eps, dtau
+        as in `limit`.
+    B, eta, tol, tau0, transient, periods, scan, budget
+        as in `simulate`, of each disturbed motion; ξ0 and ξ'0 are those of a lattice of starts. The last 64 recorded
+        periods are compared.
+    threads : int, optional
+        threads to use; all by default.
+
+    Returns
+    -------
+    UniqueLimit
+        with ku, several_below, last_several, share_several, n and how.
+
+    Raises
+    ------
+    TypeError, ValueError
+        with one sentence naming the key, the value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        as `limit`, where a slip is likely.
+
+    Examples
+    --------
+    The two solutions at A = 3.04 become one:
+
+    >>> import vibrodrive as vd
+    >>> k = vd.unique_limit(3.04, "dtau", transient=50, periods=50)
+    >>> k.n, k.several_below < k.ku
+    (2, True)
+    """
+    plan = plan_at_one_point(written, disturbance, method)
+    count = check_threads(threads)
+    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    with above("jobs.progress").under_way("unique_limit"):
+        return _unique_limit(plan, 0, disturbance, count)
+
+
+def each_unique_limit(
+    arguments: Mapping[str, Any], disturbance: str, method: str | None = None, threads: int | None = None
+) -> Iterator[tuple[int, UniqueLimit]]:
+    """The limits k_u over axes of A, B and η, in order: (number of the point, UniqueLimit).
+
+    Raises TypeError or ValueError with the one sentence, before anything is computed.
+    """
+    plan = plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
+    count = check_threads(threads)
+    return ((index, _unique_limit(plan, index, disturbance, count)) for index in range(plan.n_points))
+
+
+def _unique_limit(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
+    at = plan.arguments(index)
+    n, _, starts = starts_that_reach_all(at, threads)
+    point = at["A"], at["B"], at["eta"], disturbance, Method(plan.settings.method).name.lower()
+    if n < 2:
+        return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
+    band = unique_from(at, disturbance, starts, threads)
+    several = f"several motions up to {band.searched_to:g}"
+    how = "all starts end on one motion" if math.isfinite(band.lost) else several
+    return UniqueLimit(*point, *band, n, how)
+
+
 def unique_from(
     arguments: Mapping[str, Any],
     disturbance: str,
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> Band:
-    """From which disturbance all starts end on one motion (k_u), as a band with two ends.
+    """The band of k_u: `lost` is the first value at which all starts end on one motion, "kept" that several remain.
 
-    The values tried are those of k₂; "kept" is that several motions remain. So `k2` is the first value at which all
-    are one, `last_kept` the last, with its lower neighbour, at which they are not; inf where several remain at all
-    values tried.
-
-    Arguments as in `ends_on_one`, with the same errors.
+    The values tried are those of k₂. Arguments as in `ends_on_one`, with the same errors.
     """
-    _check_disturbance(disturbance)
+    check_disturbance(disturbance)
     starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
     search = search_band(GRIDS[disturbance])
     requested = next(search)
@@ -145,9 +299,3 @@ def unique_from(
             requested = search.send(several)
         except StopIteration as end:
             return end.value
-
-
-def _check_disturbance(disturbance: object) -> None:
-    if not isinstance(disturbance, str) or disturbance not in GRIDS:
-        kind = ValueError if isinstance(disturbance, str) else TypeError
-        raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))

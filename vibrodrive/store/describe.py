@@ -29,6 +29,7 @@ SETTINGS = {
     "record": "what is kept of each motion",
     "carry": "up, down: each motion starts where its neighbour below, above along the first axis ended",
     "criterion": "what of its structure a motion must keep",
+    "quantity": "k1, ku: how far a start may be off, which disturbance leaves one motion",
     "max_period": "longest period sought, in excitation periods",
     "g": "acceleration of gravity (m s-2)",
 }

@@ -22,14 +22,17 @@ from vibrodrive.stability.limit import AXES, PERIODS, Limit
 from vibrodrive.stability.limits import (
     CURVES,
     FINE,
-    NUMBERS,
+    K2,
+    QUANTITIES,
     SHOWN,
     Limits,
+    check_quantity,
     curve_facts,
     curve_line,
-    curves_of,
     values_of,
 )
+from vibrodrive.stability.starts import StartLimit
+from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
@@ -49,9 +52,10 @@ from vibrodrive.store.header import BROKEN, Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-SCHEMA = 2
+SCHEMA, OTHERS = 2, 3
+"""Of files of k2, and of those of k1 and ku, which have names of their own for what they hold."""
 
-READABLE = (1, SCHEMA)
+READABLE = (1, SCHEMA, OTHERS)
 """Files of schema 1 have an axis of A alone and no velocities, which follow from what they have."""
 
 HOW_BYTES = 120
@@ -67,10 +71,15 @@ NOT_COMPUTED, DONE = -1, 0
 OF_CURVES = ("method", "scan", "dtau", "record")
 """Settings that are not those of a whole file."""
 
-CONTENTS = (
-    "Over the axes, for each curve, how large a disturbance may be before the motion loses what `criterion` asks for: "
-    "ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an error of the start."
-)
+CONTENTS = {
+    "k2": "Over the axes, for each curve, how large a disturbance may be before the motion loses what `criterion` asks "
+    "for: ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an error of the "
+    "start.",
+    "k1": "Over the axes, for each coordinate of the start, how far it may be off before the undisturbed motion ends "
+    "on another solution.",
+    "ku": "Over the axes, for each curve, the disturbance from which all starts end on one motion: ε (eps) of the "
+    "excitation, or the step Δτ (dtau) of a grid on which switches are found.",
+}
 """Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
 
 
@@ -81,12 +90,13 @@ def load_limits(path: str | Path) -> Limits:
 
 
 def _content(file: h5py.File) -> Limits:
-    names = [dimension.keys()[0] for dimension in file["k2"].dims][1:]
+    quantity = quantity_of(file)
+    names = [dimension.keys()[0] for dimension in file[quantity].dims][1:]
     axes = {name: file[name][...] for name in names}
     plan = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]"))).plan()
     fixed = {name: plan.scalars[name] for name in AXES if name not in axes}
-    numbers = {name: file[name][...] for name in NUMBERS if name in file}
-    if "velocity" not in numbers:  # schema 1, over A
+    numbers = {name: file[name][...] for name in QUANTITIES[quantity].numbers if name in file}
+    if quantity == K2 and "velocity" not in numbers:  # schema 1, over A
         for name, of in (("velocity", "k2"), ("velocity_last", "last_kept")):
             rows = zip(CURVES, numbers[of], strict=True)
             numbers[name] = np.stack([as_velocity(d, values, axes["A"], fixed["eta"]) for (d, _), values in rows])
@@ -98,13 +108,19 @@ def _content(file: h5py.File) -> Limits:
         n=file["n"][...],
         done=file["status"][...] == DONE,
         how=np.char.decode(file["how"][...], "utf-8"),
-        criterion=str(file.attrs["criterion"]),
+        criterion=check_quantity(quantity, file.attrs.get("criterion")),
         title=str(file.attrs["title"]),
         fine=file["A_fine"][...] if drawn else None,
         diagram=file["section_dxi"][...] if drawn else None,
         shared={**plan.scalars, **vars(plan.settings)},
         mm_s=float(file[IN_MM_S["velocity"]].attrs[UNIT]) if IN_MM_S["velocity"] in file else None,
+        quantity=quantity,
     )
+
+
+def quantity_of(file: h5py.File) -> str:
+    """The kind of limits that an open file holds."""
+    return next(name for name in QUANTITIES if name in file)
 
 
 def summary(path: Path, thorough: bool = False) -> Summary:
@@ -117,16 +133,16 @@ def summary(path: Path, thorough: bool = False) -> Summary:
         status = file["status"][...]
         if not np.isin(status, (DONE, NOT_COMPUTED)).all():
             faults.append("status: a value that means nothing")
-        if (np.isnan(found.numbers["k2"]) & found.done & (found.how == "")).any():
-            faults.append("k2: missing where it is marked as computed")
+        if (np.isnan(found.values) & found.done & (found.how == "")).any():
+            faults.append(f"{found.quantity}: missing where it is marked as computed")
         curves = [curve_facts(found, c) for c in range(len(found.curves))]
         facts = {
             "axes": {name: axis_facts(values) for name, values in found.axes.items()}, "parameters": found.fixed,
-            "criterion": found.criterion, "curves": curves, "versions": versions_of(file),
+            "quantity": found.quantity, "criterion": found.criterion, "curves": curves, "versions": versions_of(file),
         }  # fmt: skip
         lines = [axis_line(name, values) for name, values in found.axes.items()]
         lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
-        lines.append(("criterion", found.criterion))
+        lines.append(("criterion", found.criterion) if found.criterion else ("quantity", found.quantity))
         lines += [(curve["disturbance"], curve_line(curve, found.mm_s)) for curve in curves]
         return Summary(found.title, found.computed, lines, faults, facts)
 
@@ -167,11 +183,11 @@ def writing(path: Path) -> Iterator[h5py.File]:
         lock.release()
 
 
-def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> None:
+def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | StartLimit | UniqueLimit) -> None:
     """One limit of curve c at an index of the axes. Data first, then the mark that says they are there."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
-    for name, value in values_of(found).items():
+    for name, value in values_of(quantity_of(file), found).items():
         if name in file:  # velocities are missing in schema 1
             file[name][place] = value
         if name in IN_MM_S and IN_MM_S[name] in file:
@@ -184,13 +200,20 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> N
     file.flush()
 
 
-def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str) -> None:
+def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str, quantity: str = K2) -> None:
     """A new file with room for all limits over the axes, in the place of a result file of that name."""
     with new_file(path) as file:
-        _lay_out(file, config, axes, criterion)
+        _lay_out(file, config, axes, judged_by(quantity, criterion), quantity)
 
 
-def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], criterion: str) -> None:
+def judged_by(quantity: str, criterion: str) -> dict[str, str]:
+    """The attribute that says what the limits are of: the criterion of k2, else the quantity."""
+    return {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
+
+
+def _lay_out(
+    file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], judged: dict[str, str], quantity: str
+) -> None:
     places = ("curve", *axes)
 
     def variable(
@@ -200,20 +223,20 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], cr
         data[...] = fill  # now, not when it is first written: what is laid out does not grow
         return data
 
-    curves = curves_of(criterion)
+    curves, numbers, _ = QUANTITIES[quantity]
     netcdf.dimension(file, "curve", np.arange(len(curves), dtype=np.int8), "disturbance and switching path")
     file["curve"].attrs["flag_values"] = np.arange(len(curves), dtype=np.int8)
     file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in curves)
     for name, values in axes.items():
         netcdf.dimension(file, name, values, PARAMETERS[name].meaning)
-    for name, meaning in NUMBERS.items():
+    for name, meaning in numbers.items():
         variable(name, "<f8", np.nan, meaning)
-    if config.physical is not None:
+    if config.physical is not None and "velocity" in numbers:
         for name, other in IN_MM_S.items():
             data = variable(other, "<f8", np.nan, f"{name} of the scene in SI units", units="mm s-1")
             data.attrs[UNIT] = 1e3 * config.physical.velocity(1.0)
     variable("n", "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
-    variable("how", f"S{HOW_BYTES}", b"", "what was lost at k2, or why there is no k2")
+    variable("how", f"S{HOW_BYTES}", b"", f"what was lost at {quantity}, or why there is no {quantity}")
     variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
     if list(axes) == ["A"]:
         fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
@@ -222,10 +245,13 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], cr
         variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", ("A_fine", "period"))
     origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
     shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
-    shared |= {"periods": config.arguments.get("periods", PERIODS), "criterion": criterion}
-    file.attrs.update(about("limits", origin) | explained(CONTENTS, shared) | {"limits_schema": SCHEMA})
+    shared |= {"periods": config.arguments.get("periods", PERIODS), **judged}
+    schema = SCHEMA if quantity == K2 else OTHERS
+    file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
 
 
-def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str) -> None:
+def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, quantity: str = K2) -> None:
     """Raise Different unless an open file was made from this configuration."""
-    refuse_different(path, differences(file, config.plan(), given=config.arguments, criterion=criterion))
+    if quantity_of(file) != quantity:
+        refuse_different(path, [f"quantity is {quantity_of(file)} there and {quantity} here"])
+    refuse_different(path, differences(file, config.plan(), given=config.arguments, **judged_by(quantity, criterion)))
