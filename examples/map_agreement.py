@@ -4,17 +4,33 @@
 
 writes docs/map_agreement.md. `--curves FILE` takes the curves from a file of `vibrodrive orbits`, `--sample N` judges N
 pixels, `--docs DIR` writes to another folder.
+
+The two have nothing in common but the closed form between switches. A pixel is a summary of one motion from rest, from
+its switches. The list has the fixed points of the impact-phase map, found by searching, and their multipliers. A pixel
+agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list; or if
+the list has none and the pixel has no period of that length either (or the mass never leaves the obstacle).
+
+Pixels next to a curve of bifurcations are not judged: there a motion has not settled, or belongs to the other side. Of
+the others, each that does not agree is followed on for a reason.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+import vibrodrive as vd
 from vibrodrive.model.config import read
-from vibrodrive.periodic.curves import curves
-from vibrodrive.store.curves import load_curves
-from vibrodrive.validation.map_agreement import PATIENCE, PERIODS, TRANSIENT, compare_map, table
+from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits_of
 
 ROOT = Path(__file__).parent.parent
 
@@ -38,6 +54,172 @@ of the listed orbits. {verdict}
 """
 
 
+SAME_SPEED = 1e-4
+"""Relative difference up to which impact speeds are the same: a period is given to what repeats within 1e-6."""
+
+COMPARED = ("period", "impacts", "impact_speed_max")
+"""Quantities of a summary that say which orbit a pixel shows."""
+
+TRANSIENT, PERIODS = 500, 64
+"""Of each pixel, as in configs/map_AB.toml."""
+
+ON = 0.25
+"""Distance between the points that stand for a curve, in pixels."""
+
+PATIENCE = 100_000
+"""Transient periods of a motion that has not come to its orbit in those of the map."""
+
+CLOSE = "a decision closer than rounding tells"
+SLOW = "slow to settle: a longer transient agrees"
+COEXISTING = "another motion coexists: started on a listed orbit it stays there"
+UNEXPLAINED = "unexplained"
+
+REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A pixel that is not as the list has it: where, its period (0: none), those of the list, and why."""
+
+    A: float
+    B: float
+    period: int
+    listed: tuple[int, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How many pixels a map has, how many are far from every curve, how many of those were judged, how many of the
+    judged ones show an orbit of the list, and those that do not agree."""
+
+    pixels: int
+    far: int
+    judged: int
+    shown: int
+    wrong: tuple[Disagreement, ...]
+
+    @property
+    def share(self) -> float:
+        """Of the judged pixels that agree, 0 to 1."""
+        return 1.0 - len(self.wrong) / self.judged
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """Disagreements by reason."""
+        counted = Counter(d.reason for d in self.wrong)
+        return {reason: counted[reason] for reason in REASONS if counted[reason]}
+
+
+def compare_map(
+    A: np.ndarray,
+    B: np.ndarray,
+    curves: Sequence[Curve],
+    max_period: int = 3,
+    *,
+    sample: int | None = None,
+    seed: int = 18,
+) -> Agreement:
+    """Compare the pixels of a map over the axes A and B (ascending, even, B > 0) with the list of orbits.
+
+    `curves` are the bifurcations of orbits of up to `max_period` periods. Of the pixels far from them `sample` are
+    judged, drawn with `seed`; all by default.
+    """
+    swept = vd.sweep(A=A, B=B, transient=TRANSIENT, periods=PERIODS, record="summary")
+    far = np.argwhere(~near_curves(A, B, curves))
+    judged = far
+    if sample is not None and sample < len(far):
+        judged = far[np.sort(np.random.default_rng(seed).choice(len(far), sample, replace=False))]
+    shown, wrong = 0, []
+    for i, j in judged:
+        stable = stable_orbits(A[i], B[j], max_period)
+        pixel = {name: getattr(swept, name)[i, j] for name in ("status", *COMPARED)}
+        if not agrees(pixel, stable, max_period):
+            listed = tuple(orbit.period for orbit in stable)
+            reason = _reason(A[i], B[j], pixel, stable, max_period)
+            wrong.append(Disagreement(float(A[i]), float(B[j]), int(pixel["period"]), listed, reason))
+        else:
+            shown += len(stable) > 0
+    return Agreement(swept.status.size, len(far), len(judged), shown, tuple(wrong))
+
+
+def near_curves(A: np.ndarray, B: np.ndarray, curves: Sequence[Curve]) -> np.ndarray:
+    """Which pixels are within one pixel of a curve: bool (A, B)."""
+    near = np.zeros((len(A), len(B)), dtype=bool)
+    steps = np.array([A[1] - A[0], B[1] - B[0]])
+    square = np.stack(np.meshgrid(range(-2, 3), range(-2, 3), indexing="ij"), axis=-1).reshape(-1, 2)
+    for curve in curves:
+        points = (np.column_stack([curve.A, curve.B]) - (A[0], B[0])) / steps  # in pixels
+        way = np.append(0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T)))
+        dense = np.linspace(0.0, way[-1], 2 + int(way[-1] / ON))
+        points = np.stack([np.interp(dense, way, points[:, k]) for k in (0, 1)], axis=-1)
+        pixels = np.rint(points).astype(int)[:, None, :] + square
+        within = np.hypot(*np.moveaxis(pixels - points[:, None, :], -1, 0)) <= 1.0 + ON
+        inside = ((pixels >= 0) & (pixels < near.shape)).all(axis=-1)
+        near[tuple(pixels[within & inside].T)] = True
+    return near
+
+
+def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
+    """The orbits of the list on which a motion may settle."""
+    return [
+        orbit for orbit in orbits_of(ImpactMap(float(A), float(B)), max_period) if orbit.kind in (STABLE, SUPERSTABLE)
+    ]
+
+
+def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:
+    """Whether a motion is one of the stable orbits, or, where there is none, of no period up to the longest."""
+    period = 0 if pixel["status"] == vd.Status.NEVER_LEAVES else int(pixel["period"])
+    if not stable:
+        return not 1 <= period <= max_period
+    return any(
+        period == orbit.period
+        and round(pixel["impacts"] * period) == orbit.impacts
+        and math.isclose(pixel["impact_speed_max"], orbit.speeds.max(), rel_tol=SAME_SPEED)
+        for orbit in stable
+    )
+
+
+def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> str:
+    """Why a pixel does not agree."""
+    if pixel["status"] == vd.Status.TOO_CLOSE:
+        return CLOSE
+
+    def settled(**more: Any) -> dict[str, Any]:
+        found = vd.sweep(A=[float(A)], B=float(B), periods=PERIODS, record="summary", threads=1, **more)
+        return {name: getattr(found, name)[0] for name in ("status", *COMPARED)}
+
+    if agrees(settled(transient=PATIENCE), stable, max_period):
+        return SLOW
+    # behind an impact the mass is at rest at the obstacle: the orbit goes on from the phase of any
+    starts = [float(orbit.phases[0]) for orbit in stable]
+    if any(agrees(settled(transient=0, tau0=start), stable, max_period) for start in starts):
+        return COEXISTING
+    return UNEXPLAINED
+
+
+def table(found: Agreement, most: int = 20) -> list[str]:
+    """Markdown: the counts, the disagreements by reason, and the first of each."""
+    lines = [
+        "| | pixels |",
+        "|---|---|",
+        f"| of the map | {found.pixels} |",
+        f"| further than one pixel from every curve | {found.far} |",
+        f"| of these judged | {found.judged} |",
+        f"| agree | {found.judged - len(found.wrong)} ({100 * found.share:.3f} %) |",
+        f"| agree, and show an orbit of the list | {found.shown} |",
+        *(f"| {reason} | {count} |" for reason, count in found.reasons.items()),
+    ]
+    if found.wrong:
+        lines += ["", "| A | B | period of the pixel | of the list | reason |", "|---|---|---|---|---|"]
+        for d in found.wrong[:most]:
+            listed = ", ".join(map(str, d.listed)) or "none"
+            lines.append(f"| {d.A:.6f} | {d.B:.6f} | {d.period or 'none'} | {listed} | {d.reason} |")
+    if len(found.wrong) > most:
+        lines += ["", f"The first {most} of {len(found.wrong)}."]
+    return lines
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="folder to write to")
@@ -47,7 +229,7 @@ def main() -> None:
     plan = read(ROOT / "configs" / "map_AB.toml").plan()
     A, B = plan.axes["A"], plan.axes["B"][1:]
     ranges = [(float(v[0]), float(v[-1])) for v in (plan.axes["A"], plan.axes["B"])]
-    found = load_curves(options.curves).curves if options.curves else curves(*ranges, MAX_PERIOD)
+    found = vd.load(options.curves, kind="curves").curves if options.curves else vd.curves(*ranges, MAX_PERIOD)
     agreement = compare_map(A, B, found, MAX_PERIOD, sample=options.sample)
     page = PAGE.format(
         sample=options.sample,

@@ -69,10 +69,8 @@ def _simulate(method: str) -> None:
 
 def _orbits() -> None:
     import vibrodrive as vd
-    from vibrodrive.periodic.attractors import attractors
 
     vd.orbits(A=3.04, max_period=2)
-    attractors([3.04], limit=100)
 
 
 UNIT = (

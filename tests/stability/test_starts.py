@@ -26,7 +26,7 @@ from vibrodrive.stability.starts import (
 pytestmark = pytest.mark.jit
 
 IRREGULAR = 9.1523
-"""A without a stable orbit of short period: two nearby motions part e-fold in five periods (`attractors`)."""
+"""A without a stable orbit of short period: two nearby motions part e-fold in five periods."""
 
 
 @functools.cache

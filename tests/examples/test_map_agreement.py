@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from examples import map_agreement
+from examples.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
 from vibrodrive.model.parameters import Status
 from vibrodrive.periodic.curves import Curve, curves
-from vibrodrive.validation import map_agreement
-from vibrodrive.validation.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
 
 
 @pytest.mark.jit
