@@ -187,7 +187,6 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
         (["atlas", "limits.toml", "--set", "dtau=0.1", "--set", "eps=[0.0, 1e-4]"], ["eps = 0.0", "> 0"]),
         (["atlas", "limits.toml", "-o", "junk.h5"], ["junk.h5", "--overwrite"]),
         (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
-        (["paper", "--configs", "nowhere"], ["--configs", "nowhere"]),
         (["paper", "-o", "limits.toml"], ["-o", "limits.toml"]),
     ],
 )

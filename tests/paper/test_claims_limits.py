@@ -11,7 +11,8 @@ from vibrodrive.paper import claims_limits
 from vibrodrive.paper.analysis import structures
 from vibrodrive.paper.claim import CLAIMS, Verdict, judge
 from vibrodrive.paper.run import run_paper
-from vibrodrive.paper.session import NotApplicable, Session
+from vibrodrive.paper.session import Session
+from vibrodrive.verdicts import NotApplicable
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def session(tmp_path):
 
 
 def outcome(name, session):
-    return judge(next(c for c in CLAIMS if c.id == name), session).outcome
+    return judge(next(c for c in CLAIMS if c.id == name), session)
 
 
 def axis(name):
@@ -49,8 +50,8 @@ def test_alike_compares_both_limits_as_velocities(session):
     assert found.verdict == Verdict.REPRODUCED
     for k, A in enumerate((2.4, 2.75)):
         eps, dtau = (vd.limit(A, kind, transient=500, periods=500).k2 for kind in ("eps", "dtau"))
-        assert found.numbers["velocity_eps"][k] == pytest.approx(eps * A * 10 * np.sqrt(102))
-        assert found.numbers["ratio"][k] == pytest.approx(dtau / (eps * A * 10 * np.sqrt(102)))
+        assert found.record["numbers"]["velocity_eps"][k] == pytest.approx(eps * A * 10 * np.sqrt(102))
+        assert found.record["numbers"]["ratio"][k] == pytest.approx(dtau / (eps * A * 10 * np.sqrt(102)))
 
 
 @pytest.mark.jit
@@ -77,7 +78,7 @@ def test_the_incline_changes_the_limit(session, monkeypatch):
     monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.8,))
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.2))
     found = outcome("any-incline", session())
-    assert found.numbers["n"].tolist() == [2, 1]
+    assert found.record["numbers"]["n"].tolist() == [2, 1]
     assert found.verdict == Verdict.REPRODUCED  # 0.24 and 0.3
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.3))
     assert outcome("any-incline", session()).verdict == Verdict.CORRECTED
@@ -87,7 +88,7 @@ def test_the_incline_changes_the_limit(session, monkeypatch):
 def test_a_rational_frequency_gives_its_denominator(session):
     found = outcome("rational", session())
     assert found.verdict == Verdict.REPRODUCED
-    assert found.numbers["period"] == [1, 2, 3, 5, 0]
+    assert found.record["numbers"]["period"] == [1, 2, 3, 5, 0]
     two = session(fig05={"A = 1.5": "A = 1.5\neta = 100.5"})
     assert outcome("rational", two).verdict == Verdict.NOT  # the paper's own has a period then
 
@@ -102,7 +103,7 @@ def test_points_repeat_after_the_smallest_number_of_periods():
 def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
     some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
     found = outcome("interruptions-and-limit", session(fig03=some))
-    assert found.numbers["stick_vanishes"] == pytest.approx(1.945)
+    assert found.record["numbers"]["stick_vanishes"] == pytest.approx(1.945)
     assert found.verdict == Verdict.CORRECTED  # seen in Δτ, not in ε
     none = session(fig03={axis("fig03"): "A = [1.5, 1.6]"})
     assert "never vanishes" in outcome("interruptions-and-limit", none).text
@@ -111,7 +112,7 @@ def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
 @pytest.mark.jit
 def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches(session):
     found = outcome("computing-time", session(fig07={"num = 1000": "num = 3"}))
-    spent = found.numbers["seconds"]
+    spent = found.record["numbers"]["seconds"]
     assert spent["certified"] < spent["coarse"] < spent["muller"]
     assert found.verdict == Verdict.CORRECTED
     as_fine = session(fig10={"dtau = 0.1": "dtau = 1e-5"}, fig07={"num = 1000": "num = 3"})
@@ -124,9 +125,10 @@ def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path
     monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.4,))
     monkeypatch.setattr(claims_limits, "LONGER", 3000)
     configs = session(limits={axis("limits"): "A = [2.4]"}).configs
-    result = run_paper(tmp_path / "out", ["limits"], configs=configs)
-    assert [j.claim.id for j in result.claims] == ["alike", "any-frequency", "any-incline", "all-times"]
-    assert all("cannot be tested" not in j.outcome.text for j in result.claims)
+    monkeypatch.setattr("vibrodrive.paper.run.configurations", lambda: configs)
+    result = run_paper(tmp_path / "out", ["limits"])
+    assert [j.id for j in result.claims] == ["alike", "any-frequency", "any-incline", "all-times"]
+    assert all("cannot be tested" not in j.text for j in result.claims)
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["claims.json", "claims.md"]
 
 

@@ -22,19 +22,14 @@ from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
 @click.option(
     "--only", "names", metavar="FIGURE", multiple=True, help="Only this figure (fig07), or `limits`; repeatable."
 )
-@click.option(
-    "--configs",
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Directory of the configurations (default: those that come with vibrodrive).",
-)
 @THREADS
-def paper(output: Path, names: tuple[str, ...], configs: Path | None, threads: int | None) -> None:
+def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:
     """Recompute the paper: figNN.png and figNN.pdf, the data beside them, claims.json and claims.md."""
     from vibrodrive.paper.run import run_paper
 
     with working(output.name) as show:
-        result = run_paper(output, names or None, show.say, configs, threads)
-    verdicts = Counter(judged.outcome.verdict.value for judged in result.claims)
+        result = run_paper(output, names or None, show.say, threads)
+    verdicts = Counter(judged.verdict.value for judged in result.claims)
     counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     say(f"{len(result.claims)} claims: {counts or 'none about these figures'}")
     say(f"{output}: {len(result.files)} files written")

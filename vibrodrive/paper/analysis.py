@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.trajectory import Trajectory, simulate
-from vibrodrive.paper.session import NotApplicable, Session
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import SHARE, impact_gaps
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
+from vibrodrive.verdicts import NotApplicable
 
 LAGS = 64
 """Periods after which a motion on a grid is looked at again."""
-
 
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 """The paper's own reading: order among the points of one section (and impacts as far apart as in the orbit)."""

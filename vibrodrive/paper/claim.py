@@ -6,7 +6,6 @@ beforehand, so another configuration gives other numbers and, where due, another
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -14,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.paper.session import NotApplicable, Session
+from vibrodrive.paper.session import Session
+from vibrodrive.verdicts import Judged, NotApplicable, counts, table
 
 
 class Verdict(StrEnum):
@@ -41,25 +41,6 @@ class Claim:
     test: Callable[[Session], Outcome]
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A claim and what came out."""
-
-    claim: Claim
-    outcome: Outcome
-
-    def record(self) -> dict[str, Any]:
-        """As it is written to claims.json."""
-        return {
-            "id": self.claim.id,
-            "figure": self.claim.figure,
-            "paper": self.claim.says,
-            "came_out": self.outcome.text,
-            "numbers": {k: plain(v) for k, v in self.outcome.numbers.items()},
-            "verdict": str(self.outcome.verdict),
-        }
-
-
 CLAIMS: list[Claim] = []
 
 
@@ -76,9 +57,12 @@ def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outc
 def judge(claim: Claim, session: Session) -> Judged:
     """Test a claim; a configuration on which it cannot be tested does not reproduce it."""
     try:
-        return Judged(claim, claim.test(session))
+        found = claim.test(session)
     except NotApplicable as reason:
-        return Judged(claim, Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT))
+        found = Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT)
+    record = {"figure": claim.figure, "paper": claim.says, "came_out": found.text, "numbers": found.numbers}
+    rows = [[claim.figure, claim.says, found.text, f"**{found.verdict}**"]]
+    return Judged(claim.id, claim.says, found.verdict, found.text, record, rows)
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
@@ -93,39 +77,20 @@ def listed(items: Iterable[Any]) -> str:
     return ", ".join(f"{i:g}" if isinstance(i, float) else str(i) for i in items) or "none"
 
 
-def plain(value: Any) -> Any:
-    """A value as JSON can hold it: NumPy types become Python's, NaN and infinity null."""
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
 READING = """\
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
 (1999), and the configuration of that name. *With a correction*: it holds in part, or with other numbers or reasons than
 the paper's."""
 
 
-def claims_table(judged: Sequence[Judged]) -> str:
-    """The claims as a Markdown document."""
-    counts = [f"{sum(j.outcome.verdict == v for j in judged)} {v}" for v in Verdict]
-    lines = [
+def claims_page(judged: Sequence[Judged]) -> list[str]:
+    """The lines of claims.md."""
+    return [
         "# The paper's claims, recomputed",
         "",
-        f"{len(judged)} claims: {', '.join(counts)}. Written by `vibrodrive paper`.",
+        f"{counts(judged, 'claims', Verdict)}. Written by `vibrodrive paper`.",
         "",
         READING,
         "",
-        "| figure | the paper says | came out | verdict |",
-        "|---|---|---|---|",
+        *table(["figure", "the paper says", "came out", "verdict"], judged),
     ]
-    for j in judged:
-        cells = (j.claim.figure, j.claim.says, j.outcome.text, f"**{j.outcome.verdict}**")
-        lines.append("| " + " | ".join(c.replace("|", r"\|") for c in cells) + " |")
-    return "\n".join(lines) + "\n"

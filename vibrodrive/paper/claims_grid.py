@@ -21,12 +21,13 @@ from vibrodrive.paper.analysis import (
     without_grid,
 )
 from vibrodrive.paper.claim import Outcome, claim, when
-from vibrodrive.paper.session import NotApplicable, Session, points
+from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import IMPACTS
 from vibrodrive.stability.limit import each_limit, limit
 from vibrodrive.stability.main_impacts import impact_gaps
 from vibrodrive.stability.structure import Structure, compare_structure, deviation, order, period
+from vibrodrive.verdicts import NotApplicable
 
 LONG = 600
 """Periods over which a structure seen in a few periods of a figure is checked."""

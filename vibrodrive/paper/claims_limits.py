@@ -15,8 +15,9 @@ from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.session import NotApplicable, Session, points
+from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.limit import Limit, each_limit, limit
+from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
 """Of the motions that limits are sought with: as long as those of Fig. 7."""

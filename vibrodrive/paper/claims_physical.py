@@ -13,10 +13,11 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import AT_SECTION, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.session import NotApplicable, Session
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.criterion import IMPACTS
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.structure import compare_structure, order, period
+from vibrodrive.verdicts import NotApplicable
 
 
 @claim(

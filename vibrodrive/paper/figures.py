@@ -32,9 +32,10 @@ from vibrodrive.figures.style import (
 )
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, without_grid
-from vibrodrive.paper.session import NotApplicable, Session, points
+from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.commensurability import closing, returning
 from vibrodrive.stability.structure import deviation
+from vibrodrive.verdicts import NotApplicable
 
 
 def fig01(session: Session) -> Figure:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,12 +18,12 @@ from vibrodrive.paper import (  # noqa: F401 (they register their claims)
     claims_physical,
     claims_undisturbed,
 )
-from vibrodrive.paper.claim import CLAIMS, Judged, claims_table, judge
+from vibrodrive.paper.claim import CLAIMS, claims_page, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
-from vibrodrive.store.draft import drafted
 from vibrodrive.store.header import refuse_foreign
 from vibrodrive.store.kind import special
+from vibrodrive.verdicts import Judged, write
 
 SUBJECTS = (*FIGURES, "limits")
 """What can be asked for: what is drawn, and the limits, about which there are claims and no figure of the paper."""
@@ -37,7 +36,7 @@ class Paper(NamedTuple):
     claims: list[Judged]
 
 
-def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:
+def _prepare(folder: Path) -> None:
     """Make the directory, and refuse what in it must not be replaced. Raises ValueError or OSError."""
     try:
         os.stat(folder)  # links in a circle have a name, and mkdir says no more than that it exists
@@ -45,28 +44,23 @@ def _prepare(folder: Path, configs: Path, figures: Sequence[str]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-    sources = sorted(configs.glob("*.toml"))
-    names = {p.stem for p in sources}
-    data = [folder / f"{name}{ending}" for name in names for ending in (".h5", "_switches.h5")]
-    others = [folder / f"{name}{ending}" for name in figures for ending in (".png", ".pdf")]
-    for path in [*data, *others, folder / "claims.json", folder / "claims.md"]:
-        if not path.exists():
-            continue
-        what = special(path)
-        if what is not None:
+    data = [folder / f"{path.stem}{ending}" for path in configurations().glob("*.toml") for ending in DATA]
+    others = [folder / f"{name}{ending}" for name in FIGURES for ending in (".png", ".pdf")]
+    for path in (*data, *others, folder / "claims.json", folder / "claims.md"):
+        if path.exists() and (what := special(path)) is not None:
             raise ValueError(bad("output", str(path), f"a file, and this is {what}"))
-        for config_file in sources:
-            if config_file.exists() and path.samefile(config_file):
-                raise ValueError(bad("output", str(path), f"another file than the configuration {config_file}"))
-        if path in data:
+        if path in data and path.exists():
             refuse_foreign(path)
+
+
+DATA = (".h5", "_switches.h5")
+"""Endings of what is computed from a configuration."""
 
 
 def run_paper(
     out: str | Path,
     figures: Sequence[str] | None = None,
     progress: Say | None = None,
-    configs: str | Path | None = None,
     threads: int | None = None,
 ) -> Paper:
     """Recompute the paper into a directory: NAME.png, NAME.pdf, NAME.h5, claims.json and claims.md.
@@ -74,21 +68,18 @@ def run_paper(
     Parameters
     ----------
     out : path
-        directory; made if it is not there. Files of an earlier run are replaced, if they are what they are called:
-        a .h5 that is no result file, or a name that leads to a configuration, is refused.
+        directory; made if it is not there. Files of an earlier run are replaced, but for a .h5 that is no result file.
     figures : sequence of str, optional
         names of what is to be drawn (see figures.FIGURES), or "limits" for the claims about these alone; all unless
         given. Claims about other figures are left out.
     progress : callable, optional
         called with a line for each step.
-    configs : path, optional
-        directory of the configurations; those of this package unless given.
     threads : int, optional
 
     Raises
     ------
     ValueError
-        for an unknown figure, a configuration that is wrong, or a file that must not be replaced.
+        for an unknown figure, or a file that must not be replaced.
     OSError
         if a file cannot be read or written.
     """
@@ -98,9 +89,8 @@ def run_paper(
             raise ValueError(bad("figure", name, "one of " + ", ".join(SUBJECTS)))
     say = progress or (lambda line: None)
     folder = Path(out)
-    source = Path(configs) if configs is not None else configurations()
-    _prepare(folder, source, list(FIGURES))
-    session = Session(source, folder, say, threads)
+    _prepare(folder)
+    session = Session(configurations(), folder, say, threads)
     for name in (n for n in names if n in FIGURES):
         say(f"{name}: {FIGURES[name].title}")
         with drawn_as("print", "double"):
@@ -110,10 +100,6 @@ def run_paper(
     for claim in sorted((c for c in CLAIMS if c.figure in names), key=lambda c: SUBJECTS.index(c.figure)):
         say(f"claim {claim.id}")
         judged.append(judge(claim, session))
-    document = {"vibrodrive": __version__, "claims": [c.record() for c in judged]}
-    listed = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
-    for name, text in {"claims.json": listed, "claims.md": claims_table(judged)}.items():
-        with drafted(folder / name) as draft:
-            draft.write_text(text, encoding="utf-8")
-        session.files.append(folder / name)
+    document = {"vibrodrive": __version__, "claims": [j.document() for j in judged]}
+    session.files += write(folder, "claims", document, claims_page(judged))
     return Paper(session.files, judged)

@@ -16,13 +16,10 @@ from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.reader import load_sweep
 from vibrodrive.store.writer import open_writer
+from vibrodrive.verdicts import NotApplicable
 
 Say = Callable[[str], None]
 """Called with a line that says what is going on."""
-
-
-class NotApplicable(ValueError):
-    """A configuration on which a claim cannot be tested, or a figure not be drawn."""
 
 
 class Session:

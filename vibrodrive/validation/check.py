@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple
+from importlib.util import find_spec
+from typing import NamedTuple
+
+from vibrodrive.verdicts import Judged, NotApplicable
 
 
 class Verdict(StrEnum):
     HOLDS = "holds"
     FAILS = "fails"
     NOT_DONE = "not done"
-
-
-class NotDone(Exception):
-    """Why a check cannot be done on this machine."""
 
 
 class Finding(NamedTuple):
@@ -33,65 +30,40 @@ class Finding(NamedTuple):
             return self.number == self.bound
         return self.number <= self.bound
 
-    def record(self) -> dict[str, Any]:
-        """As it is written to validation.json, which knows no infinity: null there."""
-        number = self.number if isinstance(self.number, str) or math.isfinite(self.number) else None
-        return {"what": self.what, "number": number, "bound": self.bound, "holds": self.holds}
-
 
 @dataclass(frozen=True)
 class Check:
-    """A function of this package that returns findings, by the name of its module and its own.
+    """A function that returns findings.
 
-    The module is imported when the check is done: `needs` names the packages, not among those vibrodrive depends on,
-    without which that is impossible. A check that is `drawn` takes the seed of what it draws.
+    `needs` names the packages, not among those vibrodrive depends on, without which it is not done. The function of a
+    check that is `drawn` takes the seed of what it draws.
     """
 
     id: str
     title: str
-    module: str
-    function: str
+    find: Callable[..., Sequence[Finding]]
     needs: tuple[str, ...] = ()
     drawn: bool = False
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A check and what came out; `note` says why it was not done, or what broke off."""
-
-    check: Check
-    findings: Sequence[Finding]
-    verdict: Verdict
-    note: str = ""
-
-    def record(self) -> dict[str, Any]:
-        """As it is written to validation.json."""
-        return {
-            "id": self.check.id,
-            "title": self.check.title,
-            "verdict": str(self.verdict),
-            "note": self.note,
-            "findings": [f.record() for f in self.findings],
-        }
-
-
 def judge(check: Check, seed: int) -> Judged:
     """Do a check. One that breaks off fails, and one whose package is missing is not done: neither stops the others."""
+    findings: Sequence[Finding] = ()
+    verdict, note = Verdict.NOT_DONE, ""
     try:
-        function = getattr(importlib.import_module(f"vibrodrive.validation.{check.module}"), check.function)
-        findings = function(seed) if check.drawn else function()
-    except NotDone as why:
-        return Judged(check, (), Verdict.NOT_DONE, str(why))
-    except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package in check.needs:
-            return Judged(check, (), Verdict.NOT_DONE, f"needs {package}")
-        return _broken(check, error)
+        if missing := [name for name in check.needs if find_spec(name) is None]:
+            raise NotApplicable(f"needs {', '.join(missing)}")
+        findings = check.find(seed) if check.drawn else check.find()
+        verdict = Verdict.HOLDS if findings and all(f.holds for f in findings) else Verdict.FAILS
+    except NotApplicable as why:
+        note = str(why)
     except Exception as error:
-        return _broken(check, error)
-    holds = bool(findings) and all(f.holds for f in findings)
-    return Judged(check, findings, Verdict.HOLDS if holds else Verdict.FAILS)
+        verdict, note = Verdict.FAILS, f"broke off: {type(error).__name__}: {' '.join(str(error).split())}"
+    record = {"title": check.title, "note": note, "findings": [{**f._asdict(), "holds": f.holds} for f in findings]}
+    rows = [[f"**{check.title}**", f"**{verdict}**{note and f': {note}'}", "", ""], *map(_row, findings)]
+    return Judged(check.id, check.title, verdict, note, record, rows)
 
 
-def _broken(check: Check, error: Exception) -> Judged:
-    return Judged(check, (), Verdict.FAILS, f"broke off: {type(error).__name__}: {' '.join(str(error).split())}")
+def _row(found: Finding) -> list[str]:
+    holds = Verdict.HOLDS if found.holds else f"**{Verdict.FAILS}**"
+    return [found.what, holds, *(v if isinstance(v, str) else f"{v:.3g}" for v in (found.number, found.bound))]

@@ -15,7 +15,8 @@ from vibrodrive.model.results import Results
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import load_sweep
 from vibrodrive.store.writer import open_writer
-from vibrodrive.validation.check import Finding, NotDone
+from vibrodrive.validation.check import Finding
+from vibrodrive.verdicts import NotApplicable
 
 NAMES = ("section", "status", "margin", "switches")
 
@@ -51,7 +52,7 @@ def skip_is_literal() -> list[Finding]:
 def one_thread_is_two() -> list[Finding]:
     """The number of threads shows in no bit."""
     if check_threads(None) < 2:
-        raise NotDone("needs two threads")
+        raise NotApplicable("needs two threads")
     run: dict[str, Any] = {"A": np.linspace(1.0, 3.25, 150), "eps": [0.0, 2e-4], "transient": 20, "periods": 20}
     return [Finding("differing values", differing(*(collect(make_plan(run), threads=n) for n in (1, 2))), 0)]
 

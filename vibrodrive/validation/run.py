@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from vibrodrive import verdicts
 from vibrodrive.model.parameters import bad
-from vibrodrive.store.draft import drafted
 from vibrodrive.store.layout import versions
-from vibrodrive.validation.check import Check, Finding, Judged, Verdict, judge
+from vibrodrive.validation import (
+    bouncing_ball,
+    certainty,
+    clocks,
+    digits,
+    energy,
+    fingerprint,
+    grazing,
+    identity,
+    peers,
+)
+from vibrodrive.validation.check import Check, Verdict, judge
+from vibrodrive.verdicts import Judged
 
 CHECKS = (
-    Check("hash", "A small sweep has the hash that it has on every machine", "fingerprint", "small_sweep"),
-    Check("digits", "Switches of fixed scenes against a 50-digit reference", "digits", "fixed_scenes", ("mpmath",)),
-    Check("drawn", "Freshly drawn scenes against the reference", "digits", "drawn_scenes", ("mpmath",), drawn=True),
-    Check("bounds", "Bounds of errors against the reference", "certainty", "bounds_of_drawn", ("mpmath",), drawn=True),
-    Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", "grazing", "grazing_ladder", ("mpmath",)),
-    Check("million", "Phase after a million periods", "clocks", "million_periods", ("mpmath",)),
-    Check("energy", "Energy balance: excitation = friction + impacts", "energy", "energy_balance"),
-    Check("skip", "Skipping grid points = visiting each", "identity", "skip_is_literal"),
-    Check("threads", "One thread = two", "identity", "one_thread_is_two"),
-    Check("resume", "Resumed = uninterrupted", "identity", "resumed_is_uninterrupted"),
-    Check("ball", "B → ∞: the laws of the inelastic bouncing ball", "bouncing_ball", "findings"),
-    Check("scipy", "Side by side with scipy's events (ε = 0)", "peers", "scipy_events", ("scipy",)),
-    Check("heyoka", "Side by side with heyoka's events (ε = 0)", "peers", "heyoka_events", ("heyoka",)),
+    Check("hash", "A small sweep has the hash that it has on every machine", fingerprint.small_sweep),
+    Check("digits", "Switches of fixed scenes against a 50-digit reference", digits.fixed_scenes, ("mpmath",)),
+    Check("drawn", "Freshly drawn scenes against the reference", digits.drawn_scenes, ("mpmath",), drawn=True),
+    Check("bounds", "Bounds of errors against the reference", certainty.bounds_of_drawn, ("mpmath",), drawn=True),
+    Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", grazing.grazing_ladder, ("mpmath",)),
+    Check("million", "Phase after a million periods", clocks.million_periods, ("mpmath",)),
+    Check("energy", "Energy balance: excitation = friction + impacts", energy.energy_balance),
+    Check("skip", "Skipping grid points = visiting each", identity.skip_is_literal),
+    Check("threads", "One thread = two", identity.one_thread_is_two),
+    Check("resume", "Resumed = uninterrupted", identity.resumed_is_uninterrupted),
+    Check("ball", "B → ∞: the laws of the inelastic bouncing ball", bouncing_ball.findings),
+    Check("scipy", "Side by side with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
+    Check("heyoka", "Side by side with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
 )
 """In the order in which they are done: what needs nothing but the kernels of a sweep is first."""
 
@@ -50,7 +61,7 @@ def validate(
     for check in checks:
         if not only or check.id in only:
             judged.append(judge(check, seed))
-            say(f"{judged[-1].verdict}: {check.title}" + (f" ({judged[-1].note})" if judged[-1].note else ""))
+            say(f"{judged[-1].verdict}: {check.title}" + (f" ({judged[-1].text})" if judged[-1].text else ""))
     return judged
 
 
@@ -62,47 +73,18 @@ def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "seed": seed,
     }
-    document = {**about, "checks": [j.record() for j in judged]}
-    texts = {
-        "validation.json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
-        "validation.md": "\n".join(_page(about, judged)) + "\n",
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        with drafted(folder / name) as draft:
-            draft.write_text(text, encoding="utf-8")
-    return [folder / name for name in texts]
+    made = ", ".join(f"{name} {version}" for name, version in about["versions"].items())
+    page = [
+        "# Validation",
+        "",
+        f"{counts(judged)}. Written by `vibrodrive validate --seed {seed}`, {about['created']}.",
+        f"{made}; {about['system']}.",
+        "",
+        *verdicts.table(["check", "verdict", "number", "bound"], judged),
+    ]
+    return verdicts.write(folder, "validation", {**about, "checks": [j.document() for j in judged]}, page)
 
 
 def counts(judged: Sequence[Judged]) -> str:
     """`12 checks: 10 holds, …` as a sentence."""
-    numbers = [f"{sum(j.verdict == v for j in judged)} {v}" for v in Verdict]
-    return f"{len(judged)} checks: {', '.join(numbers)}"
-
-
-def _page(about: dict[str, Any], judged: Sequence[Judged]) -> list[str]:
-    made = ", ".join(f"{name} {version}" for name, version in about["versions"].items())
-    lines = [
-        "# Validation",
-        "",
-        f"{counts(judged)}. Written by `vibrodrive validate --seed {about['seed']}`, {about['created']}.",
-        f"{made}; {about['system']}.",
-        "",
-        "| check | verdict | number | bound |",
-        "|---|---|---|---|",
-    ]
-    for j in judged:
-        note = f": {j.note}" if j.note else ""
-        lines.append(f"| **{_cell(j.check.title)}** | **{j.verdict}**{_cell(note)} | | |")
-        lines += [_row(f) for f in j.findings]
-    return lines
-
-
-def _row(found: Finding) -> str:
-    holds = Verdict.HOLDS if found.holds else f"**{Verdict.FAILS}**"
-    number, bound = (v if isinstance(v, str) else f"{v:.3g}" for v in (found.number, found.bound))
-    return f"| {_cell(found.what)} | {holds} | {number} | {bound} |"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", r"\|")
+    return verdicts.counts(judged, "checks", Verdict)

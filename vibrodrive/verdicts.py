@@ -1,0 +1,89 @@
+"""What is judged (claims of the paper, checks of an installation), its verdict, and the two files that say so.
+
+A claim or a check is a function with an id and a title. What it computes becomes a Judged: an object of the JSON file
+and rows of the table on the page in Markdown.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.store.draft import drafted
+
+
+class NotApplicable(ValueError):
+    """The reason why something cannot be judged, or drawn, with this configuration or on this machine."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One claim or check with its verdict.
+
+    text : what came out, or why it could not be judged.
+    record : the other entries of its object in the JSON file, in order.
+    rows : its rows of the table, cells of Markdown.
+    """
+
+    id: str
+    title: str
+    verdict: StrEnum
+    text: str
+    record: Mapping[str, Any]
+    rows: Sequence[Sequence[str]]
+
+    def document(self) -> dict[str, Any]:
+        """The object that stands for it in the JSON file."""
+        return {"id": self.id, **plain(self.record), "verdict": str(self.verdict)}
+
+
+def counts(judged: Sequence[Judged], noun: str, verdicts: Iterable[StrEnum]) -> str:
+    """`12 checks: 10 holds, …` as a sentence."""
+    numbers = [f"{sum(j.verdict is v for j in judged)} {v}" for v in verdicts]
+    return f"{len(judged)} {noun}: {', '.join(numbers)}"
+
+
+def table(head: Sequence[str], judged: Sequence[Judged]) -> list[str]:
+    """The lines of a table in Markdown with the rows of each claim or check."""
+    rows = [[cell.replace("|", r"\|") for cell in row] for j in judged for row in j.rows]
+    return [_row(head), "|" + "---|" * len(head), *map(_row, rows)]
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def write(folder: Path, name: str, document: Mapping[str, Any], page: Sequence[str]) -> list[Path]:
+    """NAME.json and NAME.md in a directory, made if it is not there. Raises OSError."""
+    texts = {
+        "json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "md": "\n".join(page) + "\n",
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}.{ending}" for ending in texts]
+    for path, text in zip(paths, texts.values(), strict=True):
+        with drafted(path) as draft:
+            draft.write_text(text, encoding="utf-8")
+    return paths
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON can hold it: NumPy types become Python's, NaN and infinity null."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: plain(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
