@@ -72,7 +72,8 @@ class Bifurcation:
     Attributes
     ----------
     A, B : where.
-    kind : "onset", "period doubling", "fold", "border", "grazing" or "stick" (see the head of this module).
+    kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
+        without duration).
     orbit : the orbit, as close to A as it can be told in floats from the one it merges with or turns into.
     multiplier_below, multiplier_above : its multiplier a little below and above A; NaN where there is no such
         orbit.
@@ -108,7 +109,7 @@ def bifurcations(
     """Every bifurcation between A[0] and A[1] of the orbits of up to `max_period` excitation periods, by A.
 
     On the level (B = 0) there is one orbit, which changes at A = √(1 + π²/4); for 0 < B <= 1e-7 A only the orbit that
-    rests is followed (search.py).
+    rests is followed.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def bifurcations(
         longest period in excitation periods, 1 to 100.
     step : float, optional
         spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion to A from
-        there on, unless given (see the head of this module).
+        there on, unless given.
 
     Returns
     -------

@@ -113,7 +113,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
 
     The effort grows with the number of itineraries: milliseconds up to some eight periods in the paper's
     range, ten seconds at most, from where on the search is refused. For B = 0 there is one orbit, "touching", at
-    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is listed (see the head of this module).
+    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is listed.
 
     Parameters
     ----------
