@@ -10,6 +10,7 @@ from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import Meeting
+from vibrodrive.store import curves
 from vibrodrive.store.curves import StoredCurves, load_curves, save_curves, summary
 from vibrodrive.store.header import Damaged, OtherKind, read_kind
 from vibrodrive.store.layout import Origin
@@ -77,6 +78,28 @@ def test_damage_and_other_kinds_are_named(tmp_path):
         file["condition"][1] = "{"
     with pytest.raises(Damaged, match="damaged beyond reading"):
         load_curves(path)
+
+
+def test_a_word_damaged_within_json_is_named(tmp_path):
+    """A flipped bit may leave valid JSON, with another key or a list of another length."""
+    for old, new in (("critical", "britical"), ("true, 2", "true. 2"), ("0, true", "0. true"), ("0, true]", "0]")):
+        save_curves(tmp_path / "c.h5", made(), ORIGIN)
+        with h5py.File(tmp_path / "c.h5", "r+") as file:
+            file["condition"][1] = file["condition"].asstr()[1].replace(old, new, 1)
+            changed = file["condition"].asstr()[1] != curves._written(made().curves[1].condition)
+        if changed:
+            with pytest.raises(Damaged, match="damaged beyond reading"):
+                load_curves(tmp_path / "c.h5")
+
+
+def test_an_error_of_the_reader_is_no_damage(tmp_path, monkeypatch):
+    save_curves(tmp_path / "c.h5", made(), ORIGIN)
+    monkeypatch.setattr(curves, "Curve", lambda *values: Curve(*values, "one too many"))
+    with pytest.raises(TypeError, match="positional arguments"):
+        load_curves(tmp_path / "c.h5")
+    monkeypatch.setattr(curves, "Curve", lambda *values: Curve.nothing)
+    with pytest.raises(AttributeError, match="nothing"):
+        load_curves(tmp_path / "c.h5")
 
 
 def test_xarray_opens_it(tmp_path):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -176,7 +176,8 @@ def _read(text: str) -> Condition | None:
     if not text:
         return None
     said = json.loads(text)
-    return Condition(**(said | {"slides": tuple(Slide(*s) for s in said["slides"])}))
+    slides = tuple(Slide(falls, begun, turns, lands) for falls, begun, turns, lands in said["slides"])
+    return Condition(**{f.name: said[f.name] for f in fields(Condition)} | {"slides": slides})
 
 
 def _curves(file: h5py.File) -> list[Curve]:

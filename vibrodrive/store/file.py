@@ -23,7 +23,7 @@ import numpy as np
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
-from vibrodrive.store.header import BROKEN, Damaged, NoResult, expect_kind, open_result, refuse_foreign, remedy
+from vibrodrive.store.header import BROKEN, Damaged, expect_kind, interpreting, open_result, refuse_foreign, remedy
 from vibrodrive.store.layout import digest
 from vibrodrive.store.lock import Lock
 
@@ -107,13 +107,8 @@ def reading(path: Path, kind: str, mode: str = "r") -> Iterator[h5py.File]:
     """A file of one kind, open. Raises as `header.open_result`, and Damaged for what makes no sense."""
     with open_result(path, mode) as file:
         expect_kind(file, kind)
-        try:
+        with interpreting(path):
             yield file
-        except BROKEN as error:
-            if isinstance(error, NoResult):
-                raise
-            what = " ".join(str(error).split())
-            raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(path)}") from None
 
 
 def made_already(path: Path, kind: str, plan: Plan, given: Mapping[str, object] | None = None, **own: object) -> bool:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
+import traceback
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,8 +21,8 @@ from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
 from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
 from vibrodrive.store.lock import Busy
 
-BROKEN = (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError)
-"""What h5py raises for bytes that it cannot interpret."""
+BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
+"""Raised by h5py for bytes that it cannot interpret. For single calls of h5py; a whole reader: see `interpreting`."""
 
 
 class NoResult(ValueError):
@@ -61,12 +64,34 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
         if "already open" in str(error):
             raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it there") from None
         what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
-        raise Damaged(f"{path}: {what}: {remedy(path)}") from None
+        raise Damaged(f"{path}: {what}: {remedy(path)}") from error
 
 
 def remedy(path: Path) -> str:
     """What to do about a file that is damaged beyond reading."""
     return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
+
+
+@contextlib.contextmanager
+def interpreting(path: str | Path) -> Iterator[None]:
+    """Raise Damaged for contents that make no sense to the reader in the block.
+
+    A TypeError counts only if h5py raised it: anywhere else it is an error of the reader.
+    """
+    try:
+        yield
+    except NoResult:
+        raise
+    except BROKEN as error:
+        if isinstance(error, TypeError) and not _raised_by_h5py(error):
+            raise
+        what = " ".join(str(error).split())
+        raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(Path(path))}") from error
+
+
+def _raised_by_h5py(error: BaseException) -> bool:
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return bool(frames) and str(frames[-1].f_globals.get("__name__")).startswith("h5py")
 
 
 def read_kind(path: Path) -> str:
@@ -79,11 +104,8 @@ def read_kind(path: Path) -> str:
     OSError
         if the system refuses.
     """
-    with open_result(path) as file:
-        try:
-            kind = kind_of(file)
-        except BROKEN as error:
-            raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(path)}") from None
+    with open_result(path) as file, interpreting(path):
+        kind = kind_of(file)
     if kind is None:
         raise NoResult(f"{path}: no result file of vibrodrive")
     if kind not in KINDS:
@@ -157,7 +179,7 @@ def read_header(file: h5py.File) -> Header:
     """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
     path, attrs = file.filename, file.attrs
     expect_kind(file, "sweep")
-    try:
+    with interpreting(path):
         version = attrs.get("schema_version")
         if version is None:
             raise NoResult(f"{path}: no result file (no schema_version)")
@@ -192,10 +214,6 @@ def read_header(file: h5py.File) -> Header:
             Origin(text, tuple(json.loads(attrs["overrides"])), str(attrs["title"])),
             json.loads(attrs["versions"]),
         )
-    except NoResult:
-        raise
-    except BROKEN as error:
-        raise Damaged(f"{path}: damaged beyond reading ({error}): {remedy(Path(path))}") from None
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
