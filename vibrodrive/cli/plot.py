@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -76,7 +75,6 @@ def _looking(command: Callable[..., Any]) -> Callable[..., Any]:
 )
 @_looking
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
-@click.option("--follow", is_flag=True, help="Draw again and again until the file is complete.")
 def plot(
     file: Path,
     output: Path | None,
@@ -85,7 +83,6 @@ def plot(
     over: tuple[Path, ...],
     look: dict[str, str],
     dpi: int | None,
-    follow: bool,
 ) -> None:
     """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves.
 
@@ -94,10 +91,7 @@ def plot(
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     target = output or file.with_suffix(".png")
     check_figure(target, {"result file": file, **{f"file {one} of --over": one for one in over}})
-    share = draw(file, target, options, look, dpi, over)
-    while follow and share < 1:
-        _wait(file, share)
-        share = draw(file, target, options, look, dpi, over)
+    draw(file, target, options, look, dpi, over)
 
 
 def draw(
@@ -107,11 +101,8 @@ def draw(
     look: dict[str, Any] | None = None,
     dpi: int | None = None,
     over: tuple[Path, ...] = (),
-) -> float:
-    """Draw a file, and what lies over it, and return the share that is computed.
-
-    What is damaged is left out and named, with exit code 1.
-    """
+) -> None:
+    """Draw a file, and what lies over it. What is damaged is left out and named, with exit code 1."""
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.store.header import read_kind
 
@@ -132,7 +123,6 @@ def draw(
         say(what)
     if damaged:
         raise click.exceptions.Exit(1)
-    return share
 
 
 def _look(file: Path) -> dict[str, Any]:
@@ -246,43 +236,6 @@ def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
         if value not in known:
             allowed = f"one of {', '.join(known)}" if known else "left out"
             raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {KINDS[holds].holds}"))
-
-
-def _wait(file: Path, share: float) -> None:
-    """Until more than `share` of a file is computed. Ends the command if nobody is computing any more."""
-    import time
-
-    from vibrodrive.jobs.progress import Show
-    from vibrodrive.store.lock import is_being_written
-
-    show = Show(sys.stderr, file.name)
-    alive: bool | None = True
-    while alive is not False:
-        alive = is_being_written(file)  # before looking: what it has written last counts
-        if _share(file) > share:
-            show.clear()
-            return
-        if alive is not False:
-            show.update(lambda: f"{100 * share:.1f} %: waiting for more")
-            time.sleep(FOLLOW_SECONDS)
-    show.clear()
-    say(f"{file}: no process is writing it: the command that began it goes on")
-    raise click.exceptions.Exit(1)
-
-
-def _share(file: Path) -> float:
-    from vibrodrive.store.header import read_kind
-
-    if read_kind(file) == "limits":
-        from vibrodrive.store.limits import summary
-
-        return summary(file).share
-    from vibrodrive.store.reader import look
-
-    return look(file).share
-
-
-FOLLOW_SECONDS = 1.0
 
 
 def _scene(settings: Config) -> Scene | None:

@@ -134,10 +134,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     # in a thread of its own, for a signal reaches the main thread only between two of its steps
     with working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
-    click.echo(
-        f"time     {duration(found.computing)}, besides {duration(found.loading)} to load the kernels "
-        f"and {duration(found.layout)} for the file"
-    )
+    click.echo(f"time     about {duration(found.computing)}, besides {duration(found.loading)} to load the kernels")
 
 
 BASE_MEMORY = 200_000_000

@@ -125,8 +125,6 @@ def drawn(stored: StoredOrbits, kind: str = "bifurcation", quantity: str = "dxi"
     if kind == "multipliers":
         return multiplier_diagram(stored.family)
     plan, phase = stored.plan, stored.section_phase
-    if phase is None:  # an older file: its phase lies in its configuration alone
-        phase = plan.scalars["section_phase"] if plan is not None else 0.0
     brute = brute_force(plan, None) if plan is not None and plan.scalars["section_phase"] == phase else None
     return bifurcation_diagram(stored.family, brute, quantity, phase)
 

@@ -34,7 +34,7 @@ def differences(file: h5py.File, plan: Plan, given: Mapping[str, object] | None 
     `own`: the command's own settings, by the names of root attributes.
     """
     try:
-        there = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]")))
+        there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
         found = compare(there.plan(), plan)
     except ConfigError as error:
         return [f"its configuration is none of this version ({error})"]

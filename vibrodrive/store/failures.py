@@ -142,7 +142,7 @@ def load_failures(path: str | Path) -> FailureMap:
 
 
 def _content(file: h5py.File) -> FailureMap:
-    plan = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]"))).plan()
+    plan = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     other = next((name for name in SECOND if name in file), SECOND[0])
     return FailureMap(
         A=file["A"][...],

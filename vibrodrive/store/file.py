@@ -164,8 +164,8 @@ def counted(kinds: h5py.Dataset) -> dict[str, int]:
 
 
 def versions_of(file: h5py.File) -> dict[str, str]:
-    """What a file was made by; empty for one made before files said so."""
-    return json.loads(file.attrs.get("versions", "{}"))
+    """Versions of the programs that made a file."""
+    return json.loads(file.attrs["versions"])
 
 
 def find_faults(file: h5py.File) -> list[str]:

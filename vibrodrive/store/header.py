@@ -118,7 +118,7 @@ def read_origin(path: Path) -> Origin:
     with open_result(path) as file:
         try:
             attrs = dict(file.attrs)
-            return Origin(str(attrs["config"]), tuple(json.loads(attrs.get("overrides", "[]"))), str(attrs["title"]))
+            return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
         except BROKEN:
             return Origin("")
 

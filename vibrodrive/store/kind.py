@@ -1,4 +1,4 @@
-"""What a file holds. Every result file says so in its root attribute `kind`; older ones are known by their names."""
+"""Kinds of result files, named in their root attribute `kind`."""
 
 from __future__ import annotations
 
@@ -12,21 +12,19 @@ import h5py
 
 
 class Kind(NamedTuple):
-    """A kind of result file: what it holds, the command that makes it, and how to know one that does not say."""
+    """A kind of result file: its contents and the command that makes it."""
 
     holds: str
     command: str
-    attributes: tuple[str, ...]  # of the root, present in every file of this kind
-    datasets: tuple[str, ...]  # and groups
 
 
 KINDS = {
-    "sweep": Kind("a sweep", "sweep", ("plan", "config_sha256"), ("section_xi", "status")),
-    "limits": Kind("limits of stability", "limits", ("limits_schema",), ("k2", "searched_to")),
-    "failures": Kind("failures of methods", "atlas", ("scalars",), ("judged", "limit")),
-    "orbits": Kind("periodic orbits", "orbits", ("max_period",), ("orbit", "bifurcation_A")),
-    "curves": Kind("curves of bifurcations", "orbits", ("range_A",), ("curve", "meeting_A")),
-    "switches": Kind("switches of single motions", "paper", ("config",), ("motion_0",)),
+    "sweep": Kind("a sweep", "sweep"),
+    "limits": Kind("limits of stability", "limits"),
+    "failures": Kind("failures of methods", "atlas"),
+    "orbits": Kind("periodic orbits", "orbits"),
+    "curves": Kind("curves of bifurcations", "orbits"),
+    "switches": Kind("switches of single motions", "paper"),
 }
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -57,17 +55,13 @@ def special(path: str | Path) -> str | None:
 
 
 def kind_of(file: h5py.File) -> str | None:
-    """The kind an open file says it is (maybe one of a later version), or its contents show; None: not of this program.
+    """Return the kind that an open file names (maybe one of a later version); None: not of this program.
 
     Raises what h5py raises where the bytes make no sense.
     """
-    said = file.attrs.get("kind")
-    if said is not None:
-        return str(said) if "config_sha256" in file.attrs else None
-    for name, kind in KINDS.items():
-        if all(a in file.attrs for a in kind.attributes) and all(d in file for d in kind.datasets):
-            return name
-    return None
+    if "kind" not in file.attrs or "config_sha256" not in file.attrs:
+        return None
+    return str(file.attrs["kind"])
 
 
 def bears_our_names(path: Path) -> bool:

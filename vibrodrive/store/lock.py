@@ -56,15 +56,3 @@ class Lock:
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
-
-
-def is_being_written(path: Path) -> bool | None:
-    """Whether some process holds the lock on a file; None where the system does not report it."""
-    try:
-        fd = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except OSError:
-        return None
-    try:
-        return system.is_locked(fd)
-    finally:
-        os.close(fd)

@@ -67,12 +67,12 @@ def save_family(path: Path, found: Family, origin: Origin, section_phase: float)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Described):
-    """A family as a file holds it. `section_phase` is None, and the marks of bifurcations have no place, in a file
-    made before it kept them. `plan` is the sweep of the configuration, None if that is not what the file holds."""
+    """A family as a file holds it. `plan` is the sweep of the configuration, None if that is not what the file
+    holds."""
 
     family: Family
     origin: Origin
-    section_phase: float | None
+    section_phase: float
     plan: Plan | None
 
     @property
@@ -133,11 +133,10 @@ def load_orbits(path: Path) -> StoredOrbits:
     """
     with reading(path, "orbits") as file:
         attrs = file.attrs
-        phase = attrs.get("section_phase")
-        origin = Origin(str(attrs["config"]), tuple(json.loads(attrs.get("overrides", "[]"))), str(attrs["title"]))
+        origin = Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
         plan = _plan_of(origin, float(attrs["B"]))
         found = _family(file, None if plan is None else plan.axes["A"])
-        return StoredOrbits(found, origin, None if phase is None else float(phase), plan)
+        return StoredOrbits(found, origin, float(attrs["section_phase"]), plan)
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
@@ -154,7 +153,7 @@ def _family(file: h5py.File, grid: np.ndarray | None) -> Family:
     at, period, impacts = file["A"][...], file["period"][...], file["impacts"][...]
     first, multiplier = file["first_impact"][...], file["multiplier"][...]
     kind, word = file["kind"].asstr()[...], file["word"].asstr()[...]
-    name = [tuple(n.split(NEXT)) for n in file["name"].asstr()[...]] if "name" in file else [(w,) for w in word]
+    name = [tuple(n.split(NEXT)) for n in file["name"].asstr()[...]]
     phase, speed, gap = file["phase"][...], file["speed"][...], file["gap"][...]
     A = np.unique(at if grid is None else np.concatenate([at, grid]))
     orbits: list[list[Orbit]] = [[] for _ in A]
@@ -174,9 +173,7 @@ def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
     period, impacts = file["bifurcation_period"][...], file["bifurcation_impacts"][...]
     word = file["bifurcation_word"].asstr()[...]
     below, above = file["multiplier_below"][...], file["multiplier_above"][...]
-    placed = "bifurcation_phase" in file
-    at = file["bifurcation_orbit_A"][...] if placed else A
-    phase = file["bifurcation_phase"][...] if placed else np.empty((len(A), 0))
+    at, phase = file["bifurcation_orbit_A"][...], file["bifurcation_phase"][...]
     for i in range(len(A)):
         orbit = Orbit(
             int(period[i]), int(impacts[i]), np.atleast_1d(phase[i]), np.empty(0), np.empty(0, np.int64), math.nan,

@@ -30,26 +30,11 @@ def lock(fd: int) -> None:
     any other handle on the file, and HDF5's readers try a flock, which a flock of ours would refuse them.
     """
     if fcntl is None:
-        _lock_byte(fd, exclusive=True)
+        _lock_byte(fd)
     elif sys.platform == "linux":
         fcntl.fcntl(fd, fcntl.F_OFD_SETLK, _whole_file())
     else:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-def is_locked(fd: int) -> bool | None:
-    """Whether some process holds the lock of an open file; None where the system does not say."""
-    try:
-        if fcntl is not None and sys.platform == "linux":
-            found = fcntl.fcntl(fd, fcntl.F_OFD_GETLK, _whole_file())
-            return struct.unpack(_FLOCK, found)[0] != fcntl.F_UNLCK
-        if fcntl is None:
-            _lock_byte(fd, exclusive=False)
-        else:
-            fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        return False
-    except OSError as error:
-        return None if error.errno in UNSUPPORTED or sys.platform == "linux" else True
 
 
 _FLOCK = "hhqqi4x"
@@ -63,7 +48,7 @@ _FAR = 1 << 62
 """Offset of the byte that is locked on Windows, where what is locked cannot be read: behind the end of any file."""
 
 
-def _lock_byte(fd: int, exclusive: bool) -> None:
+def _lock_byte(fd: int) -> None:
     """LockFileEx, as msvcrt.locking knows no offset above 2 GiB. Raises OSError; ends when the file is closed."""
     import ctypes
     import msvcrt
@@ -76,11 +61,10 @@ def _lock_byte(fd: int, exclusive: bool) -> None:
             ("offset", ctypes.c_uint32), ("offset_high", ctypes.c_uint32), ("event", ctypes.c_void_p),
         )  # fmt: skip
 
-    fail_at_once, is_exclusive = 1, 2
+    fail_at_once, exclusive = 1, 2
     take = windows.WinDLL("kernel32", use_last_error=True).LockFileEx
     take.argtypes = [ctypes.c_void_p, *[ctypes.c_uint32] * 4, ctypes.POINTER(Overlapped)]
     where = Overlapped(offset=_FAR & 0xFFFFFFFF, offset_high=_FAR >> 32)
-    how = fail_at_once | (is_exclusive if exclusive else 0)
     handle = msvcrt.get_osfhandle(fd)  # type: ignore[attr-defined]
-    if not take(handle, how, 0, 1, 0, ctypes.byref(where)):
+    if not take(handle, fail_at_once | exclusive, 0, 1, 0, ctypes.byref(where)):
         raise windows.WinError(windows.get_last_error())
