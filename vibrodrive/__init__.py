@@ -23,6 +23,7 @@ __all__ = [
     "bifurcations",
     "curves",
     "driver",
+    "errors",
     "explore",
     "impact_map",
     "limit",
@@ -60,7 +61,7 @@ _HOMES = {
 if TYPE_CHECKING:
     from typing import Any
 
-    from vibrodrive import plot
+    from vibrodrive import errors, plot
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
@@ -81,8 +82,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    if name == "plot":
-        return import_module("vibrodrive.plot")
+    if name in ("errors", "plot"):
+        return import_module(f"vibrodrive.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'vibrodrive' has no attribute {name!r}")
     value = getattr(import_module(f"vibrodrive.{_HOMES[name]}"), name)

@@ -12,13 +12,14 @@ import pytest
 import vibrodrive as vd
 from vibrodrive.batch.carry import continued
 from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.errors import Different
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import verify
-from vibrodrive.store.writer import Different, open_writer
+from vibrodrive.store.writer import open_writer
 
 START = {"xi0": 1.0, "dxi0": -0.5, "tau0": 0.3, "section_phase": 1.0}
 RUN = {"transient": 12, "periods": 3}

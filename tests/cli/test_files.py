@@ -19,6 +19,7 @@ import vibrodrive as vd
 from tests.support import fake
 from vibrodrive import cli
 from vibrodrive.cli.files import read_apart
+from vibrodrive.errors import Damaged, NoResult, OtherKind
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.failures import failures_figure
 from vibrodrive.figures.limits import limits_figure
@@ -28,7 +29,7 @@ from vibrodrive.jobs import sweep as runner
 from vibrodrive.model import config
 from vibrodrive.model.results import Results
 from vibrodrive.store.file import new_file
-from vibrodrive.store.header import Damaged, NoResult, OtherKind, read_kind
+from vibrodrive.store.header import read_kind
 from vibrodrive.store.layout import Origin, digest
 from vibrodrive.store.writer import open_writer
 

@@ -17,13 +17,13 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.cli import cli
+from vibrodrive.errors import Busy, Different, NoResult
 from vibrodrive.jobs import progress
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.toml import as_toml
-from vibrodrive.store.compare import Different, compare
-from vibrodrive.store.header import NoResult
-from vibrodrive.store.lock import Busy, Lock
+from vibrodrive.store.compare import compare
+from vibrodrive.store.lock import Lock
 from vibrodrive.store.reader import verify
 
 SWEEP = {"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1}

@@ -8,15 +8,15 @@ import h5py
 import numpy as np
 import pytest
 
+from vibrodrive.errors import ConfigError, Different
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs import limits as job
 from vibrodrive.jobs.limits import boxes, run_limits, table
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit, limit
 from vibrodrive.stability.starts import start_limit
 from vibrodrive.stability.unique_motion import unique_limit
-from vibrodrive.store.compare import Different
 from vibrodrive.store.limits import load_limits, summary
 
 pytestmark = pytest.mark.jit

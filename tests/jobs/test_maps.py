@@ -7,9 +7,10 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.errors import ConfigError
 from vibrodrive.figures.map import map_figure
 from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.criterion import parse_criterion

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibrodrive.model.config import ConfigError, parse, read
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.config import parse, read
 from vibrodrive.model.parameters import Method
 
 CONFIGS = Path(__file__).parents[2] / "configs"

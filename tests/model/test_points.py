@@ -8,14 +8,15 @@ import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.errors import ConfigError, Different
+from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import verify
-from vibrodrive.store.writer import Different, open_writer
+from vibrodrive.store.writer import open_writer
 
 TEXT = """
 [sweep]

@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS, Status
 from vibrodrive.model.physical import SCENE_AXES, Scene
 from vibrodrive.model.results import Results

@@ -6,13 +6,14 @@ import h5py
 import numpy as np
 import pytest
 
+from vibrodrive.errors import Damaged, OtherKind
 from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import Meeting
 from vibrodrive.store import curves
 from vibrodrive.store.curves import StoredCurves, load_curves, save_curves, summary
-from vibrodrive.store.header import Damaged, OtherKind, read_kind
+from vibrodrive.store.header import read_kind
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.orbits import load_orbits
 

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from vibrodrive.errors import Busy
 from vibrodrive.figures.style import save
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.lock import Busy, Lock
+from vibrodrive.store.lock import Lock
 from vibrodrive.store.writer import open_writer
 
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 import vibrodrive as vd
 from tests.store import test_curves, test_netcdf
 from tests.support import fake
+from vibrodrive.errors import NoResult, OtherKind
 from vibrodrive.model.config import parse
 from vibrodrive.store import curves, failures, limits, orbits
-from vibrodrive.store.header import NoResult, OtherKind
 from vibrodrive.store.kind import KINDS
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.writer import open_writer

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import xarray
 
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.config import parse
 from vibrodrive.stability.limit import Limit
 from vibrodrive.stability.structure import Structure
 from vibrodrive.store.limits import CURVES, create, load_limits, summary, write_limit, writing

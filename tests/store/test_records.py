@@ -10,13 +10,14 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
+from vibrodrive.errors import Different
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import quantities
 from vibrodrive.model.size import file_bytes
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, variable_name, variables_of
 from vibrodrive.store.reader import DamagedBlock, verify
-from vibrodrive.store.writer import Different, open_writer
+from vibrodrive.store.writer import open_writer
 
 TEXT = "[sweep]\nA = {start = 3, stop = 3.25, num = 90}\n"
 

@@ -8,12 +8,13 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
+from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.physical import Scene
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look
-from vibrodrive.store.writer import Different, open_writer
+from vibrodrive.store.writer import open_writer
 
 TEXT = (
     "[physical]\nmu = 0.6\nmass = 250\n"

@@ -17,15 +17,15 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
+from vibrodrive.errors import Busy, Damaged, Different, NoResult, TooLarge
 from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.size import TooLarge, file_bytes
+from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
 from vibrodrive.store.every_kind import load
-from vibrodrive.store.header import Damaged
 from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.reader import DamagedBlock, look, verify
-from vibrodrive.store.writer import Busy, Different, NoResult, open_writer
+from vibrodrive.store.writer import open_writer
 
 ARRAYS = ("section", "status", "margin", "switches")
 

@@ -80,23 +80,13 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
 
 def _expected(error: Exception) -> int | None:
     """Exit code of an error that has a line of its own; None for what should not happen."""
-    if isinstance(error, OSError):
-        from vibrodrive.store.file import Unwritable
+    from vibrodrive.errors import Damaged, Failed, Unwritable, VibrodriveError
 
-        return 1 if isinstance(error, Unwritable) or error.errno not in REFUSED else 2
-    from vibrodrive.jobs.output import Refused
-    from vibrodrive.jobs.sweep import Failed
-    from vibrodrive.model.config import ConfigError
-    from vibrodrive.model.size import TooLarge
-    from vibrodrive.store.compare import Different
-    from vibrodrive.store.header import Damaged, NoResult
-    from vibrodrive.store.lock import Busy
-
-    if isinstance(error, (Failed, Damaged)):
+    if isinstance(error, (Damaged, Failed, Unwritable)):
         return 1
-    if isinstance(error, (ConfigError, TooLarge, Busy, Different, NoResult, Refused)):
-        return 2
-    return None
+    if isinstance(error, OSError):
+        return 2 if error.errno in REFUSED else 1
+    return 2 if isinstance(error, VibrodriveError) else None
 
 
 REFUSED = {

@@ -78,7 +78,7 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
 
 def refuse_axes(plan: Plan) -> None:
     """Refuse a configuration of more than one motion."""
-    from vibrodrive.model.config import ConfigError
+    from vibrodrive.errors import ConfigError
     from vibrodrive.model.parameters import bad
     from vibrodrive.model.plan import POINT
 
@@ -92,7 +92,7 @@ def refuse_axes(plan: Plan) -> None:
 
 def judge_idle(settings: Config) -> None:
     """Refuse an axis that does not act on the method (ConfigError), and say of a number that it does not."""
-    from vibrodrive.model.config import ConfigError
+    from vibrodrive.errors import ConfigError
     from vibrodrive.model.parameters import PARAMETERS
     from vibrodrive.model.plan import idle, refuse_idle, says_idle
 
@@ -136,9 +136,9 @@ def leave(code: int, message: str) -> NoReturn:
 @contextmanager
 def working(name: str) -> Iterator[Show]:
     """Show that work goes on, count while kernels are compiled, and say in one line what a runner refuses."""
+    from vibrodrive.errors import Damaged
     from vibrodrive.jit.compile import compilation
     from vibrodrive.jobs.progress import Show, duration, watching
-    from vibrodrive.store.header import Damaged
 
     show = Show(sys.stderr, name)
     show.update(lambda: "begun")

@@ -19,7 +19,7 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     CONFIG has one scene in [physical], with a0 and omega0. The motion starts from rest; its switches are certified.
     """
-    from vibrodrive.jobs.output import Refused
+    from vibrodrive.errors import ConfigError
     from vibrodrive.model.physical import SCENE, Scene
 
     configured = read(config, overrides, None)
@@ -30,7 +30,7 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     if scene is None and "a0" in known:  # quantities of the scene may be axes of one value
         scene = Scene(**{name: known[name] for name in SCENE})
     if scene is None or not scene.a0:
-        raise Refused("physical.a0 is missing: a driver needs [physical] with a0 (m), omega0 (rad/s), mu and alpha")
+        raise ConfigError("physical.a0 is missing: a driver needs [physical] with a0 (m), omega0 (rad/s), mu and alpha")
     from vibrodrive.jobs.driver import driver as compute
 
     settings = plan.settings

@@ -142,8 +142,8 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
     """
     from multiprocessing import get_context
 
+    from vibrodrive.errors import Damaged
     from vibrodrive.jobs.progress import Show
-    from vibrodrive.store.header import Damaged
 
     context = get_context("spawn")
     here, there = context.Pipe(duplex=False)

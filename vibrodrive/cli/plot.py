@@ -157,7 +157,7 @@ def _figure(
 @contextmanager
 def _in_one_line() -> Iterator[None]:
     """What cannot be drawn as it is asked for is said in a line; files that cannot be read have their own."""
-    from vibrodrive.store.header import NoResult
+    from vibrodrive.errors import NoResult
 
     try:
         yield

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrodrive.model.config import Config, ConfigError
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad
 from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
 from vibrodrive.stability.limit import each_limit

@@ -11,7 +11,8 @@ from typing import Any, TypeAlias
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, ConfigError
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.limit import AXES, Limit

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.config import ConfigError
+from vibrodrive.errors import ConfigError
 from vibrodrive.model.parameters import Method, bad
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.records import SUMMARY

@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 
-
-class Refused(ValueError):
-    """What was asked for cannot be done, and nothing has been; the message is one line."""
+from vibrodrive.errors import ConfigError
 
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
@@ -20,14 +18,14 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     from vibrodrive.store.kind import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
-        raise Refused(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
+        raise ConfigError(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
     _check_different({**sources, "figure": target})
     _check_different({**sources, "draft of the figure": draft_of(target)})
     _check_place("figure", target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
             if file.read(len(SIGNATURE)) == SIGNATURE:
-                raise Refused(bad("figure", str(target), "another file: this one holds data (HDF5)"))
+                raise ConfigError(bad("figure", str(target), "another file: this one holds data (HDF5)"))
 
 
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
@@ -36,14 +34,16 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     Nothing has been computed yet. A file that is there is gone on with if it is of this kind (and, which shows later,
     of the same configuration), and replaced (`overwrite`) if it is a result file of whatever kind.
     """
+    from vibrodrive.errors import Damaged, NoResult
     from vibrodrive.model.drawing import FORMATS
     from vibrodrive.model.parameters import bad
     from vibrodrive.store.draft import draft_of
-    from vibrodrive.store.header import Damaged, NoResult, read_kind, refuse_foreign
+    from vibrodrive.store.header import read_kind, refuse_foreign
     from vibrodrive.store.kind import KINDS
 
     if path.suffix.lower() in FORMATS:
-        raise Refused(bad("output", str(path), f"the result file (.h5): `vibrodrive plot FILE.h5 -o {path}` draws it"))
+        allowed = f"the result file (.h5): `vibrodrive plot FILE.h5 -o {path}` draws it"
+        raise ConfigError(bad("output", str(path), allowed))
     source = {} if config is None else {"configuration": config}
     _check_different({**source, "output": path})
     _check_place("output", path, renamed=overwrite)
@@ -62,10 +62,10 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     except NoResult as error:
         why = ("no file of limits: " if kind == "limits" else "") + str(error).removeprefix(f"{path}: ")
         advice = "choose another file, as --overwrite replaces result files only"
-        raise Refused(f"output: {path}: {why}: {advice}") from None
+        raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
         held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds}: name another with -o"
-        raise Refused(bad("output", str(path), held))
+        raise ConfigError(bad("output", str(path), held))
 
 
 def _check_place(role: str, path: Path, *, renamed: bool) -> None:
@@ -79,16 +79,16 @@ def _check_place(role: str, path: Path, *, renamed: bool) -> None:
     except FileNotFoundError:
         what, exists = None, False
     except OSError as error:
-        raise Refused(bad(role, str(path), f"a file that can be made ({error.strerror})")) from None
+        raise ConfigError(bad(role, str(path), f"a file that can be made ({error.strerror})")) from None
     if what is not None:
-        raise Refused(bad(role, str(path), f"a file, and this is {what}"))
+        raise ConfigError(bad(role, str(path), f"a file, and this is {what}"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
         there = "in a directory that exists (No such file or directory)"
-        raise Refused(bad(role, str(path), there))
+        raise ConfigError(bad(role, str(path), there))
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
-        raise Refused(bad(role, str(path), "where files may be written (Permission denied)"))
+        raise ConfigError(bad(role, str(path), "where files may be written (Permission denied)"))
 
 
 def _check_different(files: Mapping[str, Path]) -> None:
@@ -101,4 +101,4 @@ def _check_different(files: Mapping[str, Path]) -> None:
         except OSError:  # one is not there yet, or nowhere
             same = os.path.realpath(path) == os.path.realpath(second)
         if same:
-            raise Refused(bad(other, str(second), f"another file than the {role}, {str(path)!r}"))
+            raise ConfigError(bad(other, str(second), f"another file than the {role}, {str(path)!r}"))

@@ -23,14 +23,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrodrive.jobs.output import Refused
+from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import SHOWN_AFTER, Show, Tally, duration, show_sweep, watching
 from vibrodrive.jobs.signals import catch
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import file_bytes, human
 from vibrodrive.store.layout import Origin, Progress
-from vibrodrive.store.writer import NoResult, Unwritable, Writer, open_writer
+from vibrodrive.store.writer import Writer, open_writer
 
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
@@ -60,17 +60,13 @@ class Cancelled(Exception):
     """What ends the work itself after a signal."""
 
 
-class Failed(RuntimeError):
-    """The sweep failed while computing; the message is one line, and the file can be resumed."""
-
-
 def run(job: Job, show: Show) -> str:
     """Compute what a file lacks; returns a line that says what was done.
 
     Raises
     ------
-    what `store.open_writer` raises, and Refused
-        before anything is computed; Refused if a cluster cannot be reached.
+    what `store.open_writer` raises, and ConfigError
+        before anything is computed; ConfigError if a cluster cannot be reached.
     Failed
         if the file could not be written or the computation broke off.
     Stopped
@@ -258,12 +254,12 @@ class _Work:
 
 
 def check_dask(address: str) -> None:
-    """Refuse what cannot be the address of a scheduler, or --dask where it is not installed. Raises Refused."""
+    """Refuse what cannot be the address of a scheduler, or --dask where it is not installed. Raises ConfigError."""
     where = _ADDRESS.fullmatch(address)
     if where is None or not 0 < int(where["port"]) < 2**16:
-        raise Refused(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
+        raise ConfigError(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
     if find_spec("distributed") is None:
-        raise Refused(_NO_DASK)
+        raise ConfigError(_NO_DASK)
 
 
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
@@ -295,12 +291,12 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
     except ImportError:
-        raise Refused(_NO_DASK) from None
+        raise ConfigError(_NO_DASK) from None
     except TimeoutError as error:
         why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
-        raise Refused(f"--dask {address}: {why}") from None
+        raise ConfigError(f"--dask {address}: {why}") from None
     except Exception as error:  # any error of the transport: TLS without certificates, …
-        raise Refused(f"--dask {address}: {_one_line(error)}") from None
+        raise ConfigError(f"--dask {address}: {_one_line(error)}") from None
     ended = threading.Event()
 
     def poll() -> None:

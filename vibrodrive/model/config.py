@@ -36,6 +36,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrodrive.errors import ConfigError
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control, unknown
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene
@@ -59,10 +60,6 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 
 ALONG = (*PARAMETERS, *SCENE_AXES, POINT)
 """What may be an axis of a figure."""
-
-
-class ConfigError(ValueError):
-    """Something is wrong with a configuration; the message is one line."""
 
 
 @dataclass(frozen=True)

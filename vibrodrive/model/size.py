@@ -7,6 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
+from vibrodrive.errors import TooLarge
 from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import point_bytes, quantities
 
@@ -15,10 +16,6 @@ PERIODS_MAX = 2**29 - 1
 
 POINT_BYTES = 8 + 5 * 8 + 8 + 1
 """Margin, five switch counts, checksum and status of a point."""
-
-
-class TooLarge(ValueError):
-    """A sweep that fits neither the memory nor the disk; the sentence has the numbers."""
 
 
 def human(n_bytes: float) -> str:

@@ -9,13 +9,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.errors import ConfigError, Different
+from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import Method, Scan
 from vibrodrive.model.plan import Plan
-
-
-class Different(ValueError):
-    """The file was made from another configuration; the message is one line with the keys that differ."""
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:

@@ -7,8 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+from vibrodrive.errors import OtherKind
 from vibrodrive.model.parameters import bad, is_name
-from vibrodrive.store.header import OtherKind, read_kind
+from vibrodrive.store.header import read_kind
 from vibrodrive.store.kind import KINDS
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     >>> vd.load("fig07.h5", kind="limits")
     Traceback (most recent call last):
         ...
-    vibrodrive.store.header.OtherKind: fig07.h5: holds a sweep, not limits of stability
+    vibrodrive.errors.OtherKind: fig07.h5: holds a sweep, not limits of stability
     """
     path = check_path(path)
     if kind is not None and kind not in LOADERS:

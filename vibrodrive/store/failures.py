@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from vibrodrive.errors import ConfigError, Damaged, NoResult
 from vibrodrive.model.above import above
-from vibrodrive.model.config import Config, ConfigError, parse
+from vibrodrive.model.config import Config, parse
 from vibrodrive.model.described import Described, numbers, span
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.file import Summary, axis_facts, axis_line, find_faults, reading, versions_of
-from vibrodrive.store.header import Damaged, NoResult
 from vibrodrive.store.layout import Origin, about
 
 if TYPE_CHECKING:

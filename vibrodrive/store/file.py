@@ -20,25 +20,16 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.errors import Damaged, Unwritable
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
-from vibrodrive.store.header import BROKEN, Damaged, expect_kind, interpreting, open_result, refuse_foreign, remedy
+from vibrodrive.store.header import BROKEN, expect_kind, interpreting, open_result, refuse_foreign, remedy
 from vibrodrive.store.layout import digest
 from vibrodrive.store.lock import Lock
 
 SEAL = "content_sha256"
 """Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
-
-
-class Unwritable(OSError):
-    """The system refused to write (disk full, file too large, …); str() is one line.
-
-    What is committed stays, and a sweep can be resumed.
-    """
-
-    def __str__(self) -> str:
-        return f"{self.filename}: {self.strerror}"
 
 
 def unwritable(error: BaseException, path: Path) -> Unwritable:

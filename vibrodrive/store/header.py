@@ -14,27 +14,15 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.records import SECTION
 from vibrodrive.store.describe import plain
 from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
 from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
-from vibrodrive.store.lock import Busy
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Raised by h5py for bytes that it cannot interpret. For single calls of h5py; a whole reader: see `interpreting`."""
-
-
-class NoResult(ValueError):
-    """A file that is no (whole, readable) result file of this version; the message is one line."""
-
-
-class Damaged(NoResult):
-    """A result file that cannot be read (as a whole, or one of its blocks); the message is one line."""
-
-
-class OtherKind(NoResult):
-    """A good result file, but of another kind than is wanted; the message is one line that says which."""
 
 
 class Header(NamedTuple):

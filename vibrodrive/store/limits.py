@@ -16,7 +16,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, ConfigError, parse
+from vibrodrive.errors import ConfigError, Damaged, NoResult
+from vibrodrive.model.config import Config, parse
 from vibrodrive.model.parameters import PARAMETERS, bad
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
 from vibrodrive.stability.limits import (
@@ -48,7 +49,7 @@ from vibrodrive.store.file import (
     unwritable,
     versions_of,
 )
-from vibrodrive.store.header import BROKEN, Damaged, NoResult
+from vibrodrive.store.header import BROKEN
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from vibrodrive.errors import Busy
 from vibrodrive.store import system
-
-
-class Busy(RuntimeError):
-    """Another process is writing the file; the message is one line."""
 
 
 class Lock:

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import h5py
 import numpy as np
 
+from vibrodrive.errors import ConfigError
 from vibrodrive.model.above import above
-from vibrodrive.model.config import ConfigError, parse
+from vibrodrive.model.config import parse
 from vibrodrive.model.described import Described
 from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.bifurcations import Bifurcation

@@ -18,22 +18,16 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
+from vibrodrive.errors import Busy, Damaged, Different, NoResult, Unwritable
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store import system
 from vibrodrive.store.checksums import check_block, point_sums, read_marks, record_sums, section_sums
-from vibrodrive.store.compare import Different, compare, refuse_different
+from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
-from vibrodrive.store.file import Unwritable, refuse_moved, unwritable
-from vibrodrive.store.header import (
-    Damaged,
-    NoResult,
-    damaged_descriptions,
-    open_result,
-    read_header,
-    refuse_foreign,
-)
+from vibrodrive.store.file import refuse_moved, unwritable
+from vibrodrive.store.header import damaged_descriptions, open_result, read_header, refuse_foreign
 from vibrodrive.store.layout import (
     SECTIONS,
     Origin,
@@ -47,7 +41,7 @@ from vibrodrive.store.layout import (
     variable_name,
     variables_of,
 )
-from vibrodrive.store.lock import Busy, Lock
+from vibrodrive.store.lock import Lock
 
 if TYPE_CHECKING:
     from vibrodrive.model.block import Block
