@@ -28,7 +28,8 @@ from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
-from vibrodrive.store.limits import CURVES, load_limits
+from vibrodrive.store.every_kind import load
+from vibrodrive.store.limits import CURVES
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ def chaos_table(num: int) -> Iterator[str]:
 
 def limit_table(path: Path) -> Iterator[str]:
     """Question (b), as lines of Markdown, for each curve of a file of limits."""
-    found = load_limits(path)
+    found = load(path)
     yield "| k₂ in, switches | " + " | ".join(("period", *MEASURES)) + " |"
     yield "|---" * (2 + len(MEASURES)) + "|"
     for (disturbance, method), k2 in zip(CURVES, found.numbers["k2"], strict=True):

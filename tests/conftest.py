@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
@@ -78,7 +79,8 @@ UNIT = (
     "figures/test_curves.py", "figures/test_failures.py", "figures/test_plane.py", "jobs/test_maps.py",
     "kernels/test_lane.py", "kernels/test_scheme.py", "model/", "paper/", "periodic/test_curves.py", "stability/",
     "store/test_curves.py", "store/test_draft.py", "store/test_limits.py", "store/test_netcdf.py",
-    "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py", "validation/",
+    "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py",
+    "validation/",
 )  # fmt: skip
 """Where tests are `unit` unless one of these marks says otherwise:"""
 
@@ -184,3 +186,21 @@ def run(tmp_path, monkeypatch, capsys):
         return end.value.code or 0, *capsys.readouterr()
 
     return call
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Blocks that cost nothing in the place of the kernels'; returns the list of those computed."""
+    from tests.support import fake
+
+    computed = []
+
+    def blocks(plan, which=None, **options):
+        for block in fake.run_blocks(plan, which):
+            computed.append(block.index)
+            yield block
+
+    sweep = import_module("vibrodrive.batch.sweep")
+    monkeypatch.setattr(sweep, "run_blocks", blocks)
+    monkeypatch.setattr(sweep, "load_kernels", lambda plan: None)
+    return computed

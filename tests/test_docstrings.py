@@ -17,7 +17,7 @@ from vibrodrive.store.failures import lay_out
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.limits import create
-from vibrodrive.store.orbits import save_family
+from vibrodrive.store.orbits import save
 
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
@@ -91,12 +91,12 @@ def _write_failures(path):
 
 def _write_orbits(path):
     found = family([2.5, 2.6, 2.7], 0.1, 1)
-    save_family(Path(path), found, Origin("[sweep]\nA = [2.5, 2.6, 2.7]\n", [], ""), 0.0)
+    save(Path(path), found, Origin("[sweep]\nA = [2.5, 2.6, 2.7]\n", [], ""), 0.0)
 
 
 FILES = {
     "load": {"fig07.h5": _write_sweep},
-    "plot.failures": {"atlas.h5": _write_failures},
+    "plot.failures": {"failures.h5": _write_failures},
     "plot.limits": {"limits.h5": _write_limits},
     "plot.limits_map": {"limits_AB.h5": _write_limits_over_two},
     "plot.multipliers": {"orbits.h5": _write_orbits},

@@ -64,7 +64,11 @@ def test_the_commands_compute_draw_or_refuse(run):
     assert run("plot", "s.h5", "-o", "t.png")[0] == 0
     assert run("sweep", "s.toml", "--dry-run")[0] == 0
     refused = "axes = 'omega0, eps, alpha': must be "
-    for command, allowed in (("limits", "one or two of A, B and eta"), ("orbits", "A alone"), ("atlas", "A and dtau")):
+    for command, allowed in (
+        ("limits", "one or two of A, B and eta"),
+        ("orbits", "A alone"),
+        ("failures", "A and dtau"),
+    ):
         code, out, err = run(command, "s.toml", "-o", "other.h5")
         assert (code, out) == (2, "")
         assert err.startswith("vibrodrive: " + refused + allowed)

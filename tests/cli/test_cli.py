@@ -21,7 +21,6 @@ from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.writer import open_writer
 
 SMALL = """
 title = "Small"
@@ -39,21 +38,6 @@ def run(run):
     """The command line, beside the configuration above."""
     Path("small.toml").write_text(SMALL)
     return run
-
-
-@pytest.fixture
-def quick(monkeypatch):
-    """Blocks that cost nothing in the place of the kernels'."""
-    computed = []
-
-    def blocks(plan, which=None, **options):
-        for block in fake.run_blocks(plan, which):
-            computed.append(block.index)
-            yield block
-
-    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda plan: None)
-    return computed
 
 
 def fresh(code):
@@ -79,15 +63,7 @@ def test_help_imports_nothing_heavy():
 @pytest.mark.parametrize("command", ["info", "plot", "verify"])
 def test_looking_at_a_file_imports_no_numba(tmp_path, command):
     path = tmp_path / "s.h5"
-    plan = make_plan({"A": np.linspace(3, 3.25, 40), "transient": 0, "periods": 6})
-    writer = open_writer(
-        path,
-        plan,
-        Origin("[sweep]\nA = {start = 3, stop = 3.25, num = 40}\n[run]\ntransient = 0\nperiods = 6\n"),
-    )
-    for block in fake.run_blocks(plan):
-        writer.write(block)
-    writer.close()
+    fake.write(path, SMALL)
     code = (
         "import sys\nfrom vibrodrive.cli import main\n"
         f"try: main([{command!r}, {str(path)!r}])\nexcept SystemExit as end: assert end.code == 0, end.code\n"
@@ -179,7 +155,6 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
             ["TB", "free"],
         ),
         (["sweep", "small.toml", "--set", "periods=600000000"], ["periods = 600000000", "<= 536870911"]),
-        (["sweep", "small.toml", "-o", "nowhere/there.h5"], ["nowhere", "No such file"]),
         (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
         (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
@@ -208,28 +183,15 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     assert sorted(Path().rglob("*")) == before
 
 
-def test_a_directory_that_cannot_be_written(run, quick):
-    Path("locked").mkdir()
-    os.chmod("locked", 0o555)
-    target = "locked/s.h5"
-    if os.access("locked", os.W_OK):  # the superuser may write anywhere but where there is no room for files
-        target = "/proc/self/s.h5"
-    code, _, err = run("sweep", "small.toml", "-o", target)
-    assert code == 2
-    assert err.count("\n") == 1
-    assert target in err
-
-
 def test_info_says_how_far_a_sweep_is(run):
     plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
-    writer = open_writer(Path("s.h5"), plan, Origin("[sweep]\n", (), "Half a sweep"))
-    writer.write(fake.block(plan, 1))
-    writer.close()
+    fake.write("s.h5", plan, Origin("[sweep]\n", (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5")
     assert (code, err) == (0, "")
     for words in (
         "Half a sweep",
-        "33.3 % (1 of 3 blocks)",
+        "33.3 %",
+        "1 of 3",
         "A = 1 to 2, 3000 values",
         "NOT_COMPUTED: 1976 points",
     ):
@@ -257,11 +219,8 @@ def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
 
 def test_info_speaks_json(run, quick):
     """What is no number is null there; a program need not read prose."""
-    plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
-    writer = open_writer(Path("s.h5"), plan, Origin(text, (), "Half a sweep"))
-    writer.write(fake.block(plan, 1))
-    writer.close()
+    fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5", "--json")
     assert (code, err) == (0, "")
     told = json.loads(out, parse_constant=lambda word: pytest.fail(word))
@@ -323,8 +282,7 @@ def test_init_lists_and_writes_configurations_that_come_with_it(run):
 
 def test_verify_compares_what_was_computed_with_the_configuration(run):
     plan = make_plan({"A": 3.0, "transient": 0, "periods": 2})
-    writer = open_writer(Path("s.h5"), plan, Origin("[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n"))
-    writer.close()
+    fake.write("s.h5", plan, "[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n", [])
     code, _, err = run("verify", "s.h5")
     assert code == 1
     assert "A is 3.0 there and 3.1 here" in err
@@ -337,9 +295,7 @@ def test_plot_draws_finished_and_unfinished_files(run, quick):
     assert Path("small.png").read_bytes()[:4] == b"\x89PNG"
     assert "small.png drawn" in err
     plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
-    writer = open_writer(Path("half.h5"), plan, Origin("[sweep]\n"))
-    writer.write(fake.block(plan, 1))
-    writer.close()
+    fake.write("half.h5", plan, "[sweep]\n", [1])
     code, _, err = run("plot", "half.h5", "-o", "half.pdf", "--quantity", "xi", "--style", "print", "--width", "single")
     assert code == 0
     assert "33.3 % computed" in err
@@ -530,11 +486,7 @@ def test_ctrl_c_while_the_commands_are_imported_is_answered_in_one_line():
 
 @pytest.mark.skipif(os.name != "posix", reason="streams of a shell")
 def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tmp_path):
-    plan = config.parse(SMALL).plan()
-    writer = open_writer(tmp_path / "small.h5", plan, Origin(SMALL))
-    for block in fake.run_blocks(plan):
-        writer.write(block)
-    writer.close()
+    fake.write(tmp_path / "small.h5", SMALL)
     command = f'exec "{sys.executable}" -m vibrodrive plot small.h5 2>&-'
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "MPLBACKEND": "nonsense"}
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, env=environment, timeout=1200, check=False)

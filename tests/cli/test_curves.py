@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.jobs.curves import check_plane
-from vibrodrive.model.plan import make_plan
-from vibrodrive.store.curves import load_curves
+from vibrodrive.jobs.curves import check
+from vibrodrive.model.config import parse
 
 CONFIG = """
 title = "A doubling over B"
@@ -32,11 +31,11 @@ def run(run):
 def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     code, out, err = run("orbits", "c.toml")
     assert code == 0, err
-    assert "c.h5 written, c.png drawn" in err
+    assert "c.h5 written; c.png drawn" in err
     lines = out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == ["border", "period", "2"]
     assert lines[-1] == "2 curves; points where they meet: 0"
-    stored = load_curves(Path("c.h5"))
+    stored = vd.load("c.h5")
     assert (stored.A, stored.B, stored.max_period) == ((2.5, 2.65), (0.095, 0.105), 1)
     (doubling,) = (c for c in stored.curves if c.kind == "period doubling")
     (alone,) = vd.bifurcations((2.59, 2.62), 0.1, 1)
@@ -53,7 +52,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     code, out, _ = run("info", "c.h5")
     assert code == 0
     assert "A doubling over B" in out
-    assert "holds     curves of bifurcations (vibrodrive orbits)" in out
+    assert "curves of bifurcations (vibrodrive orbits)" in out
     assert run("verify", "c.h5")[1].splitlines()[-1] == "complete and whole"
     code, out, err = run("orbits", "c.toml", "--set", "max_period=2")
     assert (code, out, err.count("\n")) == (2, "", 1)
@@ -78,9 +77,9 @@ def test_refused_before_anything_is_computed(run, change, words):
 
 
 def test_other_axes_are_refused():
-    for axes in ({"A": [2.5, 2.6]}, {"A": [2.5, 2.6], "eps": [0.0, 1e-4]}):
+    for axes in ("A = [2.5, 2.6]", "A = [2.5, 2.6]\neps = [0.0, 1e-4]"):
         with pytest.raises(ValueError, match=r"axes = .*: must be A alone, or A and B"):
-            check_plane(make_plan(axes))
+            check(parse("[sweep]\n" + axes), parse("[sweep]\n" + axes).plan())
 
 
 SCENE = """

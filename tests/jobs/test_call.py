@@ -31,19 +31,10 @@ SWEEP = {"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1}
 
 
 @pytest.fixture
-def quick(monkeypatch, tmp_path):
-    """Blocks that cost nothing in the place of the kernels', in an empty directory; the list of those computed."""
+def quick(quick, tmp_path, monkeypatch):
+    """The same in an empty directory."""
     monkeypatch.chdir(tmp_path)
-    computed = []
-
-    def blocks(plan, which=None, **options):
-        for block in fake.run_blocks(plan, which):
-            computed.append(block.index)
-            yield block
-
-    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "load_kernels", lambda threads: None)
-    return computed
+    return quick
 
 
 def command(*arguments):
@@ -128,10 +119,6 @@ def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
     with pytest.raises(ValueError, match=r"output = 'x\.png': must be the result file"):
         vd.sweep(**SWEEP, path="x.png")
-    with pytest.raises(ValueError, match=r"output = '\.': must be a file, and this is a directory"):
-        vd.sweep(**SWEEP, path=".")
-    with pytest.raises(ValueError, match=r"output = 'no/x\.h5': must be in a directory that exists"):
-        vd.sweep(**SWEEP, path="no/x.h5")
     with pytest.raises(TypeError, match="path = 3: must be the name of a result file"):
         vd.sweep(**SWEEP, path=3)
     with pytest.raises(ValueError, match="overwrite = True: must be left out where there is no path"):

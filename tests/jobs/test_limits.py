@@ -11,13 +11,15 @@ import pytest
 from vibrodrive.errors import ConfigError, Different
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs import limits as job
-from vibrodrive.jobs.limits import boxes, run_limits, table
+from vibrodrive.jobs.limits import boxes, table
+from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit, limit
 from vibrodrive.stability.starts import start_limit
 from vibrodrive.stability.unique_motion import unique_limit
-from vibrodrive.store.limits import load_limits, summary
+from vibrodrive.store.every_kind import load, summary
+from vibrodrive.store.layout import quiet
 
 pytestmark = pytest.mark.jit
 
@@ -33,6 +35,12 @@ periods = 60
 TWO = CONFIG.replace("A = [2.5, 2.8, 3.04]", "eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]")
 
 SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]\neta = [50.5, 101.3]\n"
+
+
+def computed(text, path, progress=quiet, *, overwrite=False, **sought):
+    """The limits that a configuration asks for, computed into a file."""
+    config = parse(text, [f"limits.{name}={value}" for name, value in sought.items()])
+    return run("limits", config, path, progress, overwrite=overwrite)[0]
 
 
 class Stop(Exception):
@@ -81,19 +89,17 @@ def assert_equal(one, other):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 
 
-@pytest.mark.jit
 def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
-    config = parse(CONFIG)
-    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
+    whole = computed(CONFIG, tmp_path / "whole.h5")
     assert whole.done.all()
     with pytest.raises(Stop):
-        run_limits(config, tmp_path / "part.h5", stopped_after(4))
-    part = load_limits(tmp_path / "part.h5")
+        computed(CONFIG, tmp_path / "part.h5", stopped_after(4))
+    part = load(tmp_path / "part.h5")
     assert part.done.sum() == 4
     assert np.isnan(part.numbers["k2"][~part.done]).all()
     assert np.isnan(part.numbers["velocity"][~part.done]).all()
     seen = []
-    again = load_limits(run_limits(config, tmp_path / "part.h5", lambda known, total: seen.append((known, total))))
+    again = computed(CONFIG, tmp_path / "part.h5", lambda known, total: seen.append((known, total)))
     assert seen == [(k, 9) for k in (5, 6, 7, 8, 9)]
     assert_equal(whole, again)
     one = limit(2.8, "dtau", "fixed", transient=60, periods=60)
@@ -102,17 +108,15 @@ def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
     assert whole.how[1, 1] == one.how
 
 
-@pytest.mark.jit
 def test_two_axes_stopped_anywhere_end_as_if_never_stopped(tmp_path):
-    config = parse(TWO)
-    whole = load_limits(run_limits(config, tmp_path / "whole.h5"))
+    whole = computed(TWO, tmp_path / "whole.h5")
     assert whole.done.all()
     assert list(whole.axes) == ["eta", "A"]
     for count in (1, 3, 5, 6, 8, 11, 17):
         with pytest.raises(Stop):
-            run_limits(config, tmp_path / "part.h5", stopped_after(count))
-    assert load_limits(tmp_path / "part.h5").done.sum() == 17
-    assert_equal(whole, load_limits(run_limits(config, tmp_path / "part.h5")))
+            computed(TWO, tmp_path / "part.h5", stopped_after(count))
+    assert load(tmp_path / "part.h5").done.sum() == 17
+    assert_equal(whole, computed(TWO, tmp_path / "part.h5"))
     for c, (kind, path) in enumerate((("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))):
         one = limit(2.8, kind, path, eta=50.5, transient=60, periods=60)
         found = {name: whole.numbers[name][c, 1, 1] for name in ("k2", "last_kept", "velocity")}
@@ -135,21 +139,20 @@ def test_what_is_missing_is_sought_in_as_few_boxes_as_there_are_kinds_of_rows():
 
 
 def test_without_eps_the_limits_in_dtau_are_sought_for_one_eta(tmp_path, invented):
-    path = run_limits(parse(TWO), tmp_path / "x.h5")
+    found = computed(TWO, tmp_path / "x.h5")
     eta = [values["eta"] for _, _, values in invented]
     assert eta == [[20.3, 50.5, 101.3], [20.3], [20.3]]
-    found = load_limits(path)
     assert found.done.all()
     assert (found.numbers["k2"][1:] == found.numbers["k2"][1:, :1]).all()
     assert np.ptp(found.numbers["k2"][0], axis=0).min() > 0
     invented.clear()
     disturbed = TWO + "[model]\neps = 1e-4\n"
-    run_limits(parse(disturbed), tmp_path / "y.h5")
+    computed(disturbed, tmp_path / "y.h5")
     assert [len(values["eta"]) for _, _, values in invented] == [3, 3, 3]
 
 
 def test_velocities_are_stored_in_one_unit_and_of_a_scene_in_mm_s_too(tmp_path, invented):
-    found = load_limits(run_limits(parse(SCENE), tmp_path / "x.h5"))
+    found = computed(SCENE, tmp_path / "x.h5")
     A, eta = found.fixed["A"], found.axes["eta"]
     assert abs(A - 3.0645) < 1e-4
     k2, last = found.numbers["k2"], found.numbers["last_kept"]
@@ -160,7 +163,7 @@ def test_velocities_are_stored_in_one_unit_and_of_a_scene_in_mm_s_too(tmp_path, 
 
 
 def test_the_table_has_a_line_for_each_point(tmp_path, invented):
-    found = load_limits(run_limits(parse(TWO), tmp_path / "x.h5"))
+    found = computed(TWO, tmp_path / "x.h5")
     head, *lines, note = table(found).splitlines()
     assert head.split() == ["eta", "A", "n", "k2(eps)", "V(eps)", "V(fixed)", "k2(muller)"]
     assert len(lines) == 6
@@ -169,15 +172,15 @@ def test_the_table_has_a_line_for_each_point(tmp_path, invented):
     assert "k2(eps) eta A" in note
     found.numbers["kept_below"][0, 1, 1] = 0.0  # lost at the smallest value tried
     assert table(found).splitlines()[4].split() == ["50.5", "2.8", "3", "<0.07525", "<10.64", "3.8", "1.9"]
-    head, *lines, _ = table(load_limits(run_limits(parse(SCENE), tmp_path / "y.h5"))).splitlines()
+    head, *lines, _ = table(computed(SCENE, tmp_path / "y.h5")).splitlines()
     assert head.split("  ")[-1].strip() == "fixed, mm/s"
     assert float(lines[0].split()[-1]) == pytest.approx(39.158 * float(lines[0].split()[-4]), rel=1e-3)
 
 
 def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
     with pytest.raises(Stop):
-        run_limits(parse(CONFIG), tmp_path / "x.h5", stopped_after(1))
-    lines = table(load_limits(tmp_path / "x.h5")).splitlines()
+        computed(CONFIG, tmp_path / "x.h5", stopped_after(1))
+    lines = table(load(tmp_path / "x.h5")).splitlines()
     assert lines[1].split()[-2:] == ["-", "-"]
     assert lines[2].split() == ["2.8", *"-----"]
 
@@ -193,29 +196,28 @@ def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
 )
 def test_other_axes_are_refused_in_one_line_before_a_file_is_there(tmp_path, axes, words):
     with pytest.raises(ConfigError, match=f"^{words}: must be one or two of A, B and eta$"):
-        run_limits(parse(f"[sweep]\n{axes}\n"), tmp_path / "x.h5")
+        computed(f"[sweep]\n{axes}\n", tmp_path / "x.h5")
     assert not list(tmp_path.iterdir())
 
 
 def test_another_configuration_is_refused(tmp_path, invented):
     with pytest.raises(ValueError, match="criterion"):
         limit(2.5, criterion="shape")
-    run_limits(parse(CONFIG), tmp_path / "x.h5")
+    computed(CONFIG, tmp_path / "x.h5")
     with pytest.raises(Different, match=r"another configuration: A is 2[.]5, 2[.]8, 3[.]04 there and"):
-        run_limits(parse(CONFIG.replace("2.8", "2.9")), tmp_path / "x.h5")
+        computed(CONFIG.replace("2.8", "2.9"), tmp_path / "x.h5")
     with pytest.raises(Different, match="criterion is impacts there and word here"):
-        run_limits(parse(CONFIG), tmp_path / "x.h5", criterion="word")
+        computed(CONFIG, tmp_path / "x.h5", criterion="word")
     with pytest.raises(Different, match="quantity is k2 there and ku here"):
-        run_limits(parse(CONFIG), tmp_path / "x.h5", quantity="ku")
-    run_limits(parse(TWO), tmp_path / "two.h5")
+        computed(CONFIG, tmp_path / "x.h5", quantity="ku")
+    computed(TWO, tmp_path / "two.h5")
     swapped = TWO.replace("eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]", "A = [1.5, 2.8]\neta = [20.3, 50.5, 101.3]")
     with pytest.raises(Different, match="the axes are eta, A there and A, eta here"):
-        run_limits(parse(swapped), tmp_path / "two.h5")
-    run_limits(parse(swapped), tmp_path / "two.h5", overwrite=True)
-    assert list(load_limits(tmp_path / "two.h5").axes) == ["A", "eta"]
+        computed(swapped, tmp_path / "two.h5")
+    computed(swapped, tmp_path / "two.h5", overwrite=True)
+    assert list(load(tmp_path / "two.h5").axes) == ["A", "eta"]
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize(
     ("axes", "sought", "words"),
     [
@@ -230,15 +232,14 @@ def test_another_configuration_is_refused(tmp_path, invented):
 )
 def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, sought, words):
     with pytest.raises((ValueError, TypeError), match=words):
-        run_limits(parse(f"[sweep]\n{axes}\n"), tmp_path / "x.h5", **sought)
+        computed(f"[sweep]\n{axes}\n", tmp_path / "x.h5", **sought)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.jit
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     """k₁ and k_u by the command that finds k₂."""
-    config = parse("[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 100\nperiods = 100\n")
-    starts = load_limits(run_limits(config, tmp_path / "starts.h5", quantity="k1"))
+    config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 100\nperiods = 100\n"
+    starts = computed(config, tmp_path / "starts.h5", quantity="k1")
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
     assert list(starts.numbers) == ["k1", "kept_below", "searched_to"]
     assert starts.numbers["k1"][2, 1] == start_limit(3.04, "tau0").k1
@@ -253,7 +254,7 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     assert top.get_title(loc="right").endswith("gaps: one solution only")
     assert bottom.get_images(), "the undisturbed motion"
 
-    several = load_limits(run_limits(config, tmp_path / "several.h5", quantity="ku"))
+    several = computed(config, tmp_path / "several.h5", quantity="ku")
     one = unique_limit(3.04, transient=100, periods=100)
     assert several.values[0].tolist() == [0.0, one.ku]
     assert several.last()[0, 1] == one.last_several
@@ -268,4 +269,4 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
         file.move("ku", "k2")
         file.attrs["criterion"] = "several"
     with pytest.raises(ValueError, match="criterion = 'several'"):
-        load_limits(tmp_path / "several.h5")
+        load(tmp_path / "several.h5")

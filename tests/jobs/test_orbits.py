@@ -9,24 +9,34 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
-from vibrodrive.jobs.orbits import run_orbits, table
-from vibrodrive.model.plan import make_plan
+from vibrodrive.jobs.orbits import table
+from vibrodrive.jobs.runner import run
+from vibrodrive.model.config import parse
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import family, section
 from vibrodrive.periodic.search import orbits
-from vibrodrive.store.layout import Origin
 
 pytestmark = pytest.mark.jit  # hundreds of searches
 
 xr = pytest.importorskip("xarray")
 
-PLAN = {"A": np.linspace(2.9, 3.25, 36), "section_phase": 2.0, "transient": 300, "periods": 24}
+CONFIG = """
+title = "A few"
+[sweep]
+A = {start = 2.9, stop = 3.25, num = 36}
+[run]
+section_phase = 2.0
+transient = 300
+periods = 24
+"""
+
+A = np.linspace(2.9, 3.25, 36)
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     out = tmp_path_factory.mktemp("orbits") / "orbits.h5"
-    return run_orbits(make_plan(PLAN), out, origin=Origin("text = 1\n", title="A few")), out
+    return run("orbits", parse(CONFIG), out)[0], out
 
 
 def test_table_lists_every_bifurcation(written):
@@ -38,18 +48,13 @@ def test_table_lists_every_bifurcation(written):
 
 def test_file_holds_every_orbit(written):
     _, out = written
-    assert sorted(p.name for p in out.parent.iterdir()) == [
-        "orbits.h5",
-        "orbits.png",
-        "orbits_multipliers.png",
-    ]
     with xr.open_dataset(out, engine="h5netcdf") as file:
         assert file.attrs["title"] == "A few"
-        assert file.attrs["config"] == "text = 1\n"
+        assert file.attrs["config"] == CONFIG
         assert set(file.sizes) == {"orbit", "impact", "bifurcation"}
-        assert set(np.linspace(2.9, 3.25, 36)) <= set(file.A.values)
-        at = np.flatnonzero(file.A.values == PLAN["A"][14])
-        expected = orbits(float(PLAN["A"][14]))
+        assert set(A) <= set(file.A.values)
+        at = np.flatnonzero(file.A.values == A[14])
+        expected = orbits(float(A[14]))
         assert file.period.values[at].tolist() == [o.period for o in expected]
         assert file.multiplier.values[at].tolist() == [o.multiplier for o in expected]
         assert file.word.values[at].tolist() == [o.word for o in expected]
@@ -115,18 +120,19 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
 
 @pytest.mark.parametrize(
     "change",
-    [{"A": 3.0}, {"eps": 1e-4}, {"B": [0.1, 0.2]}, {"method": "fixed", "dtau": 0.1}, {"A": [3.0]}],
+    [["A=3.0"], ["eps=1e-4"], ["B=[0.1, 0.2]"], ["method=fixed", "dtau=0.1"], ["A=[3.0]"]],
 )
 def test_refused(change, tmp_path):
     with pytest.raises(ValueError, match="must be"):
-        run_orbits(make_plan({**PLAN, **change}), tmp_path / "x.h5")
+        run("orbits", parse(CONFIG, change), tmp_path / "x.h5")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_on_the_level(tmp_path):
     """Orbits without a multiplier are written and drawn, too."""
-    plan = make_plan({**PLAN, "A": np.linspace(0.9, 2.1, 7), "B": 0.0})
-    found = run_orbits(plan, tmp_path / "level.h5")
+    config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
+    found, computed = run("orbits", config, tmp_path / "level.h5")
+    assert computed
     assert table(found).splitlines()[-1].endswith(" at 11 values of A: 9 touching")
     with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
         assert set(file.kind.values) == {"touching"}

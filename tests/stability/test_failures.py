@@ -12,6 +12,7 @@ import pytest
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.stability.failures import compared, count_failures, next_switches
+from vibrodrive.store.every_kind import load
 
 
 def plan(method, **arguments):
@@ -80,11 +81,9 @@ def test_command(tmp_path):
     config.write_text(
         "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1, 1.0]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n"
     )
-    command = [sys.executable, "-m", "vibrodrive", "atlas", str(config), "-o", str(tmp_path / "small.h5")]
+    command = [sys.executable, "-m", "vibrodrive", "failures", str(config), "-o", str(tmp_path / "small.h5")]
     subprocess.run(command, check=True, capture_output=True)
-    from vibrodrive.store.failures import load_failures
-
-    found = load_failures(tmp_path / "small.h5")
+    found = load(tmp_path / "small.h5")
     assert found.judged.shape == (2, 2, 3)
     assert (found.judged > 0).all()
     shares = sum(found.share(kind) for kind in found.counts)

@@ -13,7 +13,6 @@ from tests.support import fake
 from vibrodrive.model.config import parse
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.writer import open_writer
 
 AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"
 SCENE = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\nmass = 250\n[sweep]\na0 = [1e-3, 2e-3]\n[run]\nperiods = 3\n"
@@ -29,10 +28,7 @@ TEXTS = {
 @pytest.fixture(params=TEXTS)
 def path(request, tmp_path):
     config = parse(TEXTS[request.param])
-    writer = open_writer(tmp_path / "x.h5", config.plan(), Origin(config.text, title="A title"))
-    for block in fake.run_blocks(writer.plan):
-        writer.write(block)
-    writer.close()
+    fake.write(tmp_path / "x.h5", config.plan(), Origin(config.text, title="A title"))
     return tmp_path / "x.h5"
 
 

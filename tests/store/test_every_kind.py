@@ -15,19 +15,13 @@ from tests.store import test_curves, test_netcdf
 from tests.support import fake
 from vibrodrive.errors import NoResult, OtherKind
 from vibrodrive.model.config import parse
+from vibrodrive.model.kinds import ABOVE, FILES, named
 from vibrodrive.store import curves, failures, limits, orbits
-from vibrodrive.store.kind import KINDS
 from vibrodrive.store.layout import Origin, about
-from vibrodrive.store.writer import open_writer
 
 
 def a_sweep(path):
-    text = "[sweep]\nA = [1.0, 2.0]\neps = [0.0]\n[run]\nperiods = 3\n"
-    plan = parse(text).plan()
-    writer = open_writer(path, plan, Origin(text))
-    for block in fake.run_blocks(plan):
-        writer.write(block)
-    writer.close()
+    fake.write(path, "[sweep]\nA = [1.0, 2.0]\neps = [0.0]\n[run]\nperiods = 3\n")
 
 
 def some_limits(path):
@@ -36,11 +30,11 @@ def some_limits(path):
 
 
 def some_curves(path):
-    curves.save_curves(path, test_curves.made(), test_curves.ORIGIN)
+    curves.save(path, test_curves.made(), test_curves.ORIGIN)
 
 
-def an_atlas(path):
-    test_netcdf.an_atlas(path)
+def some_failures(path):
+    test_netcdf.some_failures(path)
     with h5py.File(path, "r+") as file:
         for kind in ("judged", *failures.KINDS):
             file[kind][...] = 0
@@ -49,7 +43,7 @@ def an_atlas(path):
 MAKERS = {
     "sweep": (a_sweep, vd.Results),
     "limits": (some_limits, limits.Limits),
-    "failures": (an_atlas, failures.FailureMap),
+    "failures": (some_failures, failures.FailureMap),
     "orbits": (test_netcdf.some_orbits, orbits.StoredOrbits),
     "curves": (some_curves, curves.StoredCurves),
 }
@@ -69,7 +63,7 @@ def test_what_it_holds_is_loaded(made, kind):
     for found in (vd.load(made), vd.load(str(made), kind=kind)):
         assert type(found) is MAKERS[kind][1]
     for other in MAKERS.keys() - {kind}:
-        with pytest.raises(OtherKind, match=f"holds {KINDS[kind].holds}, not {KINDS[other].holds}"):
+        with pytest.raises(OtherKind, match=f"holds {FILES[kind].holds}, not {FILES[other].holds}"):
             vd.load(made, kind=other)
     with pytest.raises(ValueError, match="kind = 'basins': must be one of sweep, limits"):
         vd.load(made, kind="basins")
@@ -82,8 +76,7 @@ def test_it_says_in_a_line_and_a_table_what_it_is(made, kind):
     assert len(repr(found)) < 300
     assert "\n" not in repr(found)
     table = found._repr_html_()
-    if kind != "failures":
-        assert found.title in table
+    assert found.title in table
     assert all(re.search(rf">[^<]*\b{name}\b", table) for name in {"curves": "AB"}.get(kind, "A"))
     assert "nan" not in repr(found) + table
 
@@ -128,6 +121,16 @@ def test_a_stranger_reads_what_it_is(made, kind):
             assert f" {name}: " in data.attrs["comment"]
             assert data.attrs[name] is not None
         assert np.all([v.attrs.get("long_name") for v in data.variables.values()])
+
+
+def test_every_place_exists():
+    """Of each kind, and of what lower floors call above them: a name in a string has no other check."""
+    for kind in FILES.values():
+        for place in (kind.reader, kind.faults, kind.recipe):
+            assert not place or named(place)
+    assert [what for what, place in ABOVE.items() if not callable(named(place))] == []
+    recipes = {kind.recipe: len(kind.figures) for kind in FILES.values() if kind.recipe}
+    assert all(callable(part) for place in recipes for part in named(place)[:5])
 
 
 def test_limits_tell_their_own_periods(tmp_path):

@@ -1,4 +1,4 @@
-"""A file of limits: what is read is what was written, over one axis or two, and older files are still read."""
+"""A file of limits: what is read is what was written, over one axis or two."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import xarray
 
-from vibrodrive.errors import ConfigError
+from vibrodrive.errors import NoResult
 from vibrodrive.model.config import parse
 from vibrodrive.stability.limit import Limit
 from vibrodrive.stability.structure import Structure
-from vibrodrive.store.limits import CURVES, create, load_limits, summary, write_limit, writing
+from vibrodrive.store.every_kind import load, summary
+from vibrodrive.store.limits import CURVES, create, write_limit, writing
 
 OVER_A = "[sweep]\nA = [2.5, 2.8, 3.04]\n[model]\neta = 50.5\n"
 OVER_TWO = "[sweep]\nB = [0.1, 0.2]\neta = [20.3, 50.5, 101.3]\n[model]\nA = 2.5\n"
@@ -41,17 +42,9 @@ def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
     return path
 
 
-def older(path):
-    """Make a file what it was before there were velocities."""
-    with h5py.File(path, "r+") as file:
-        del file["velocity"], file["velocity_last"]
-        file.attrs["limits_schema"] = 1
-    return path
-
-
 @pytest.mark.parametrize(("text", "shape"), [(OVER_A, (3,)), (OVER_TWO, (2, 3))])
 def test_what_is_read_is_what_was_written(tmp_path, text, shape):
-    found = load_limits(written(tmp_path / "x.h5", text))
+    found = load(written(tmp_path / "x.h5", text))
     assert tuple(map(len, found.axes.values())) == shape
     done = np.ones((3, *shape), dtype=bool)
     done[:, *(-1,) * len(shape)] = False
@@ -71,8 +64,8 @@ def test_what_is_read_is_what_was_written(tmp_path, text, shape):
 
 
 def test_fixed_is_what_is_no_axis(tmp_path):
-    assert load_limits(written(tmp_path / "x.h5", OVER_A)).fixed == {"B": 0.1, "eta": 50.5}
-    found = load_limits(written(tmp_path / "y.h5", OVER_TWO))
+    assert load(written(tmp_path / "x.h5", OVER_A)).fixed == {"B": 0.1, "eta": 50.5}
+    found = load(written(tmp_path / "y.h5", OVER_TWO))
     assert found.fixed == {"A": 2.5}
     with pytest.raises(ValueError, match=r"^axes = 'B, eta': must be A alone$"):
         _ = found.A
@@ -87,12 +80,12 @@ def test_dimensions_are_the_axes_in_order_and_the_diagram_stands_over_a_alone(tm
     with xarray.open_dataset(written(tmp_path / "two.h5", OVER_TWO), engine="h5netcdf") as data:
         assert data["k2"].dims == data["velocity_last"].dims == data["status"].dims == ("curve", "B", "eta")
         assert set(data.sizes) == {"curve", "B", "eta"}
-    assert load_limits(tmp_path / "two.h5").diagram is None
+    assert load(tmp_path / "two.h5").diagram is None
 
 
 def test_a_scene_in_si_units_has_its_velocities_in_mm_s(tmp_path):
     path = written(tmp_path / "x.h5", SCENE)
-    found = load_limits(path)
+    found = load(path)
     unit = 0.6 * 9.80665 * math.cos(math.radians(3.4)) / 150.0 * 1e3
     assert found.mm_s == pytest.approx(unit, rel=1e-14)
     with xarray.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as data:
@@ -119,42 +112,19 @@ def test_a_summary_names_axes_what_is_fixed_and_velocities(tmp_path):
     assert found.lines[5] == ("dtau", "fixed: 5 of 6 limits, 0.002 to 0.004, V = 0.002 to 0.004")
 
 
-def test_an_older_file_gets_its_velocities_on_reading_and_is_gone_on_with(tmp_path):
-    new = load_limits(written(tmp_path / "new.h5", OVER_A))
-    path = older(written(tmp_path / "old.h5", OVER_A))
-    old = load_limits(path)
-    for name, values in new.numbers.items():
-        assert np.array_equal(values, old.numbers[name], equal_nan=True), name
-    assert old.diagram is not None
-    assert summary(path, thorough=True).faults == []
-    with writing(path) as file:
-        write_limit(file, 0, (2,), Limit(3.04, 0.1, 50.5, "eps", "certified", "impacts", k2=1e-4, n=2))
-    assert load_limits(path).numbers["velocity"][0, 2] == pytest.approx(1e-4 * 50.5 * 3.04, rel=1e-15)
-
-
 def test_a_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
     path = written(tmp_path / "x.h5", OVER_A)
     with h5py.File(path, "r+") as file:
         file.attrs["limits_schema"] = 4
-    with pytest.raises(ConfigError, match=r"x.h5: no file of limits: limits_schema = .*4.*: must be one of 1, 2, 3$"):
-        load_limits(path)
-
-
-def test_what_is_no_file_of_limits_is_refused(tmp_path):
-    (tmp_path / "y.h5").write_text("no")
-    with pytest.raises(ConfigError, match="no file of limits"):
-        load_limits(tmp_path / "y.h5")
-    with pytest.raises(FileNotFoundError):
-        load_limits(tmp_path / "z.h5")
+    with pytest.raises(NoResult, match=r"x.h5: limits_schema = 4: must be 2 or 3 for this version of vibrodrive: "):
+        load(path)
 
 
 def test_the_ratio_is_nan_where_either_limit_is_missing(tmp_path):
     """Nothing lost in ε at the first value, in Δτ at the second; both known at the third; the last is not computed."""
     table = {(0, 0): math.inf, (1, 1): math.inf}
     four = OVER_A.replace("[2.5", "[2.4, 2.5")
-    ratio = load_limits(
-        written(tmp_path / "x.h5", four, lambda c, place: table.get((c, *place), 1e-3 * (1 + c)))
-    ).ratio()
+    ratio = load(written(tmp_path / "x.h5", four, lambda c, place: table.get((c, *place), 1e-3 * (1 + c)))).ratio()
     assert ratio.shape == (4,)
     assert np.isnan(ratio[[0, 1, 3]]).all()
     assert ratio[2] == pytest.approx(2e-3 / (1e-3 * 50.5 * 2.8), rel=1e-15)

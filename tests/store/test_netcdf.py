@@ -25,7 +25,7 @@ def a_sweep(path):
         layout.lay_out(file, make_plan({"A": [1.0, 2.0], "eps": [0.0], "periods": 3}), layout.Origin(""))
 
 
-def an_atlas(path):
+def some_failures(path):
     config = parse("[sweep]\nA = [1.0, 2.0]\ndtau = [0.1, 0.2]\n")
     with h5py.File(path, "w") as file:
         failures.lay_out(file, config.plan().axes, (2, 2, 2), config)
@@ -39,11 +39,11 @@ def some_limits(path):
 def some_orbits(path):
     bifurcation = Bifurcation(2.0, "fold", ORBIT, 1.0, 1.0)
     found = [[ORBIT], [replace(ORBIT, A=2.1)]]
-    orbits.save_family(path, Family(np.array([2.0, 2.1]), 0.1, 1, found, [bifurcation]), layout.Origin(""), 0.0)
+    orbits.save(path, Family(np.array([2.0, 2.1]), 0.1, 1, found, [bifurcation]), layout.Origin(""), 0.0)
 
 
 def no_orbits(path):
-    orbits.save_family(path, Family(np.array([0.5]), 0.1, 1, [[]], []), layout.Origin(""), 0.0)
+    orbits.save(path, Family(np.array([0.5]), 0.1, 1, [[]], []), layout.Origin(""), 0.0)
 
 
 def datasets(file):
@@ -52,7 +52,7 @@ def datasets(file):
     return found
 
 
-@pytest.mark.parametrize("make", [a_sweep, an_atlas, some_limits, some_orbits, no_orbits])
+@pytest.mark.parametrize("make", [a_sweep, some_failures, some_limits, some_orbits, no_orbits])
 def test_every_dataset_is_a_variable_of_netcdf(make, tmp_path):
     path = tmp_path / "x.h5"
     make(path)

@@ -30,11 +30,7 @@ def make(record):
 
 
 def write(path, plan, which=None):
-    writer = open_writer(path, plan, Origin(TEXT))
-    for k in writer.missing():
-        if which is None or k in which:
-            writer.write(fake.block(writer.plan, k))
-    writer.close()
+    fake.write(path, plan, TEXT, which)
 
 
 @pytest.fixture(params=KINDS, ids="+".join)

@@ -38,11 +38,7 @@ def make(**changes):
 
 
 def write(path, plan, which=None, **options):
-    writer = open_writer(path, plan, Origin(TEXT, ("eps=[0, 2e-4]",), "A title"), **options)
-    todo = writer.missing()
-    for block in fake.run_blocks(writer.plan, todo if which is None else [k for k in todo if k in which]):
-        writer.write(block)
-    writer.close()
+    fake.write(path, plan, Origin(TEXT, ("eps=[0, 2e-4]",), "A title"), which, **options)
 
 
 def assert_complete(path, plan):

@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibrodrive.model.config import parse
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION, quantities
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.writer import open_writer
 
 
 class Block(NamedTuple):
@@ -50,3 +54,21 @@ def run_blocks(plan: Plan, which: Sequence[int] | None = None, *, delay: float =
     for k in range(len(plan.blocks())) if which is None else which:
         time.sleep(delay)
         yield block(plan, k)
+
+
+def write(
+    path: str | Path,
+    plan: Plan | str,
+    origin: Origin | str = "",
+    which: Sequence[int] | None = None,
+    **options: Any,
+) -> list[int]:
+    """Write blocks that a file of a sweep lacks, all or some; returns which. `plan`: or a configuration, as text."""
+    if isinstance(plan, str):
+        plan, origin = parse(plan).plan(), origin or plan
+    writer = open_writer(Path(path), plan, Origin(origin) if isinstance(origin, str) else origin, **options)
+    todo = [k for k in writer.missing() if which is None or k in which]
+    for one in run_blocks(writer.plan, todo):
+        writer.write(one)
+    writer.close()
+    return todo

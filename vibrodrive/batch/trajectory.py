@@ -19,8 +19,8 @@ from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
-from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import COLUMNS, ETA, Method, Status, bad, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
@@ -225,7 +225,7 @@ class Trajectory:
         ValueError
             for an unknown curve, or another number of axes than of curves.
         """
-        return above("figures.curves").trajectory_figure(self, curves, ax=ax)
+        return above("the figure of a motion")(self, curves, ax=ax)
 
     def describe(self, scene: Scene | None = None) -> str:
         """The motion in words: status, closest decision, period, impacts, cycle of states, impact speeds.
@@ -380,7 +380,7 @@ def simulate(
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
-    with above("jobs.progress").under_way("simulate"):
+    with above("a line while it lasts")("simulate"):
         return follow(plan)
 
 

@@ -19,13 +19,11 @@ from vibrodrive import __version__
 from vibrodrive.cli.common import leave, same_command
 from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
-from vibrodrive.cli.failures import atlas
 from vibrodrive.cli.files import info, verify
 from vibrodrive.cli.init import init
-from vibrodrive.cli.limits import limits
-from vibrodrive.cli.orbits import orbits
 from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot, trajectory
+from vibrodrive.cli.result import HELP, result_command
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.validate import validate
 from vibrodrive.jobs.signals import catch
@@ -37,8 +35,11 @@ def cli() -> None:
     """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
 
 
-for command in (init, sweep, plot, info, verify, trajectory, driver, limits, orbits, atlas, paper, explore, validate):
+results = [result_command(name) for name in HELP]
+for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
     cli.add_command(command)
+cli.add_command(result_command("failures", hidden=True), "atlas")
+"""The former name, which answers with the new one."""
 
 
 def _on_signal(signum: int, frame: object) -> None:

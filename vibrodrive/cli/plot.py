@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, working
-from vibrodrive.jobs.output import check_figure
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
@@ -21,12 +20,12 @@ from vibrodrive.model.drawing import (
     KINDS,
     MAP,
     MAP_QUANTITIES,
-    SECTION_QUANTITIES,
     STYLES,
     WIDTHS,
     choose_drawing,
     merge_wishes,
 )
+from vibrodrive.store.place import check_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,15 +33,6 @@ if TYPE_CHECKING:
     from vibrodrive.model.config import Config
     from vibrodrive.model.physical import Scene
     from vibrodrive.model.plan import Plan
-
-OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
-    "sweep": {"kind": KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
-    "orbits": {"kind": ("bifurcation", "multipliers"), "quantity": SECTION_QUANTITIES},
-    "limits": {"kind": (MAP,), "quantity": (K2,)},
-    "failures": {},
-    "curves": {},
-}
-"""Kinds of files that can be drawn, and what each can be asked for."""
 
 
 def _looking(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -127,13 +117,15 @@ def draw(
 
 def _look(file: Path) -> dict[str, Any]:
     """How the configuration in a file wants it drawn."""
+    from vibrodrive.errors import ConfigError
     from vibrodrive.model import config
-    from vibrodrive.store.header import read_origin
+    from vibrodrive.store.header import origin_of, reading
 
     try:
-        origin = read_origin(file)
+        with reading(file) as opened:
+            origin = origin_of(opened)
         return config.parse(origin.config, origin.overrides).look
-    except config.ConfigError:  # of another version
+    except ConfigError:  # of another version
         return {}
 
 
@@ -186,14 +178,15 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
     from vibrodrive.model import config
-    from vibrodrive.store.reader import load_sweep, look
+    from vibrodrive.store.every_kind import load
+    from vibrodrive.store.reader import look
 
     report = look(file)
     origin = report.header.origin
     figure = config.parse(origin.config, origin.overrides).figure
     wanted = merge_wishes({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
-    results, drawn_over = load_sweep(file), read_overlays(over)
+    results, drawn_over = load(file), read_overlays(over)
     if wanted.get("quantity") == KEPT:
         with working(file.name):
             drawn_over["undisturbed"] = undisturbed_gaps(results)
@@ -225,17 +218,17 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
     """Refuse a kind of file that is not drawn, and an option that means nothing for this one."""
+    from vibrodrive.model.kinds import FILES
     from vibrodrive.model.parameters import bad
-    from vibrodrive.store.kind import KINDS
 
-    if holds not in OPTIONS:
-        what = f"{file}: holds {KINDS[holds].holds}: `vibrodrive {KINDS[holds].command}` draws them"
-        raise click.ClickException(what)
+    kind = FILES[holds]
+    if kind.options is None:
+        raise click.ClickException(f"{file}: holds {kind.holds}: `vibrodrive {kind.command}` draws them")
     for name, value in options.items():
-        known = OPTIONS[holds].get(name, ())
+        known = kind.options.get(name, ())
         if value not in known:
             allowed = f"one of {', '.join(known)}" if known else "left out"
-            raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {KINDS[holds].holds}"))
+            raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {kind.holds}"))
 
 
 def _scene(settings: Config) -> Scene | None:

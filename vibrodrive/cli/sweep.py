@@ -25,8 +25,8 @@ from vibrodrive.cli.common import (
     working,
 )
 from vibrodrive.cli.plot import check_drawing, draw
-from vibrodrive.jobs.output import check_output
 from vibrodrive.model.drawing import FORMATS
+from vibrodrive.store.place import check_output
 
 if TYPE_CHECKING:
     from vibrodrive.model.plan import Plan

@@ -34,12 +34,12 @@ def failures_figure(
     Parameters
     ----------
     found : FailureMap
-        what `load` gives of a file of `vibrodrive atlas`.
+        what `load` gives of a file of `vibrodrive failures`.
 
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> found = vd.load("atlas.h5", kind="failures")  # made by `vibrodrive atlas`
+    >>> found = vd.load("failures.h5", kind="failures")  # made by `vibrodrive failures`
     >>> figure = vd.plot.failures(found)
     >>> figure.axes[0].get_title(loc="left")
     'a) fixed: missed'

@@ -163,13 +163,12 @@ def _into_file(
     plan: Plan, path: str | os.PathLike[str], overwrite: bool, threads: int | None, executor: Executor | None
 ) -> Results:
     from vibrodrive.batch.sweep import check_executor, check_threads
-    from vibrodrive.jobs.output import check_output
     from vibrodrive.jobs.sweep import Job, run_in_place
     from vibrodrive.model.size import refuse_large_block
     from vibrodrive.model.toml import as_toml
-    from vibrodrive.store.every_kind import check_path
+    from vibrodrive.store.every_kind import check_path, load
     from vibrodrive.store.layout import Origin
-    from vibrodrive.store.reader import load_sweep
+    from vibrodrive.store.place import check_output
 
     file = check_path(path)
     check_threads(threads)
@@ -180,7 +179,7 @@ def _into_file(
         refuse_large_block(plan, remote=executor is not None)
         job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
         run_in_place(job, show_to_person(file.name))
-    return load_sweep(file)
+    return load(file)
 
 
 @contextlib.contextmanager

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError
+from vibrodrive.figures.limits import limits_figure
+from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
@@ -28,7 +29,7 @@ from vibrodrive.stability.limits import (
 )
 from vibrodrive.stability.starts import StartLimit
 from vibrodrive.stability.unique_motion import UniqueLimit
-from vibrodrive.store.limits import DONE, create, refuse_another, write_limit, writing
+from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, write_limit, writing
 
 Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
@@ -36,76 +37,60 @@ Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found
 """The limits of one disturbance and path at some values of the axes."""
 
 
-def run_limits(
-    config: Config,
-    out: str | Path,
-    progress: Callable[[int, int], None] | None = None,
-    *,
-    quantity: str = K2,
-    criterion: str | None = None,
-    threads: int | None = None,
-    overwrite: bool = False,
-) -> Path:
-    """Compute the limits over the axes of a configuration into a file; go on with one that is there.
-
-    Parameters
-    ----------
-    config : Config
-        its axes must be one or two of A, B and eta. The other parameters, transient, periods (1000 and 1500 unless
-        given), the start, the section and tol are those of every motion; eps, if given, disturbs those whose limit in
-        Δτ is sought.
-    out : path
-    progress : callable, optional
-        called with (limits known, of how many).
-    quantity : "k2", "k1" or "ku"
-        see `vd.limit`, `vd.start_limit` (over one axis, A or B) and `vd.unique_limit`.
-    criterion : str, optional
-        of k2, see `vd.limit`.
-    overwrite : bool
-        begin anew, in the place of a result file that is there.
-
-    Raises
-    ------
-    ConfigError
-        if the axes are others.
-    Different
-        if the file was made from another configuration.
-    NoResult
-        if there is something else than a result file, and it is to be replaced.
-    Busy
-        if another process is writing the file.
-    TypeError, ValueError, OSError
-        as `limits.limits` and the system do.
-    """
-    plan = config.plan()
+def check(config: Config, plan: Plan) -> dict[str, Any]:
+    """Refuse other axes than one or two of A, B and eta (of k1 one, A or B), and what its search refuses."""
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
+    quantity, criterion = _judged(config)
     if quantity == K1 and len(names) > 1:
         raise ConfigError(bad("axes", ", ".join(names), f"one, for {K1}"))
-    judged = check_quantity(quantity, criterion)
-    common = {k: v for k, v in config.arguments.items() if k not in (*names, "method", "dtau", "scan")}
+    _each(config, plan, None)(dict(plan.axes), *QUANTITIES[quantity].curves[0])
+    return own_settings(config, criterion, quantity)
 
-    def each(arguments: dict[str, Any], disturbance: str, method: str) -> Iterator[tuple[int, Found]]:
-        return each_of(quantity, arguments | common, disturbance, method, judged, threads)
 
-    each(dict(plan.axes), *QUANTITIES[quantity].curves[0])  # refuses before a file is made
-    path = Path(out)
-    if overwrite or not path.exists():
-        create(path, config, plan.axes, judged, quantity)
-    say = progress or (lambda done, total: None)
-    with writing(path) as file:
-        refuse_another(file, path, config, judged, quantity)
+def make(work: Work) -> bool:
+    """Compute the limits that a file lacks, each written as it is found.
+
+    The axes are those of the configuration. Its other parameters, transient, periods (1000 and 1500 unless given), the
+    start, the section and tol are those of every motion; eps, if given, disturbs those whose limit in Δτ is sought.
+    """
+    config, plan = work.config, work.plan
+    quantity, criterion = _judged(config)
+    if not work.resume:
+        create(work.path, config, plan.axes, criterion, quantity)
+    with writing(work.path) as file:
+        refuse_another(file, work.path, config, criterion, quantity)
         if "section_dxi" in file and not np.isfinite(file["section_dxi"][...]).any():
-            file["section_dxi"][...] = undisturbed_diagram(common, file["A_fine"][...], threads)
+            file["section_dxi"][...] = undisturbed_diagram(_common(config, plan), file["A_fine"][...], work.threads)
             file.flush()
-        known = int((file["status"][...] == DONE).sum())
+        before = known = int((file["status"][...] == DONE).sum())
         total = file["status"].size
+        each = _each(config, plan, work.threads)
         for c, at, found in _missing_limits(file, plan, QUANTITIES[quantity].curves, each):
             write_limit(file, c, at, found)
             known += 1
-            say(known, total)
-    return path
+            work.progress(known, total)
+    return known > before
+
+
+def _judged(config: Config) -> tuple[str, str]:
+    """The kind of limit that a configuration asks for, and its criterion."""
+    quantity = config.limits.get("quantity", K2)
+    return quantity, check_quantity(quantity, config.limits.get("criterion"))
+
+
+def _common(config: Config, plan: Plan) -> dict[str, Any]:
+    return {k: v for k, v in config.arguments.items() if k not in (*plan.axes, "method", "dtau", "scan")}
+
+
+def _each(config: Config, plan: Plan, threads: int | None) -> Each:
+    common, (quantity, criterion) = _common(config, plan), _judged(config)
+
+    def each(arguments: dict[str, Any], disturbance: str, method: str) -> Iterator[tuple[int, Found]]:
+        return each_of(quantity, arguments | common, disturbance, method, criterion, threads)
+
+    return each
 
 
 def _missing_limits(
@@ -179,3 +164,6 @@ def table(found: Limits) -> str:
 
 def _number(value: float, bound: bool) -> str:
     return "-" if np.isnan(value) else f"{'<' if bound else ''}{value:.4g}"
+
+
+RECIPE = Recipe(check, make, lambda found, threads: [limits_figure(found)], table, Limits.facts, partial=True)

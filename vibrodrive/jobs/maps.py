@@ -61,7 +61,7 @@ def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
     ------
     ConfigError
         for a file of another kind, and for two of one.
-    what `load_curves` and `load_limits` raise
+    what `load` raises
     """
     from vibrodrive.store.every_kind import load
     from vibrodrive.store.header import read_kind

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrodrive.model.above import above
 from vibrodrive.model.described import Described, numbers, share_computed, span
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import Method, Status, bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan, Settings
@@ -318,7 +318,7 @@ class Results(Described):
         >>> d.section_dxi.sel(A=2.0).shape
         (3,)
         """
-        return above("store.dataset").dataset(self)
+        return above("a Dataset of results")(self)
 
     def plot(
         self,
@@ -354,7 +354,7 @@ class Results(Described):
         ValueError
             for what is unknown, not recorded, or has no axis to be drawn over.
         """
-        return above("figures.diagrams").from_results(self, kind, quantity, x, y, limits, ax=ax)
+        return above("the figure of results")(self, kind, quantity, x, y, limits, ax=ax)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:

@@ -21,8 +21,7 @@ from vibrodrive.paper import (  # noqa: F401 (they register their claims)
 from vibrodrive.paper.claim import CLAIMS, claims_page, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
-from vibrodrive.store.header import refuse_foreign
-from vibrodrive.store.kind import special
+from vibrodrive.store.place import check_place, refuse_foreign
 from vibrodrive.verdicts import Judged, write
 
 SUBJECTS = (*FIGURES, "limits")
@@ -47,9 +46,8 @@ def _prepare(folder: Path) -> None:
     data = [folder / f"{path.stem}{ending}" for path in configurations().glob("*.toml") for ending in DATA]
     others = [folder / f"{name}{ending}" for name in FIGURES for ending in (".png", ".pdf")]
     for path in (*data, *others, folder / "claims.json", folder / "claims.md"):
-        if path.exists() and (what := special(path)) is not None:
-            raise ValueError(bad("output", str(path), f"a file, and this is {what}"))
-        if path in data and path.exists():
+        check_place("output", path, renamed=True)
+        if path in data:
             refuse_foreign(path)
 
 

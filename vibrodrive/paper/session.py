@@ -12,9 +12,9 @@ from vibrodrive.model import config
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.structure import ReferenceOrbit, reference_orbit
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin, about
-from vibrodrive.store.reader import load_sweep
 from vibrodrive.store.writer import open_writer
 from vibrodrive.verdicts import NotApplicable
 
@@ -76,7 +76,7 @@ class Session:
         finally:
             writer.close()
         self.files.append(path)
-        return load_sweep(path)
+        return load(path)
 
     def _follow(self, name: str) -> list[Trajectory]:
         plan = self.config(name).plan()

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrodrive.kernels.release import onset
-from vibrodrive.model.above import above
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, real_array
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
 from vibrodrive.periodic.conditions import Condition
@@ -192,7 +192,7 @@ def curves(
     values = np.linspace(least, stop, count)
     if least < TOWARDS_LEVEL[0] * values[1]:
         values = np.insert(values, 1, np.multiply(TOWARDS_LEVEL, values[1]))
-    with above("jobs.progress").under_way("curves", lambda: f"{len(found.curves)} curves"):
+    with above("a line while it lasts")("curves", lambda: f"{len(found.curves)} curves"):
         found.collect(values.tolist())
     whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
     inside = [piece for curve in whole for piece in _cut(curve, low)]

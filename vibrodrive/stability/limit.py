@@ -19,8 +19,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
-from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import ETA, Method, bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import rows_that_fit
@@ -200,7 +200,7 @@ def limit(
     plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
     search = _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads))
     warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("jobs.progress").under_way("limit"):
+    with above("a line while it lasts")("limit"):
         ((_, found),) = search.run(strict=True)
     return found
 

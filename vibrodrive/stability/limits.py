@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.sweep import collect
-from vibrodrive.model.above import above
-from vibrodrive.model.described import Described, numbers, share_computed, span
+from vibrodrive.model.described import Lines, Stored, axis_facts, words
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.keywords import Axis, as_written
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import ETA, bad
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
@@ -130,7 +130,7 @@ def each_of(
 
 
 @dataclass(frozen=True, repr=False)
-class Limits(Described):
+class Limits(Stored):
     """Limits over axes: what `limits`, and `load` of a file of limits, return.
 
     Arrays are over (curve, axes…), also `n`, the period of the undisturbed orbit.
@@ -156,6 +156,8 @@ class Limits(Described):
     mm_s : float or None
         mm/s that a dimensionless velocity of 1 is, for a scene in SI units.
     """
+
+    file_kind = "limits"
 
     axes: dict[str, np.ndarray]
     fixed: dict[str, float]
@@ -229,23 +231,22 @@ class Limits(Described):
         """
         if kind not in (None, MAP):
             raise ValueError(bad("kind", kind, f"{MAP}, or left out"))
-        if kind == MAP:
-            return above("figures.limits_map").limits_map(self, ax=ax)
-        return above("figures.limits").limits_figure(self, ax=ax)
+        return above("the map of limits" if kind == MAP else "the figure of limits")(self, ax=ax)
 
-    def _described(self) -> dict[str, str]:
-        shape = " × ".join(str(len(values)) for values in self.axes.values())
+    def facts(self) -> dict[str, Any]:
         return {
-            "of": f"{len(self.curves)} disturbances at {shape} points",
-            "computed": share_computed(self.computed),
-            "axes": ", ".join(span(name, values) for name, values in self.axes.items()),
-            "disturbances": ", ".join(f"{d} ({method})" for d, method in self.curves),
-            "criterion": f"kept: {self.criterion}" if self.criterion else self.quantity,
+            "axes": {name: axis_facts(values) for name, values in self.axes.items()},
+            "parameters": self.fixed,
+            "quantity": self.quantity,
+            "criterion": self.criterion,
+            "curves": [curve_facts(self, c) for c in range(len(self.curves))],
         }
 
-    def _more(self) -> dict[str, str]:
-        curves = {f"{d} ({m})": curve_line(curve_facts(self, c), self.mm_s) for c, (d, m) in enumerate(self.curves)}
-        return {"fixed": numbers(self.fixed), **curves}
+    def lines(self) -> Lines:
+        facts = self.facts()
+        judged = "criterion" if self.criterion else "quantity"
+        lines = words({name: facts[name] for name in ("axes", "parameters", judged)})
+        return lines + [(curve["disturbance"], curve_line(curve, self.mm_s)) for curve in facts["curves"]]
 
 
 def curve_facts(found: Limits, c: int) -> dict[str, Any]:

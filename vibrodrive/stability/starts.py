@@ -24,8 +24,8 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads, collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
-from vibrodrive.model.above import above
 from vibrodrive.model.keywords import as_written
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import PARAMETERS, Method, Status, bad, check, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
@@ -242,7 +242,7 @@ def start_limit(
     plan = _plan({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
     count = check_threads(threads)
     warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("jobs.progress").under_way("start_limit"):
+    with above("a line while it lasts")("start_limit"):
         return nearest_other(plan.arguments(0), axis, count)
 
 

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, collect
-from vibrodrive.model.above import above
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import ETA, Method, check, check_choice, check_count, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
@@ -251,7 +251,7 @@ def unique_limit(
     plan = plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
     warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("jobs.progress").under_way("unique_limit"):
+    with above("a line while it lasts")("unique_limit"):
         return _unique_limit(plan, 0, disturbance, count)
 
 

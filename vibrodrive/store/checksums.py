@@ -1,8 +1,14 @@
-"""Is a block whole? Sums that also catch what HDF5's cannot: a chunk in the wrong place, or never written.
+"""Is a file whole? Two layers of checksums, so that no flipped bit goes unnoticed.
 
-HDF5's fletcher32 guards the bytes of a chunk. The sum kept with every point binds the values of all its
-variables to each other and to the point. After a loss of power, when the system may have kept the status
-of a block and lost its data, or with a damaged chunk index, only the latter shows it.
+HDF5's fletcher32 guards the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not see a chunk in
+the wrong place, or one that was never written: the index of chunks has no checksum. The layer of this program does:
+
+- In a sweep, which grows, a sum is kept with every point. It binds the values of all its variables to each other and to
+  the point. After a loss of power, when the system may have kept the status of a block and lost its data, or with a
+  damaged index, only this sum shows it. The SHA-256 of its plan covers the axes.
+- In a file that is written in one go, SHA-256 of all that it holds.
+
+Everywhere the configuration, an attribute, has its SHA-256 beside it.
 """
 
 from __future__ import annotations
@@ -17,7 +23,7 @@ from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Tile, variable_name, variables_of
+from vibrodrive.store.layout import Tile, digest, variable_name, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -109,3 +115,44 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
 
 
 _ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
+
+
+SEAL = "content_sha256"
+"""Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
+
+
+def find_faults(file: h5py.File) -> list[str]:
+    """Read everything: what does not have the checksum that was written beside it?"""
+    attrs = file.attrs
+    faults = []
+    if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
+        faults.append("the configuration does not have the SHA-256 written beside it")
+    for name, data in _datasets(file):
+        try:
+            data[...]
+        except BROKEN:
+            faults.append(f"{name}: its checksum does not fit")
+    if SEAL in attrs and not faults and content_digest(file) != attrs[SEAL]:
+        faults.append("the contents do not have the SHA-256 written beside them")
+    return faults
+
+
+def content_digest(file: h5py.File) -> str:
+    """SHA-256 of the names, shapes and values of all datasets."""
+    total = hashlib.sha256()
+    for name, data in _datasets(file):
+        values = data[...]
+        if values.dtype.kind == "O":  # texts of any length
+            values = np.array([len(v) for v in values.ravel()]), b"".join(values.ravel())
+        else:
+            values = (values,)
+        total.update(f"{name} {data.shape} {data.dtype.str}".encode())
+        for part in values:
+            total.update(part if isinstance(part, bytes) else np.ascontiguousarray(part).tobytes())
+    return total.hexdigest()
+
+
+def _datasets(file: h5py.File) -> list[tuple[str, h5py.Dataset]]:
+    found: list[tuple[str, h5py.Dataset]] = []
+    file.visititems(lambda name, item: found.append((name, item)) if isinstance(item, h5py.Dataset) else None)
+    return sorted(found, key=lambda pair: pair[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import h5py
@@ -24,34 +24,28 @@ def refuse_different(path: Path, differences: list[str]) -> None:
         )
 
 
-def differences(file: h5py.File, plan: Plan, given: Mapping[str, object] | None = None, **own: object) -> list[str]:
-    """In what an open file, of a kind that keeps its configuration but no plan, differs from what is to be computed.
+def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
+    """Return in what an open file, of a kind that keeps its configuration but no plan, differs from a plan.
 
-    `given`: the arguments as given, for commands whose default periods are not those of a sweep.
-    `own`: the command's own settings, by the names of root attributes.
+    `own`: the command's own settings, by the names of root attributes. They count in the place of the plan's.
     """
     try:
-        there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
-        found = compare(there.plan(), plan)
+        there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     except ConfigError as error:
         return [f"its configuration is none of this version ({error})"]
-    if given is not None:
-        for name in ("transient", "periods"):
-            a, b = there.arguments.get(name, "not given"), given.get(name, "not given")
-            if a != b and "not given" in (a, b):
-                found.append(f"{name} is {a} there and {b} here")
-    for name, value in own.items():
-        if file.attrs[name] != value:
-            found.append(f"{name} is {file.attrs[name]} there and {value} here")
-    return found
+    found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in own.items()
+             if file.attrs[name] != value]  # fmt: skip
+    return found + compare(there, plan, without=own)
 
 
-def compare(stored: Plan, plan: Plan) -> list[str]:
-    """Which parts of a stored plan differ from another, each in words; empty if none does."""
+def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str]:
+    """Return which parts of a stored plan differ from another, each in words; parts in `without` do not count."""
     there, here = _flat(stored), _flat(plan)
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
+        if key in without:
+            continue
         if a is None or b is None or a.tobytes() != b.tobytes():
             found.append(f"{key} is {_words(a)} there and {_words(b)} here")
     if not found and list(stored.axes) != list(plan.axes):

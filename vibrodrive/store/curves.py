@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,21 +17,16 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.above import above
-from vibrodrive.model.described import Described
+from vibrodrive.model.described import Stored
+from vibrodrive.model.kinds import above
 from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.meetings import Meeting, meeting_points
-from vibrodrive.store import netcdf
-from vibrodrive.store.describe import explained
-from vibrodrive.store.file import Summary, counted, find_faults, new_file, reading, versions_of
-from vibrodrive.store.layout import Origin, about
+from vibrodrive.store import tables
+from vibrodrive.store.layout import Origin
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SCHEMA_VERSION = 1
 
 CONTENTS = (
     "Bifurcations of the undisturbed motion (ε = 0) as curves in the plane (A, B), within range_A and range_B; curve i "
@@ -40,8 +36,13 @@ CONTENTS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StoredCurves(Described):
-    """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched."""
+class StoredCurves(Stored):
+    """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched.
+
+    `plot` draws them in the plane (A, B), each with the period of its orbit, and where they meet.
+    """
+
+    file_kind = "curves"
 
     curves: list[Curve]
     max_period: int
@@ -49,94 +50,34 @@ class StoredCurves(Described):
     B: tuple[float, float]
     title: str = ""
 
-    def plot(self, *, ax: Axes | None = None) -> Figure:
-        """The curves in the plane (A, B), each with the period of its orbit, and where they meet.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-            where to draw; a new figure unless given.
-
-        Returns
-        -------
-        Figure
-            which shows itself in a notebook; `savefig` writes it.
-        """
-        meets = [(A, B) for A, B, _ in meeting_points(self.curves)]
-        return above("figures.plane").curves_figure(self.curves, self.A, self.B, self.max_period, meets, ax=ax)
-
-    def _described(self) -> dict[str, str]:
-        kinds = Counter(c.kind for c in self.curves)
+    def facts(self) -> dict[str, Any]:
         return {
-            "of": f"{len(self.curves)} curves",
-            "computed": f"up to period {self.max_period}",
-            "ranges": f"A {self.A[0]:g}…{self.A[1]:g}, B {self.B[0]:g}…{self.B[1]:g}",
-            "found": ", ".join(f"{n} x {kind}" for kind, n in sorted(kinds.items())),
+            "ranges": {"A": list(self.A), "B": list(self.B)},
+            "max_period": self.max_period,
+            "curves": dict(sorted(Counter(c.kind for c in self.curves).items())),
+            "points": sum(len(c.A) for c in self.curves),
+            "meeting_points": len(meeting_points(self.curves)),
         }
 
-
-def save_curves(path: Path, found: StoredCurves, origin: Origin) -> None:
-    """Write curves into `path`, at once: the file is there whole or not at all.
-
-    Raises
-    ------
-    NoResult
-        if `path` is there and is no result file of this program.
-    OSError
-        if it cannot be written.
-    """
-    with new_file(path, seal=True) as file:
-        file.attrs.update(about("curves", origin) | {"schema_version": SCHEMA_VERSION})
-        file.attrs.update(explained(CONTENTS, {"max_period": found.max_period}))
-        file.attrs.update({"range_A": found.A, "range_B": found.B})
-        for dimension, columns in _tables(found.curves).items():
-            netcdf.table(file, dimension, columns)
+    def _drawn(self, **options: Any) -> Figure:
+        meets = [(A, B) for A, B, _ in meeting_points(self.curves)]
+        return above("the figure of curves")(self.curves, self.A, self.B, self.max_period, meets, **options)
 
 
-def load_curves(path: Path) -> StoredCurves:
-    """Read a file of curves.
-
-    Raises
-    ------
-    NoResult
-        if it is none, Damaged if it makes no sense.
-    OSError
-        if the system refuses.
-    """
-    with reading(path, "curves") as file:
-        low, high = (tuple(map(float, file.attrs[f"range_{name}"])) for name in "AB")
-        longest, title = int(file.attrs["max_period"]), str(file.attrs["title"])
-        return StoredCurves(_curves(file), longest, low, high, title)  # type: ignore[arg-type]
+def save(path: Path, found: StoredCurves, origin: Origin) -> None:
+    """Write curves into `path`, at once: the file is there whole or not at all. Raises as `tables.save`."""
+    shared, ranges = {"max_period": found.max_period}, {"range_A": found.A, "range_B": found.B}
+    tables.save(path, "curves", origin, CONTENTS, shared, _tables(found.curves), **ranges)
 
 
-def summary(path: Path, thorough: bool = False) -> Summary:
-    """What a file of curves holds; `thorough` reads everything and looks for faults. Raises as `load_curves`."""
-    with reading(path, "curves") as file:
-        title = str(file.attrs["title"])
-        faults = find_faults(file) if thorough else []
-        if faults:
-            return Summary(title, 1.0, [], faults)
-        points, first = file["points"][...], file["first_point"][...]
-        if not np.array_equal(np.cumsum(points) - points, first) or points.sum() != len(file["point"]):
-            faults.append("first_point: does not fit the points of the curves")
-            return Summary(title, 1.0, [], faults)
-        ranges = {name: file.attrs[f"range_{name}"].tolist() for name in "AB"}
-        longest, kinds, met = int(file.attrs["max_period"]), counted(file["kind"]), len(meeting_points(_curves(file)))
-        facts = {
-            "ranges": ranges, "max_period": longest, "curves": kinds, "points": int(points.sum()),
-            "meeting_points": met, "versions": versions_of(file),
-        }  # fmt: skip
-        lines = [("range", f"{name} = {low:g} to {high:g}") for name, (low, high) in ranges.items()]
-        lines += [
-            ("periods", f"up to {longest}"),
-            ("curves", f"{len(points)} with {points.sum()} points; meet at {met} points"),
-            *(("found", f"{n} x {kind}") for kind, n in kinds.items()),
-        ]
-        return Summary(title, 1.0, lines, faults, facts)
+def read(file: h5py.File) -> StoredCurves:
+    """Read an open file of curves."""
+    low, high = (tuple(map(float, file.attrs[f"range_{name}"])) for name in "AB")
+    longest = tables.number(file, "max_period")
+    return StoredCurves(list(_curves(file)), longest, low, high, str(file.attrs["title"]))  # type: ignore[arg-type]
 
 
-def _tables(found: list[Curve]) -> dict[str, dict[str, tuple[Any, str]]]:
-    """Columns (values, long name) by dimension."""
+def _tables(found: list[Curve]) -> dict[str, tables.Table]:
     points = np.array([len(c.A) for c in found], np.int64)
     times = [c.points[:, :-2].ravel() for c in found if c.condition is not None]
     meetings = [(i, m) for i, c in enumerate(found) for m in c.meets if i < m.other]
@@ -149,7 +90,7 @@ def _tables(found: list[Curve]) -> dict[str, dict[str, tuple[Any, str]]]:
             "side": ([c.side for c in found], "end of the window that the impact of a border meets"),
             "first_end": ([c.ends[0] for c in found], "why the curve ends at its first point"),
             "last_end": ([c.ends[1] for c in found], "why the curve ends at its last point"),
-            "first_point": (np.cumsum(points) - points, "row of its first point"),
+            "first_point": (tables.first_rows(points), "row of its first point"),
             "points": (points, "number of points"),
             "condition": ([_written(c.condition) for c in found], "prescribed slides (JSON), empty for the onset"),
         },
@@ -180,27 +121,25 @@ def _read(text: str) -> Condition | None:
     return Condition(**{f.name: said[f.name] for f in fields(Condition)} | {"slides": slides})
 
 
-def _curves(file: h5py.File) -> list[Curve]:
+def _curves(file: h5py.File) -> Iterator[Curve]:
     meets: dict[int, list[Meeting]] = {}
-    columns = [file[f"meeting_{name}"][...].tolist() for name in ("A", "B", "curve", "other")]
-    for A, B, i, j, what in zip(*columns, file["meeting_kind"].asstr()[...].tolist(), strict=True):
+    names = ("meeting_A", "meeting_B", "meeting_curve", "meeting_other", "meeting_kind")
+    for A, B, i, j, what in tables.rows(file, *names):
         meets.setdefault(i, []).append(Meeting(A, B, j, what))
         meets.setdefault(j, []).append(Meeting(A, B, i, what))
     A, B, times = file["A"][...], file["B"][...], file["time"][...]
-    text = {name: file[name].asstr()[...].tolist() for name in ("kind", "word", "side", "first_end", "last_end")}
-    found, used = [], 0
-    for i, (first, count) in enumerate(zip(file["first_point"][...], file["points"][...], strict=True)):
-        rows = slice(int(first), int(first + count))
-        condition = _read(file["condition"].asstr()[i])
-        width = 0 if condition is None else len(condition.slides)
-        ends = times[used : used + width * count].reshape(count, width)
-        used += width * int(count)
-        points = np.empty((0, 0)) if condition is None else np.column_stack([ends, A[rows], B[rows]])
-        found.append(
-            Curve(
-                text["kind"][i], int(file["period"][i]), int(file["impacts"][i]), text["word"][i], text["side"][i],
-                A[rows], B[rows], (text["first_end"][i], text["last_end"][i]), tuple(meets.get(i, ())), condition,
-                points,
-            )
+    pieces = tables.parts(file, "first_point", "points", "point")
+    columns = tables.rows(file, "kind", "period", "impacts", "word", "side", "first_end", "last_end", "condition")
+    used = 0
+    for i, (part, (kind, period, impacts, word, side, *ends, text)) in enumerate(zip(pieces, columns, strict=True)):
+        condition = _read(text)
+        points = np.empty((0, 0))
+        if condition is not None:
+            width, count = len(condition.slides), part.stop - part.start
+            slides = times[used : used + width * count].reshape(count, width)
+            used += width * count
+            points = np.column_stack([slides, A[part], B[part]])
+        yield Curve(
+            kind, period, impacts, word, side, A[part], B[part], (ends[0], ends[1]), tuple(meets.get(i, ())), condition,
+            points,
         )  # fmt: skip
-    return found

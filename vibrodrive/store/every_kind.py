@@ -2,41 +2,48 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from vibrodrive.errors import OtherKind
+from vibrodrive.model.config import parse
+from vibrodrive.model.described import Lines
+from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.parameters import bad, is_name
-from vibrodrive.store.header import read_kind
-from vibrodrive.store.kind import KINDS
+from vibrodrive.store.checksums import find_faults
+from vibrodrive.store.compare import compare
+from vibrodrive.store.header import kind_in, reading
+from vibrodrive.store.layout import Progress, quiet
+from vibrodrive.store.reader import look, verify
 
 if TYPE_CHECKING:
     from vibrodrive.model.results import Results
     from vibrodrive.stability.limits import Limits
     from vibrodrive.store.curves import StoredCurves
     from vibrodrive.store.failures import FailureMap
-    from vibrodrive.store.file import Summary
     from vibrodrive.store.orbits import StoredOrbits
 
-LOADERS = {
-    "sweep": "store.reader.load_sweep",
-    "limits": "store.limits.load_limits",
-    "failures": "store.failures.load_failures",
-    "orbits": "store.orbits.load_orbits",
-    "curves": "store.curves.load_curves",
-}
-"""What reads each kind. By name: some of them load the compiler, which a sweep is read without."""
+LOADED = [name for name, kind in FILES.items() if kind.options is not None]
+"""Kinds that `load` reads."""
 
-SUMMARIES = {
-    "limits": "store.limits.summary",
-    "failures": "store.failures.summary",
-    "orbits": "store.orbits.summary",
-    "curves": "store.curves.summary",
-    "switches": "store.file.summary",
-}
-"""What sums up each kind but sweeps, of which `reader.look` and `reader.verify` tell."""
+
+class Summary(NamedTuple):
+    """What `info` and `verify` say of a file.
+
+    `share` is the part that is computed, 0 to 1. `lines` say it to a person; `facts` are the same for a program, of
+    types that JSON knows (NaN and inf among the numbers). Where `faults` were looked for and found, there may be
+    neither.
+    """
+
+    kind: str
+    title: str
+    share: float
+    lines: Lines
+    facts: dict[str, Any]
+    faults: list[str]
 
 
 @overload
@@ -50,12 +57,12 @@ def load(path: str | Path, kind: Literal["orbits"]) -> StoredOrbits: ...
 @overload
 def load(path: str | Path, kind: Literal["curves"]) -> StoredCurves: ...
 def load(path: str | Path, kind: str | None = None) -> Any:
-    """What a result file holds, finished or not.
+    """Read a result file, finished or not.
 
     Parameters
     ----------
     path : str or path
-        a file that `vibrodrive sweep`, `limits`, `atlas` or `orbits`, or `vd.sweep(..., path=…)` writes.
+        a file that `vibrodrive sweep`, `limits`, `failures` or `orbits`, or `vd.sweep(..., path=…)` writes.
     kind : "sweep", "limits", "failures", "orbits" or "curves", optional
         what the file must hold; whatever it holds unless given. It also tells type checkers what comes back, where
         it is no sweep.
@@ -69,7 +76,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     Limits
         of `vibrodrive limits`: axes, numbers (k2, velocity, … by name, over (curve, axes…)), done, how, criterion.
     FailureMap
-        of `vibrodrive atlas`: A, other, counts by kind, judged, limit, over (method, A, other).
+        of `vibrodrive failures`: A, other, counts by kind, judged, limit, over (method, A, other).
     StoredOrbits
         of `vibrodrive orbits` over A: family (its orbits at each A, its bifurcations), section_phase, title.
     StoredCurves
@@ -77,9 +84,12 @@ def load(path: str | Path, kind: str | None = None) -> Any:
 
     Raises
     ------
-    NoResult (a ValueError)
+    NoResult
         if it is no result file of this version; OtherKind, a NoResult, if it holds something else than `kind`, or
-        switches of single motions; Damaged, a NoResult, if it cannot be read.
+        switches of single motions; Damaged, a NoResult, if it cannot be read. All are in `vibrodrive.errors`, and
+        ValueErrors.
+    Busy (a RuntimeError)
+        if this process has it open in a way that excludes reading.
     TypeError, ValueError
         if `path` is no name of a file, or `kind` none of these.
     OSError
@@ -97,25 +107,38 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     vibrodrive.errors.OtherKind: fig07.h5: holds a sweep, not limits of stability
     """
     path = check_path(path)
-    if kind is not None and kind not in LOADERS:
-        raise ValueError(bad("kind", kind, "one of " + ", ".join(LOADERS)))
-    found = read_kind(path)
-    if kind not in (None, found):
-        raise OtherKind(f"{path}: holds {KINDS[found].holds}, not {KINDS[kind].holds}")
-    if found not in LOADERS:
-        raise OtherKind(f"{path}: holds {KINDS[found].holds}: xarray and h5py read them, `load` does not")
-    return _named(LOADERS[found])(path)
+    if kind is not None and kind not in LOADED:
+        raise ValueError(bad("kind", kind, "one of " + ", ".join(LOADED)))
+    with reading(path, kind) as file:
+        found = kind_in(file)
+        if found not in LOADED:
+            raise OtherKind(f"{path}: holds {FILES[found].holds}: xarray and h5py read them, `load` does not")
+        return named(FILES[found].reader)(file)
 
 
-def summary(path: Path, kind: str, thorough: bool = False) -> Summary:
-    """What a file of a kind other than sweeps holds; `thorough` reads everything and looks for faults.
+def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> Summary:
+    """Sum up a file of any kind; `thorough` reads everything and looks for faults.
 
-    Raises
-    ------
-    NoResult, OSError
-        as `load`.
+    `progress` is called with the blocks of a sweep that are read, and how many there are. Raises as `load`.
     """
-    return _named(SUMMARIES[kind])(path, thorough)
+    with reading(path) as file:
+        kind, title = kind_in(file), str(file.attrs["title"])
+        versions = {"versions": json.loads(file.attrs["versions"])}
+        if kind != "sweep":
+            faults = find_faults(file) if thorough else []
+            if faults:
+                return Summary(kind, title, math.nan, [], {}, faults)
+            found = named(FILES[kind].reader)(file)
+            if thorough and FILES[kind].faults:
+                faults = named(FILES[kind].faults)(file, found)
+            return Summary(kind, title, found.computed, found.lines(), found.facts() | versions, faults)
+    report = verify(path, progress) if thorough else look(path)
+    faults = report.complaints()
+    if thorough:
+        origin = report.header.origin
+        differences = compare(report.header.plan, parse(origin.config, origin.overrides).plan())
+        faults += [f"the configuration and the file differ: {what}" for what in differences]
+    return Summary(kind, title, report.share, report.lines(), report.facts() | versions, faults)
 
 
 def check_path(path: object) -> Path:
@@ -125,8 +148,3 @@ def check_path(path: object) -> Path:
     if not is_name(os.fspath(path)):
         raise ValueError(bad("path", path, "the name of a result file"))
     return Path(path)
-
-
-def _named(place: str) -> Any:
-    module, _, name = place.rpartition(".")
-    return getattr(import_module(f"vibrodrive.{module}"), name)

@@ -1,33 +1,28 @@
 """The failure map over two axes: into a file, with the line beyond which the structure of the motion is lost.
 
 HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
-`method` and A, the smallest disturbance along the other axis at which order or gaps fail (limit.py).
+`method` and A, the smallest disturbance along the other axis at which order or gaps fail (`stability.limit`).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
-from vibrodrive.errors import ConfigError, Damaged, NoResult
-from vibrodrive.model.above import above
 from vibrodrive.model.config import Config, parse
-from vibrodrive.model.described import Described, numbers, span
+from vibrodrive.model.described import Stored, axis_facts
+from vibrodrive.model.kinds import above
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
-from vibrodrive.store.file import Summary, axis_facts, axis_line, find_faults, reading, versions_of
 from vibrodrive.store.layout import Origin, about
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SECOND = ("dtau", "eps")
@@ -43,8 +38,13 @@ CONTENTS = (
 
 
 @dataclass(frozen=True, repr=False)
-class FailureMap(Described):
-    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found."""
+class FailureMap(Stored):
+    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found.
+
+    `plot` draws the share of the switches that are missed, late or wrong, for each method, into six panels.
+    """
+
+    file_kind = "failures"
 
     A: np.ndarray
     name: str
@@ -54,6 +54,7 @@ class FailureMap(Described):
     limit: np.ndarray
     scalars: dict[str, float]
     settings: dict[str, int]
+    title: str = ""
 
     @property
     def shared(self) -> dict[str, Any]:
@@ -65,40 +66,19 @@ class FailureMap(Described):
         with np.errstate(invalid="ignore"):
             return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
 
-    def plot(self, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """The share of the switches that are missed, late or wrong, for each method.
+    def _drawn(self, **options: Any) -> Figure:
+        return above("the figure of failures")(self, **options)
 
-        Parameters
-        ----------
-        ax : sequence of six matplotlib Axes, optional
-            where to draw, method by method; a new figure unless given.
-
-        Returns
-        -------
-        Figure
-            which shows itself in a notebook; `savefig` writes it.
-        """
-        return above("figures.failures").failures_figure(self, ax=ax)
+    def facts(self) -> dict[str, Any]:
+        return {
+            "axes": {name: axis_facts(values) for name, values in (("A", self.A), (self.name, self.other))},
+            "parameters": self.scalars,
+            "switches": {method: self.failed(m) for m, method in enumerate(METHODS)},
+        }
 
     def failed(self, m: int) -> dict[str, int]:
         """How many switches of a method, by its number, were judged, and how many failed in each way."""
         return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
-
-    def _described(self) -> dict[str, str]:
-        return {
-            "of": f"{len(METHODS)} methods at {len(self.A)} × {len(self.other)} points",
-            "computed": "computed",
-            "axes": f"{span('A', self.A)}, {span(self.name, self.other)}",
-            "methods": ", ".join(METHODS),
-        }
-
-    def _more(self) -> dict[str, str]:
-        switches = {method: _switches_line(self.failed(m)) for m, method in enumerate(METHODS)}
-        return {"fixed": numbers(self.scalars), **switches}
-
-
-def _switches_line(count: dict[str, int]) -> str:
-    return f"{count['judged']} switches judged: {', '.join(f'{count[kind]} {kind}' for kind in KINDS)}"
 
 
 def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
@@ -120,28 +100,8 @@ def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...]
     )
 
 
-def load_failures(path: str | Path) -> FailureMap:
-    """Read a file that `run_failures` wrote.
-
-    Raises
-    ------
-    ConfigError
-        if it is none.
-    Damaged
-        if it makes no sense.
-    OSError
-        if the system refuses.
-    """
-    try:
-        with reading(Path(path), "failures") as file:
-            return _content(file)
-    except Damaged:
-        raise
-    except NoResult as error:
-        raise ConfigError(f"{error} (a failure map made by `vibrodrive atlas` is wanted)") from None
-
-
-def _content(file: h5py.File) -> FailureMap:
+def read(file: h5py.File) -> FailureMap:
+    """Read an open file of failures."""
     plan = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     other = next((name for name in SECOND if name in file), SECOND[0])
     return FailureMap(
@@ -153,25 +113,12 @@ def _content(file: h5py.File) -> FailureMap:
         limit=file["limit"][...],
         scalars=json.loads(file.attrs["scalars"]),
         settings=dict(vars(plan.settings)),
+        title=str(file.attrs["title"]),
     )
 
 
-def summary(path: Path, thorough: bool = False) -> Summary:
-    """What a failure map holds; `thorough` reads everything and looks for faults. Raises NoResult, Damaged, OSError."""
-    with reading(path, "failures") as file:
-        title = str(file.attrs["title"])
-        faults = find_faults(file) if thorough else []
-        if faults:
-            return Summary(title, 1.0, [], faults)
-        found = _content(file)
-        if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
-            faults.append("judged: fewer than failed")
-        axes = {"A": found.A, found.name: found.other}
-        switches = {method: found.failed(m) for m, method in enumerate(METHODS)}
-        lines = [axis_line(name, values) for name, values in axes.items()]
-        lines += [(method, _switches_line(count)) for method, count in switches.items()]
-        facts = {
-            "axes": {name: axis_facts(values) for name, values in axes.items()}, "parameters": found.scalars,
-            "switches": switches, "versions": versions_of(file),
-        }  # fmt: skip
-        return Summary(title, 1.0, lines, faults, facts)
+def faults(file: h5py.File, found: FailureMap) -> list[str]:
+    """Return what cannot be in a file that is complete."""
+    if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
+        return ["judged: fewer than failed"]
+    return []

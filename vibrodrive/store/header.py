@@ -6,6 +6,9 @@ import contextlib
 import hashlib
 import json
 import math
+import mmap
+import os
+import stat
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,14 +18,17 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
+from vibrodrive.model.kinds import FILES
 from vibrodrive.model.plan import Plan, Settings
 from vibrodrive.model.records import SECTION
 from vibrodrive.store.describe import plain
-from vibrodrive.store.kind import KINDS, bears_our_names, kind_of, special
-from vibrodrive.store.layout import SCHEMA_VERSION, Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.layout import Origin, chunk_of, coordinates, digest, variables_of
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Raised by h5py for bytes that it cannot interpret. For single calls of h5py; a whole reader: see `interpreting`."""
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""First bytes of an HDF5 file."""
 
 
 class Header(NamedTuple):
@@ -82,74 +88,93 @@ def _raised_by_h5py(error: BaseException) -> bool:
     return bool(frames) and str(frames[-1].f_globals.get("__name__")).startswith("h5py")
 
 
-def read_kind(path: Path) -> str:
-    """The kind of a result file, one of kind.KINDS.
+def special(path: str | Path) -> str | None:
+    """Name what a path is if it is no file in the usual sense ("a named pipe"): to open it may wait for ever.
+
+    None for a file. Raises OSError if there is nothing, or the system refuses to say.
+    """
+    mode = os.stat(path).st_mode
+    return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "no file")
+
+
+_SPECIAL = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFDIR: "a directory",
+}
+
+
+def is_ours(file: h5py.File) -> bool:
+    """Return whether an open file was made by this program, maybe by another version. Raises as h5py."""
+    return "kind" in file.attrs and "config_sha256" in file.attrs
+
+
+def bears_our_names(path: Path) -> bool:
+    """Return whether an HDF5 file that cannot be opened any more (cut short, damaged) was once made here."""
+    with open(path, "rb") as file:
+        if file.read(len(SIGNATURE)) != SIGNATURE:
+            return False
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            return any(content.find(word.encode()) >= 0 for kind in FILES.values() for word in kind.words)
+
+
+def kind_in(file: h5py.File, wanted: str | None = None) -> str:
+    """Return the kind of an open file, one of FILES.
 
     Raises
     ------
     NoResult
-        if it is no result file, or of a kind that this version does not know; Damaged if it cannot be read.
-    OSError
-        if the system refuses.
+        if it is no result file, or of a kind that this version does not know; OtherKind if it is none of the kind
+        `wanted`; Damaged if it cannot be read.
     """
-    with open_result(path) as file, interpreting(path):
-        kind = kind_of(file)
+    path = file.filename
+    with interpreting(path):
+        kind = str(file.attrs["kind"]) if is_ours(file) else None
     if kind is None:
         raise NoResult(f"{path}: no result file of vibrodrive")
-    if kind not in KINDS:
-        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(KINDS)} for this version of vibrodrive")
+    if kind not in FILES:
+        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
+    if wanted not in (None, kind):
+        made = f"made by `vibrodrive {FILES[kind].command}`, and read by `vibrodrive info` and `vibrodrive plot`"
+        raise OtherKind(f"{path}: holds {FILES[kind].holds}, not {FILES[str(wanted)].holds}: {made}")
     return kind
 
 
-def read_origin(path: Path) -> Origin:
-    """The configuration in a result file of any kind, empty where it cannot be read. Raises as `open_result`."""
+def read_kind(path: Path) -> str:
+    """Return the kind of a result file. Raises as `kind_in` and `open_result`."""
     with open_result(path) as file:
-        try:
-            attrs = dict(file.attrs)
-            return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
-        except BROKEN:
-            return Origin("")
+        return kind_in(file)
 
 
-def expect_kind(file: h5py.File, wanted: str) -> None:
-    """Raise OtherKind if an open file is of another kind, NoResult if it is no result file.
-
-    A file that cannot be interpreted at all passes: reading it will report what is wrong.
-    """
-    path = file.filename
-    try:
-        found = kind_of(file)
-    except BROKEN:
+def check_schema(file: h5py.File, kind: str) -> None:
+    """Raise NoResult if an open file has another schema than this version reads."""
+    name, numbers = FILES[kind].schema, FILES[kind].readable
+    if not name:
         return
-    if found is None:
-        raise NoResult(f"{path}: no result file of vibrodrive")
-    if found not in KINDS:
-        raise OtherKind(f"{path}: holds {found!r}, which this version does not know, not {KINDS[wanted].holds}")
-    if found != wanted:
-        raise OtherKind(
-            f"{path}: holds {KINDS[found].holds}, made by `vibrodrive {KINDS[found].command}`, "
-            f"not {KINDS[wanted].holds}: `vibrodrive info` and `vibrodrive plot` read it"
-        )
+    with interpreting(file.filename):
+        found = file.attrs.get(name)
+        if found not in numbers:
+            raise NoResult(
+                f"{file.filename}: {name} = {found}: must be {' or '.join(map(str, numbers))} for this version of "
+                "vibrodrive: compute it again, into another file or with --overwrite"
+            )
 
 
-def refuse_foreign(path: Path) -> None:
-    """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
+@contextlib.contextmanager
+def reading(path: Path, kind: str | None = None, mode: str = "r") -> Iterator[h5py.File]:
+    """Open a file, of one kind if given, for a reader. Raises as `kind_in`, `open_result` and `interpreting`."""
+    with open_result(path, mode) as file:
+        check_schema(file, kind_in(file, kind))
+        with interpreting(path):
+            yield file
 
-    A damaged one counts as long as it can be recognised.
-    """
-    if not path.exists():
-        return
-    try:
-        with open_result(path) as file:
-            ours = kind_of(file) is not None
-    except NoResult as error:
-        if isinstance(error, Damaged) and bears_our_names(path):
-            return
-        raise NoResult(f"{error}; --overwrite replaces result files only") from None
-    except BROKEN:
-        ours = bears_our_names(path)
-    if not ours:
-        raise NoResult(f"{path}: no result file of vibrodrive; --overwrite replaces result files only")
+
+def origin_of(file: h5py.File) -> Origin:
+    """Return the configuration that an open file was made from."""
+    attrs = file.attrs
+    return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
 
 
 def _open(path: Path, mode: str) -> h5py.File:
@@ -166,18 +191,10 @@ def _open(path: Path, mode: str) -> h5py.File:
 def read_header(file: h5py.File) -> Header:
     """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
     path, attrs = file.filename, file.attrs
-    expect_kind(file, "sweep")
+    kind_in(file, "sweep")
+    check_schema(file, "sweep")
     with interpreting(path):
-        version = attrs.get("schema_version")
-        if version is None:
-            raise NoResult(f"{path}: no result file (no schema_version)")
-        if version != SCHEMA_VERSION:
-            raise NoResult(
-                f"{path}: schema_version = {version}: must be {SCHEMA_VERSION} for this version of vibrodrive: "
-                "compute it again, into another file or with --overwrite"
-            )
-        text = str(attrs["config"])
-        if digest(text) != attrs["config_sha256"]:
+        if digest(str(attrs["config"])) != attrs["config_sha256"]:
             raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
         if digest(str(attrs["plan"])) != attrs["plan_sha256"]:
             raise Damaged(f"{path}: damaged: the plan does not have the SHA-256 written beside it")
@@ -197,11 +214,7 @@ def read_header(file: h5py.File) -> Header:
             data = file[variable.name]
             if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")
-        return Header(
-            plan,
-            Origin(text, tuple(json.loads(attrs["overrides"])), str(attrs["title"])),
-            json.loads(attrs["versions"]),
-        )
+        return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.model.kinds import FILES
 from vibrodrive.model.parameters import PARAMETERS, Status
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import POINT, Plan
@@ -28,9 +29,6 @@ from vibrodrive.model.records import IMPACTS, SECTION, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
-
-SCHEMA_VERSION = 3
-"""The one that is read: sweeps of before have `period` as a variable and `section_period` as a dimension."""
 
 MOTION_PERIOD = "motion_period"
 """Variable of the quantity `period` of a summary: in a file `period` is the dimension of the section."""
@@ -240,9 +238,10 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     outline = json.dumps(
         {"axes": _digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings), **_further(plan)}
     )
+    kind = FILES["sweep"]
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         **explained(CONTENTS, plain(plan)),
-        "schema_version": SCHEMA_VERSION,
+        kind.schema: kind.readable[-1],
         "plan": outline,
         "plan_sha256": digest(outline),
     }

@@ -16,48 +16,23 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.errors import ConfigError, Damaged, NoResult
 from vibrodrive.model.config import Config, parse
-from vibrodrive.model.parameters import PARAMETERS, bad
+from vibrodrive.model.kinds import FILES
+from vibrodrive.model.parameters import PARAMETERS
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
-from vibrodrive.stability.limits import (
-    CURVES,
-    FINE,
-    K2,
-    QUANTITIES,
-    SHOWN,
-    Limits,
-    check_quantity,
-    curve_facts,
-    curve_line,
-    values_of,
-)
+from vibrodrive.stability.limits import FINE, K2, QUANTITIES, SHOWN, Limits, check_quantity, values_of
 from vibrodrive.stability.starts import StartLimit
 from vibrodrive.stability.unique_motion import UniqueLimit
-from vibrodrive.stability.velocity import as_velocity
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.describe import explained, plain
-from vibrodrive.store.file import (
-    Summary,
-    axis_facts,
-    axis_line,
-    find_faults,
-    new_file,
-    reading,
-    refuse_moved,
-    unwritable,
-    versions_of,
-)
-from vibrodrive.store.header import BROKEN
+from vibrodrive.store.file import new_file, refuse_moved, unwritable
+from vibrodrive.store.header import BROKEN, reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-SCHEMA, OTHERS = 2, 3
+SCHEMA, OTHERS = FILES["limits"].readable
 """Of files of k2, and of those of k1 and ku, which have names of their own for what they hold."""
-
-READABLE = (1, SCHEMA, OTHERS)
-"""Files of schema 1 have an axis of A alone and no velocities, which follow from what they have."""
 
 HOW_BYTES = 120
 
@@ -84,28 +59,17 @@ CONTENTS = {
 """Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
 
 
-def load_limits(path: str | Path) -> Limits:
-    """Read a file of limits, finished or not. Raises ConfigError if it is none, Damaged, or OSError."""
-    with _open(Path(path), "r") as file:
-        return _content(file)
-
-
-def _content(file: h5py.File) -> Limits:
+def read(file: h5py.File) -> Limits:
+    """Read an open file of limits, finished or not."""
     quantity = quantity_of(file)
     names = [dimension.keys()[0] for dimension in file[quantity].dims][1:]
     axes = {name: file[name][...] for name in names}
-    plan = parse(str(file.attrs["config"]), json.loads(file.attrs.get("overrides", "[]"))).plan()
-    fixed = {name: plan.scalars[name] for name in AXES if name not in axes}
-    numbers = {name: file[name][...] for name in QUANTITIES[quantity].numbers if name in file}
-    if quantity == K2 and "velocity" not in numbers:  # schema 1, over A
-        for name, of in (("velocity", "k2"), ("velocity_last", "last_kept")):
-            rows = zip(CURVES, numbers[of], strict=True)
-            numbers[name] = np.stack([as_velocity(d, values, axes["A"], fixed["eta"]) for (d, _), values in rows])
-    drawn = "section_dxi" in file
+    plan = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
+    drawn, in_mm_s = "section_dxi" in file, IN_MM_S["velocity"] in file
     return Limits(
         axes=axes,
-        fixed=fixed,
-        numbers=numbers,
+        fixed={name: plan.scalars[name] for name in AXES if name not in axes},
+        numbers={name: file[name][...] for name in QUANTITIES[quantity].numbers},
         n=file["n"][...],
         done=file["status"][...] == DONE,
         how=np.char.decode(file["how"][...], "utf-8"),
@@ -114,58 +78,33 @@ def _content(file: h5py.File) -> Limits:
         fine=file["A_fine"][...] if drawn else None,
         diagram=file["section_dxi"][...] if drawn else None,
         shared={**plan.scalars, **vars(plan.settings)},
-        mm_s=float(file[IN_MM_S["velocity"]].attrs[UNIT]) if IN_MM_S["velocity"] in file else None,
+        mm_s=float(file[IN_MM_S["velocity"]].attrs[UNIT]) if in_mm_s else None,
         quantity=quantity,
     )
 
 
 def quantity_of(file: h5py.File) -> str:
-    """The kind of limits that an open file holds."""
-    return next(name for name in QUANTITIES if name in file)
+    """Return the kind of limits that an open file holds. Raises KeyError if it holds none."""
+    for name in QUANTITIES:
+        if name in file:
+            return name
+    raise KeyError("no limits")
 
 
-def summary(path: Path, thorough: bool = False) -> Summary:
-    """What a file of limits holds; `thorough` reads everything and looks for faults. Raises as `load_limits`."""
-    with _open(path, "r") as file:
-        faults = find_faults(file) if thorough else []
-        if faults:
-            return Summary(str(file.attrs["title"]), np.nan, [], faults)
-        found = _content(file)
-        status = file["status"][...]
-        if not np.isin(status, (DONE, NOT_COMPUTED)).all():
-            faults.append("status: a value that means nothing")
-        if (np.isnan(found.values) & found.done & (found.how == "")).any():
-            faults.append(f"{found.quantity}: missing where it is marked as computed")
-        curves = [curve_facts(found, c) for c in range(len(found.curves))]
-        facts = {
-            "axes": {name: axis_facts(values) for name, values in found.axes.items()}, "parameters": found.fixed,
-            "quantity": found.quantity, "criterion": found.criterion, "curves": curves, "versions": versions_of(file),
-        }  # fmt: skip
-        lines = [axis_line(name, values) for name, values in found.axes.items()]
-        lines.append(("fixed", ", ".join(f"{name} = {value:g}" for name, value in found.fixed.items())))
-        lines.append(("criterion", found.criterion) if found.criterion else ("quantity", found.quantity))
-        lines += [(curve["disturbance"], curve_line(curve, found.mm_s)) for curve in curves]
-        return Summary(found.title, found.computed, lines, faults, facts)
-
-
-@contextmanager
-def _open(path: Path, mode: str) -> Iterator[h5py.File]:
-    try:
-        with reading(path, "limits", mode) as file:
-            if (schema := file.attrs.get("limits_schema")) not in READABLE:
-                allowed = "one of " + ", ".join(map(str, READABLE))
-                raise NoResult(f"{path}: {bad('limits_schema', schema, allowed)}")
-            yield file
-    except Damaged:
-        raise
-    except NoResult as error:
-        raise ConfigError(f"{path}: no file of limits: {str(error).removeprefix(f'{path}: ')}") from None
+def faults(file: h5py.File, found: Limits) -> list[str]:
+    """Return contradictions in a file of limits."""
+    wrong = []
+    if not np.isin(file["status"][...], (DONE, NOT_COMPUTED)).all():
+        wrong.append("status: a value that means nothing")
+    if (np.isnan(found.values) & found.done & (found.how == "")).any():
+        wrong.append(f"{found.quantity}: missing where it is marked as computed")
+    return wrong
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
     """The file open for writing, by this process alone."""
-    with _open(path, "r"):  # what cannot be read is refused before what cannot be written
+    with reading(path, "limits"):  # what cannot be read is refused before what cannot be written
         pass
     lock = Lock(path)
     file = None
@@ -189,8 +128,7 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | Sta
     refuse_moved(Path(file.filename))
     place = (c, *at)
     for name, value in values_of(quantity_of(file), found).items():
-        if name in file:  # velocities are missing in schema 1
-            file[name][place] = value
+        file[name][place] = value
         if name in IN_MM_S and IN_MM_S[name] in file:
             data = file[IN_MM_S[name]]
             data[place] = value * data.attrs[UNIT]
@@ -204,16 +142,17 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | Sta
 def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str, quantity: str = K2) -> None:
     """A new file with room for all limits over the axes, in the place of a result file of that name."""
     with new_file(path) as file:
-        _lay_out(file, config, axes, judged_by(quantity, criterion), quantity)
+        _lay_out(file, config, axes, own_settings(config, criterion, quantity), quantity)
 
 
-def judged_by(quantity: str, criterion: str) -> dict[str, str]:
-    """The attribute that says what the limits are of: the criterion of k2, else the quantity."""
-    return {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
+def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
+    """Return what the file is made from beside its plan: periods, and the criterion of k2, else the quantity."""
+    judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
+    return {"periods": config.arguments.get("periods", PERIODS), **judged}
 
 
 def _lay_out(
-    file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], judged: dict[str, str], quantity: str
+    file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], own: dict[str, Any], quantity: str
 ) -> None:
     places = ("curve", *axes)
 
@@ -246,7 +185,7 @@ def _lay_out(
         variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", ("A_fine", "period"))
     origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
     shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
-    shared |= {"periods": config.arguments.get("periods", PERIODS), **judged}
+    shared |= own
     schema = SCHEMA if quantity == K2 else OTHERS
     file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
 
@@ -255,4 +194,4 @@ def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, 
     """Raise Different unless an open file was made from this configuration."""
     if quantity_of(file) != quantity:
         refuse_different(path, [f"quantity is {quantity_of(file)} there and {quantity} here"])
-    refuse_different(path, differences(file, config.plan(), given=config.arguments, **judged_by(quantity, criterion)))
+    refuse_different(path, differences(file, config.plan(), own_settings(config, criterion, quantity)))

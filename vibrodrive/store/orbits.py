@@ -6,7 +6,6 @@ rows first_impact[i] to first_impact[i] + impacts[i]) and `bifurcation`.
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -18,23 +17,20 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError
-from vibrodrive.model.above import above
 from vibrodrive.model.config import parse
-from vibrodrive.model.described import Described
+from vibrodrive.model.described import Stored, axis_facts
+from vibrodrive.model.kinds import above
 from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
 from vibrodrive.periodic.search import Orbit
-from vibrodrive.store import netcdf
-from vibrodrive.store.describe import explained
-from vibrodrive.store.file import Summary, axis_facts, axis_line, counted, find_faults, new_file, reading, versions_of
-from vibrodrive.store.layout import Origin, about
+from vibrodrive.store import tables
+from vibrodrive.store.header import origin_of
+from vibrodrive.store.layout import Origin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SCHEMA_VERSION = 1
 
 CONTENTS = (
     "Every periodic orbit of the undisturbed motion (ε = 0) at each A that was looked at, a row each along `orbit`; "
@@ -46,30 +42,12 @@ NEXT = " | "
 """Between the flights in the name of an orbit."""
 
 
-def save_family(path: Path, found: Family, origin: Origin, section_phase: float) -> None:
-    """Write everything about a family into `path`, at once: the file is there whole or not at all.
-
-    `origin` is the configuration it comes from, `section_phase` the phase φ_s of its diagram.
-
-    Raises
-    ------
-    NoResult
-        if `path` is there and is no result file of this program.
-    OSError
-        if it cannot be written.
-    """
-    with new_file(path, seal=True) as file:
-        file.attrs.update(about("orbits", origin) | {"schema_version": SCHEMA_VERSION})
-        shared = {"B": found.B, "max_period": found.max_period, "section_phase": section_phase}
-        file.attrs.update(explained(CONTENTS, shared))
-        for dimension, columns in _tables(found).items():
-            netcdf.table(file, dimension, columns)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class StoredOrbits(Described):
+class StoredOrbits(Stored):
     """A family as a file holds it. `plan` is the sweep of the configuration, None if that is not what the file
     holds."""
+
+    file_kind = "orbits"
 
     family: Family
     origin: Origin
@@ -77,8 +55,19 @@ class StoredOrbits(Described):
     plan: Plan | None
 
     @property
-    def title(self) -> str:
+    def title(self) -> str:  # type: ignore[override]
         return self.origin.title
+
+    def facts(self) -> dict[str, Any]:
+        found = self.family
+        there = [A for A, some in zip(found.A, found.orbits, strict=True) if some]
+        return {
+            "axes": {"A": axis_facts(np.array(there))} if there else {},
+            "parameters": {"B": found.B},
+            "max_period": found.max_period,
+            "orbits": dict(sorted(Counter(o.kind for some in found.orbits for o in some).items())),
+            "bifurcations": dict(sorted(Counter(b.kind for b in found.bifurcations).items())),
+        }
 
     def plot(
         self,
@@ -108,36 +97,24 @@ class StoredOrbits(Described):
         ValueError
             for another kind or quantity.
         """
-        return above("jobs.orbits").drawn(self, kind, quantity, ax=ax)
-
-    def _described(self) -> dict[str, str]:
-        found = self.family
-        kinds = Counter(b.kind for b in found.bifurcations)
-        return {
-            "of": f"{sum(map(len, found.orbits))} orbits at {len(found.A)} values of A",
-            "computed": f"up to period {found.max_period}",
-            "axes": f"A {found.A[0]:g}…{found.A[-1]:g}",
-            "fixed": f"B = {found.B:g}",
-            "bifurcations": ", ".join(f"{n} x {kind}" for kind, n in sorted(kinds.items())),
-        }
+        return above("the figure of orbits")(self, kind, quantity, ax=ax)
 
 
-def load_orbits(path: Path) -> StoredOrbits:
-    """Read a file of orbits. Orbits were sought where its configuration says, if that fits the file.
+def save(path: Path, found: Family, origin: Origin, section_phase: float) -> None:
+    """Write a family into `path`, at once: the file is there whole or not at all. Raises as `tables.save`.
 
-    Raises
-    ------
-    NoResult
-        if it is none, Damaged if it makes no sense.
-    OSError
-        if the system refuses.
+    `origin` is the configuration it comes from, `section_phase` the phase φ_s of its diagram.
     """
-    with reading(path, "orbits") as file:
-        attrs = file.attrs
-        origin = Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
-        plan = _plan_of(origin, float(attrs["B"]))
-        found = _family(file, None if plan is None else plan.axes["A"])
-        return StoredOrbits(found, origin, float(attrs["section_phase"]), plan)
+    shared = {"B": found.B, "max_period": found.max_period, "section_phase": section_phase}
+    tables.save(path, "orbits", origin, CONTENTS, shared, _tables(found))
+
+
+def read(file: h5py.File) -> StoredOrbits:
+    """Read an open file of orbits. They were sought where its configuration says, if that fits the file."""
+    origin, B = origin_of(file), tables.number(file, "B")
+    plan = _plan_of(origin, B)
+    found = _family(file, B, None if plan is None else plan.axes["A"])
+    return StoredOrbits(found, origin, tables.number(file, "section_phase"), plan)
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
@@ -149,68 +126,34 @@ def _plan_of(origin: Origin, B: float) -> Plan | None:
     return plan if list(plan.axes) == ["A"] and plan.scalars["B"] == B else None
 
 
-def _family(file: h5py.File, grid: np.ndarray | None) -> Family:
-    B, longest = float(file.attrs["B"]), int(file.attrs["max_period"])
-    at, period, impacts = file["A"][...], file["period"][...], file["impacts"][...]
-    first, multiplier = file["first_impact"][...], file["multiplier"][...]
-    kind, word = file["kind"].asstr()[...], file["word"].asstr()[...]
-    name = [tuple(n.split(NEXT)) for n in file["name"].asstr()[...]]
-    phase, speed, gap = file["phase"][...], file["speed"][...], file["gap"][...]
+def _family(file: h5py.File, B: float, grid: np.ndarray | None) -> Family:
+    at = file["A"][...]
     A = np.unique(at if grid is None else np.concatenate([at, grid]))
+    phase, speed, gap = file["phase"][...], file["speed"][...], file["gap"][...]
     orbits: list[list[Orbit]] = [[] for _ in A]
-    for i, place in enumerate(np.searchsorted(A, at).tolist()):
-        rows = slice(int(first[i]), int(first[i] + impacts[i]))
-        orbits[place].append(
-            Orbit(
-                int(period[i]), int(impacts[i]), phase[rows], speed[rows], gap[rows], float(multiplier[i]),
-                str(kind[i]), str(word[i]), float(at[i]), B, name[i],
-            )
-        )  # fmt: skip
-    return Family(A, B, longest, orbits, list(_bifurcations(file, B)))
+    pieces = tables.parts(file, "first_impact", "impacts", "impact")
+    columns = tables.rows(file, "A", "period", "impacts", "multiplier", "kind", "word", "name")
+    for part, (a, period, impacts, multiplier, kind, word, name) in zip(pieces, columns, strict=True):
+        flights = tuple(name.split(NEXT))
+        orbit = Orbit(period, impacts, phase[part], speed[part], gap[part], multiplier, kind, word, a, B, flights)
+        orbits[int(np.searchsorted(A, a))].append(orbit)
+    return Family(A, B, tables.number(file, "max_period"), orbits, list(_bifurcations(file, B)))
 
 
 def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
-    A, kind = file["bifurcation_A"][...], file["bifurcation_kind"].asstr()[...]
-    period, impacts = file["bifurcation_period"][...], file["bifurcation_impacts"][...]
-    word = file["bifurcation_word"].asstr()[...]
-    below, above = file["multiplier_below"][...], file["multiplier_above"][...]
-    at, phase = file["bifurcation_orbit_A"][...], file["bifurcation_phase"][...]
-    for i in range(len(A)):
+    of_orbit = ("period", "impacts", "phase", "word", "orbit_A")
+    names = ("bifurcation_A", "bifurcation_kind", *(f"bifurcation_{name}" for name in of_orbit))
+    for A, kind, period, impacts, phase, word, at, below, above_ in tables.rows(
+        file, *names, "multiplier_below", "multiplier_above"
+    ):
+        none = np.empty(0)
         orbit = Orbit(
-            int(period[i]), int(impacts[i]), np.atleast_1d(phase[i]), np.empty(0), np.empty(0, np.int64), math.nan,
-            "", str(word[i]), float(at[i]), B, (),
+            period, impacts, np.array([phase]), none, none.astype(np.int64), math.nan, "", word, at, B, ()
         )  # fmt: skip
-        yield Bifurcation(float(A[i]), str(kind[i]), orbit, float(below[i]), float(above[i]))
+        yield Bifurcation(A, kind, orbit, below, above_)
 
 
-def summary(path: Path, thorough: bool = False) -> Summary:
-    """What a file of orbits holds; `thorough` reads everything and looks for faults. Raises as `load_orbits`."""
-    with reading(path, "orbits") as file:
-        title = str(file.attrs["title"])
-        faults = find_faults(file) if thorough else []
-        if faults:
-            return Summary(title, 1.0, [], faults)
-        impacts, first = file["impacts"][...], file["first_impact"][...]
-        if not np.array_equal(np.cumsum(impacts) - impacts, first) or impacts.sum() != len(file["impact"]):
-            faults.append("first_impact: does not fit the impacts of the orbits")
-        there = np.unique(file["A"][...])
-        B, longest = float(file.attrs["B"]), int(file.attrs["max_period"])
-        kinds = counted(file["kind"])
-        bifurcations = counted(file["bifurcation_kind"])
-        facts = {
-            "axes": {"A": axis_facts(there)} if len(there) else {}, "parameters": {"B": B}, "max_period": longest,
-            "orbits": kinds, "bifurcations": bifurcations, "versions": versions_of(file),
-        }  # fmt: skip
-        lines = [axis_line("A", there)] if len(there) else []
-        listed = "".join(f", {n} {kind}" for kind, n in kinds.items())
-        lines += [
-            ("fixed", f"B = {B:g}"), ("periods", f"up to {longest}"), ("orbits", f"{sum(kinds.values())}{listed}"),
-            *(("found", f"{n} x {kind}") for kind, n in bifurcations.items()),
-        ]  # fmt: skip
-        return Summary(title, 1.0, lines, faults, facts)
-
-
-def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:
+def _tables(found: Family) -> dict[str, tables.Table]:
     """Columns (values, long name) by dimension."""
     orbits = [o for there in found.orbits for o in there]
     impacts = np.array([o.impacts for o in orbits], dtype=np.int64)
@@ -227,7 +170,7 @@ def _tables(found: Family) -> dict[str, dict[str, tuple[Any, str]]]:
             "multiplier": (np.array([o.multiplier for o in orbits]), "derivative of the return map"),
             "kind": ([o.kind for o in orbits], "stability"),
             "word": ([o.word for o in orbits], "states of one period"),
-            "first_impact": (np.cumsum(impacts) - impacts, "row of its first impact"),
+            "first_impact": (tables.first_rows(impacts), "row of its first impact"),
             "name": ([NEXT.join(o.name) for o in orbits], "word and windows of each flight: what a branch keeps"),
         },
         "impact": {

@@ -11,21 +11,23 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vibrodrive.model.described import Lines, axis_facts, numbers
 from vibrodrive.model.parameters import Status
+from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, read_marks
+from vibrodrive.store.describe import acting
 from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
 
 
-def load_sweep(path: Path) -> Results:
-    """The results of a sweep in a file; arrays are read on access. Raises as `every_kind.load`."""
-    with open_result(path) as file:
-        header = read_header(file)
-    plan = header.plan
-    return Results.of(plan, functools.partial(_read, path.absolute(), plan, {}), header.origin.title)
+def read(file: h5py.File) -> Results:
+    """Return the results of a sweep in an open file, which is opened again whenever an array is asked for."""
+    header = read_header(file)
+    source = functools.partial(_read, Path(file.filename).absolute(), header.plan, {})
+    return Results.of(header.plan, source, header.origin.title)
 
 
 class DamagedBlock(UserWarning):
@@ -147,6 +149,46 @@ class Report:
     def place(self, k: int) -> str:
         """Block k in words: its points, and where they lie on the axes."""
         return place(self.header.plan, k)
+
+    def complaints(self) -> list[str]:
+        """Return all faults, each in a line."""
+        blocks = [
+            f"{self.place(k)}: {fault}; the same sweep command computes it again"
+            for k, fault in sorted(self.faults.items())
+        ]
+        return blocks + self.general
+
+    def facts(self) -> dict[str, Any]:
+        """Return what the file holds by name, of types that JSON knows."""
+        plan, shared = self.header.plan, acting(self.header.plan)
+        scalars = {name: value for name, value in shared.items() if name in plan.scalars}
+        return {
+            "blocks": {"computed": int(self.done.sum()), "of": len(self.done)},
+            "axes": {name: axis_facts(values) for name, values in plan.axes.items()},
+            "parameters": scalars,
+            "settings": {name: value for name, value in shared.items() if name not in scalars},
+            "statuses": self.statuses,
+            "damaged": self.complaints(),
+        }
+
+    def lines(self) -> Lines:
+        """Return the facts in words: axes of a scene in the units that figures have."""
+        plan, shared = self.header.plan, acting(self.header.plan)
+        found = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
+        for name, values in plan.axes.items():
+            axis = SCENE_AXES.get(name)
+            low, high = (float(values[k]) * (axis.scale if axis else 1.0) for k in (0, -1))
+            unit = f" {axis.shown}" if axis and axis.shown else ""
+            found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {len(values)} values"))
+        found += [("point", f"{name} between {v.min():g} and {v.max():g}") for name, v in plan.together.items()]
+        found += [
+            ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
+            ("switches", f"{shared['method']}, scan {shared['scan']}"),
+            ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
+        ]
+        if plan.carry:
+            found.append(("carried", f"{plan.carry} along {next(iter(plan.axes))}"))
+        return found + [("status", f"{name}: {points} points") for name, points in self.statuses.items()]
 
 
 def look(path: Path) -> Report:

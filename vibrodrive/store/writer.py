@@ -27,7 +27,7 @@ from vibrodrive.store.checksums import check_block, point_sums, read_marks, reco
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import refuse_moved, unwritable
-from vibrodrive.store.header import damaged_descriptions, open_result, read_header, refuse_foreign
+from vibrodrive.store.header import damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import (
     SECTIONS,
     Origin,
@@ -42,6 +42,7 @@ from vibrodrive.store.layout import (
     variables_of,
 )
 from vibrodrive.store.lock import Lock
+from vibrodrive.store.place import refuse_foreign
 
 if TYPE_CHECKING:
     from vibrodrive.model.block import Block

@@ -12,8 +12,8 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads, collect, run_blocks
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.reader import load_sweep
 from vibrodrive.store.writer import open_writer
 from vibrodrive.validation.check import Finding
 from vibrodrive.verdicts import NotApplicable
@@ -68,7 +68,7 @@ def resumed_is_uninterrupted() -> list[Finding]:
         _write(path, plan)
         return [
             Finding("blocks that the interruption has lost", len(half) - left, 0),
-            Finding("differing values", differing(load_sweep(path), collect(plan)), 0),
+            Finding("differing values", differing(load(path), collect(plan)), 0),
         ]
 
 

@@ -1,4 +1,7 @@
-"""May a result or a figure be written there? Asked before anything is computed."""
+"""May a file be written there? The one place that answers, before anything is computed and before anything is replaced.
+
+Nothing heavy is imported with it: the commands are listed by `--help` without HDF5.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +10,22 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 
-from vibrodrive.errors import ConfigError
+from vibrodrive.errors import ConfigError, Damaged, NoResult
+from vibrodrive.model.drawing import FORMATS
+from vibrodrive.model.kinds import FILES
+from vibrodrive.model.parameters import bad
+from vibrodrive.store.draft import draft_of
 
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
-    from vibrodrive.model.drawing import FORMATS
-    from vibrodrive.model.parameters import bad
-    from vibrodrive.store.draft import draft_of
-    from vibrodrive.store.kind import SIGNATURE
+    from vibrodrive.store.header import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
         raise ConfigError(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
-    _check_different({**sources, "figure": target})
-    _check_different({**sources, "draft of the figure": draft_of(target)})
-    _check_place("figure", target, renamed=True)
+    check_different({**sources, "figure": target})
+    check_different({**sources, "draft of the figure": draft_of(target)})
+    check_place("figure", target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
             if file.read(len(SIGNATURE)) == SIGNATURE:
@@ -31,47 +35,63 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
     """Refuse a result file that cannot be made, and files one of which would replace another.
 
-    Nothing has been computed yet. A file that is there is gone on with if it is of this kind (and, which shows later,
-    of the same configuration), and replaced (`overwrite`) if it is a result file of whatever kind.
+    A file that is there is gone on with if it is of this kind (and, which shows later, of the same configuration), and
+    replaced (`overwrite`) if it is a result file of whatever kind.
     """
-    from vibrodrive.errors import Damaged, NoResult
-    from vibrodrive.model.drawing import FORMATS
-    from vibrodrive.model.parameters import bad
-    from vibrodrive.store.draft import draft_of
-    from vibrodrive.store.header import read_kind, refuse_foreign
-    from vibrodrive.store.kind import KINDS
+    from vibrodrive.store.header import read_kind
 
     if path.suffix.lower() in FORMATS:
         allowed = f"the result file (.h5): `vibrodrive plot FILE.h5 -o {path}` draws it"
         raise ConfigError(bad("output", str(path), allowed))
     source = {} if config is None else {"configuration": config}
-    _check_different({**source, "output": path})
-    _check_place("output", path, renamed=overwrite)
-    _check_different({**source, "draft of the output": draft_of(path)})
+    check_different({**source, "output": path})
+    check_place("output", path, renamed=overwrite)
+    check_different({**source, "draft of the output": draft_of(path)})
     for figure in figures:
         check_figure(figure, {**source, "output": path})
-    if not path.exists():
-        return
     if overwrite:
         refuse_foreign(path)
+        return
+    if not path.exists():
         return
     try:
         found = read_kind(path)
     except Damaged:
         raise
     except NoResult as error:
-        why = ("no file of limits: " if kind == "limits" else "") + str(error).removeprefix(f"{path}: ")
+        why = str(error).removeprefix(f"{path}: ")
         advice = "choose another file, as --overwrite replaces result files only"
         raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
-        held = f"a file that holds {KINDS[kind].holds}, and this one holds {KINDS[found].holds}: name another with -o"
+        held = f"a file that holds {FILES[kind].holds}, and this one holds {FILES[found].holds}: name another with -o"
         raise ConfigError(bad("output", str(path), held))
 
 
-def _check_place(role: str, path: Path, *, renamed: bool) -> None:
+def refuse_foreign(path: Path) -> None:
+    """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
+
+    A damaged one counts as long as it can be recognised. Asked again just before a file is replaced.
+    """
+    from vibrodrive.store.header import BROKEN, bears_our_names, is_ours, open_result
+
+    if not path.exists():
+        return
+    try:
+        with open_result(path) as file:
+            ours = is_ours(file)
+    except NoResult as error:
+        if isinstance(error, Damaged) and bears_our_names(path):
+            return
+        raise NoResult(f"{error}; --overwrite replaces result files only") from None
+    except BROKEN:
+        ours = bears_our_names(path)
+    if not ours:
+        raise NoResult(f"{path}: no result file of vibrodrive; --overwrite replaces result files only")
+
+
+def check_place(role: str, path: Path, *, renamed: bool) -> None:
     """Refuse a place where no file can be written. `renamed`: a draft beside it takes its place."""
-    from vibrodrive.model.parameters import bad
-    from vibrodrive.store.kind import special
+    from vibrodrive.store.header import special
 
     try:
         what = special(path)
@@ -91,10 +111,8 @@ def _check_place(role: str, path: Path, *, renamed: bool) -> None:
         raise ConfigError(bad(role, str(path), "where files may be written (Permission denied)"))
 
 
-def _check_different(files: Mapping[str, Path]) -> None:
+def check_different(files: Mapping[str, Path]) -> None:
     """Refuse two names for one file, whether by spelling or by links."""
-    from vibrodrive.model.parameters import bad
-
     for (role, path), (other, second) in combinations(files.items(), 2):
         try:
             same = os.path.samefile(path, second)

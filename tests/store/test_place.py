@@ -1,0 +1,105 @@
+"""May a file be written there? Answered in one place, before anything is computed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from vibrodrive.errors import ConfigError, NoResult
+from vibrodrive.model.plan import make_plan
+from vibrodrive.store.draft import draft_of
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.place import check_figure, check_output
+from vibrodrive.store.writer import open_writer
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("c.toml").write_text("[sweep]\n")
+
+
+def a_sweep(name):
+    open_writer(Path(name), make_plan({"A": [1.0], "periods": 1}), Origin("")).close()
+    return Path(name)
+
+
+def foreign(name):
+    """An HDF5 file of another program, with names that occur here, too."""
+    with h5py.File(name, "w") as file:
+        file["A"] = np.arange(3.0)
+        file["section_xi"] = np.arange(6.0)
+        file.attrs["title"] = "precious"
+
+
+def refused(output, words, overwrite=(False, True), config="c.toml", figures=()):
+    for each in overwrite:
+        with pytest.raises((ConfigError, NoResult)) as caught:
+            check_output(Path(output), Path(config), "sweep", overwrite=each, figures=figures)
+        assert [w for w in words if w not in str(caught.value)] == [], str(caught.value)
+
+
+@pytest.mark.parametrize("spelling", ["c.toml", "./x/../c.toml", "link.h5", "hard.h5"])
+def test_a_result_never_takes_the_place_of_its_configuration(spelling):
+    Path("x").mkdir()
+    Path("link.h5").symlink_to("c.toml")
+    os.link("c.toml", "hard.h5")
+    refused(spelling, ["output", "another file", "c.toml"])
+
+
+def test_nor_does_its_draft():
+    Path("c.h5.part").write_text("[sweep]\n")
+    refused("c.h5", ["draft", "c.h5.part"], config="c.h5.part")
+    Path("c.png.part").write_text("[sweep]\n")
+    with pytest.raises(ConfigError, match="another file"):
+        check_figure(Path("c.png"), {"configuration": Path("c.png.part")})
+    assert draft_of(Path("c.png")).resolve() == Path("c.png.part").resolve()
+
+
+@pytest.mark.parametrize("name", ["x.png", "x.PDF", "x.svg"])
+def test_a_result_is_no_picture(name):
+    refused(name, ["output", name, f"plot FILE.h5 -o {name}"])
+
+
+def test_only_result_files_are_replaced():
+    Path("precious.txt").write_text("precious")
+    Path("empty.h5").touch()
+    foreign("foreign.h5")
+    Path("cut.h5").write_bytes(Path("foreign.h5").read_bytes()[:500])
+    for name in ("precious.txt", "empty.h5", "foreign.h5"):
+        refused(name, [name, "result files only"])
+    refused("cut.h5", ["cut.h5", "result files only"], overwrite=[True])  # else it may be a damaged one of ours
+    check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
+    check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
+    with pytest.raises(ConfigError, match="this one holds a sweep: name another with -o"):
+        check_output(a_sweep("s.h5"), None, "limits", overwrite=False)
+
+
+def test_places_where_no_file_can_be(tmp_path):
+    for name in ("loop.h5", "loop"):
+        Path(name).symlink_to(name)
+    os.mkfifo("pipe.h5")
+    refused("loop.h5", ["loop.h5", "symbolic links"])
+    refused("loop/x.h5", ["loop/x.h5", "symbolic links"])
+    refused("pipe.h5", ["pipe.h5", "a named pipe"])
+    refused(".", ["a directory"])
+    refused("nowhere/x.h5", ["nowhere/x.h5", "directory that exists"])
+
+
+def test_a_directory_that_cannot_be_written():
+    Path("locked").mkdir()
+    a_sweep("locked/s.h5")
+    Path("locked").chmod(0o555)
+    try:
+        if os.access("locked", os.W_OK):
+            pytest.skip("the superuser may write anywhere")
+        refused("locked/x.h5", ["locked/x.h5", "may be written"])
+        refused("locked/s.h5", ["locked/s.h5", "may be written"], overwrite=[True])
+        with pytest.raises(ConfigError, match="may be written"):
+            check_figure(Path("locked/x.png"), {})
+    finally:
+        Path("locked").chmod(0o755)

@@ -1,0 +1,31 @@
+"""Switches of single motions (NAME_switches.h5 of `paper`): what `info` shows of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+
+from vibrodrive.model.described import Stored
+
+
+@dataclass(frozen=True, repr=False)
+class StoredSwitches(Stored):
+    """Motions by name: how many switches and section points each has, and its A."""
+
+    file_kind = "switches"
+
+    motions: dict[str, dict[str, int | float]]
+    title: str = ""
+
+    def facts(self) -> dict[str, Any]:
+        return {"motions": self.motions}
+
+
+def read(file: h5py.File) -> StoredSwitches:
+    motions = {
+        name: {"switches": len(group["switches"]), "periods": len(group["section"]), "A": float(group.attrs["A"])}
+        for name, group in file.items()
+    }
+    return StoredSwitches(motions, str(file.attrs["title"]))
