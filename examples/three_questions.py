@@ -28,8 +28,8 @@ from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
+from vibrodrive.stability.limits import CURVES
 from vibrodrive.store.every_kind import load
-from vibrodrive.store.limits import CURVES
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import h5py
 import numpy as np
 import pytest
 
@@ -265,8 +264,3 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     labels = [line.get_label() for line in top.lines if line.get_label().startswith("$")]
     assert len(labels) == 3
     assert all("k_u" in label for label in labels)
-    with h5py.File(tmp_path / "several.h5", "r+") as file:
-        file.move("ku", "k2")
-        file.attrs["criterion"] = "several"
-    with pytest.raises(ValueError, match="criterion = 'several'"):
-        load(tmp_path / "several.h5")

@@ -133,7 +133,7 @@ def test_on_the_level(tmp_path):
     config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
     found, computed = run("orbits", config, tmp_path / "level.h5")
     assert computed
-    assert table(found).splitlines()[-1].endswith(" at 11 values of A: 9 touching")
+    assert table(found).splitlines()[-1].endswith(" at 10 values of A: 9 touching")
     with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
         assert set(file.kind.values) == {"touching"}
         assert np.isnan(file.multiplier.values).all()

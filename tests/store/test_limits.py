@@ -12,9 +12,10 @@ import xarray
 from vibrodrive.errors import NoResult
 from vibrodrive.model.config import parse
 from vibrodrive.stability.limit import Limit
+from vibrodrive.stability.limits import CURVES
 from vibrodrive.stability.structure import Structure
 from vibrodrive.store.every_kind import load, summary
-from vibrodrive.store.limits import CURVES, create, write_limit, writing
+from vibrodrive.store.limits import create, write_limit, writing
 
 OVER_A = "[sweep]\nA = [2.5, 2.8, 3.04]\n[model]\neta = 50.5\n"
 OVER_TWO = "[sweep]\nB = [0.1, 0.2]\neta = [20.3, 50.5, 101.3]\n[model]\nA = 2.5\n"

@@ -104,7 +104,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     >>> vd.load("fig07.h5", kind="limits")
     Traceback (most recent call last):
         ...
-    vibrodrive.errors.OtherKind: fig07.h5: holds a sweep, not limits of stability
+    vibrodrive.errors.OtherKind: fig07.h5: holds a sweep, not limits of stability: made by `vibrodrive sweep`
     """
     path = check_path(path)
     if kind is not None and kind not in LOADED:

@@ -137,7 +137,7 @@ def kind_in(file: h5py.File, wanted: str | None = None) -> str:
     if kind not in FILES:
         raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
     if wanted not in (None, kind):
-        made = f"made by `vibrodrive {FILES[kind].command}`, and read by `vibrodrive info` and `vibrodrive plot`"
+        made = f"made by `vibrodrive {FILES[kind].command}`"
         raise OtherKind(f"{path}: holds {FILES[kind].holds}, not {FILES[str(wanted)].holds}: {made}")
     return kind
 
