@@ -10,7 +10,7 @@ import pytest
 
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.passes import SPOTS, count_passes
-from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.choices import Method, Status
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 

@@ -13,7 +13,7 @@ from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
 from vibrodrive.figures.bifurcation import ROWS
 from vibrodrive.figures.curves import curve
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 

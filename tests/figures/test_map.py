@@ -16,8 +16,8 @@ from vibrodrive.figures.limits_map import limits_map
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.map import edges, map_figure
 from vibrodrive.figures.style import save
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
-from vibrodrive.model.parameters import Status
 from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.plan import Settings
 from vibrodrive.periodic.curves import Curve

@@ -14,8 +14,8 @@ from matplotlib.colors import to_rgb
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.style import INCHES, drawn_as, equation, explain, look, new, note, periods_ticks, save
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import STYLES, WIDTHS
-from vibrodrive.model.parameters import Status
 from vibrodrive.model.plan import make_plan
 
 

@@ -127,7 +127,7 @@ def changed(copy, name: str) -> bool:
 @pytest.mark.jit
 def test_an_edit_of_whatever_is_compiled_makes_new_kernels(copy):
     kernels = behind_the_machine_code()
-    assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.parameters"} <= kernels
+    assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.choices"} <= kernels
     kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces"}
     assert [name for name in sorted(kernels) if not changed(copy, name)] == []
 

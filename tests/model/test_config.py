@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from vibrodrive.errors import ConfigError
+from vibrodrive.model.choices import Method
 from vibrodrive.model.config import parse, read
-from vibrodrive.model.parameters import Method
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

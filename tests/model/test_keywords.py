@@ -16,8 +16,9 @@ from pathlib import Path
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan
+from vibrodrive.model.parameters import PARAMETERS
 from vibrodrive.model.plan import Settings
 
 ROOT = Path(__file__).parent.parent.parent

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from vibrodrive.model import parameters
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan, Status, check, check_choice, check_count
+from vibrodrive.model.choices import Method, Scan, Status
+from vibrodrive.model.parameters import PARAMETERS, check, check_choice, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.slips import slip
 

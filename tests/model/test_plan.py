@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrodrive.model import config
-from vibrodrive.model.parameters import COLUMNS, ETA, Method
+from vibrodrive.model.choices import Method
+from vibrodrive.model.parameters import COLUMNS, ETA
 from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, WAVE_WORK, Plan, Settings, make_plan
 

@@ -11,7 +11,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.errors import TooLarge
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from vibrodrive.errors import ConfigError
+from vibrodrive.model.choices import Status
 from vibrodrive.model.config import parse
-from vibrodrive.model.parameters import COLUMNS, Status
+from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.physical import SCENE_AXES, Scene
 from vibrodrive.model.results import Results
 

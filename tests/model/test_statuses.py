@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.states import State
 from vibrodrive.model.statuses import Statuses, count_statuses
 

@@ -11,7 +11,7 @@ import numpy as np
 from vibrodrive.explorer.density import paint
 from vibrodrive.explorer.work import Level
 from vibrodrive.figures.ink import ink_of
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
 ROWS = 360

@@ -26,8 +26,8 @@ from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
+from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.parameters import Method
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12

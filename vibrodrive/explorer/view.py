@@ -16,6 +16,7 @@ from urllib.parse import urlencode
 import numpy as np
 
 from vibrodrive.model import config
+from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
@@ -28,7 +29,7 @@ from vibrodrive.model.drawing import (
     check_range,
     choose_drawing,
 )
-from vibrodrive.model.parameters import ETA, PARAMETERS, Method, Parameter, bad, check_count
+from vibrodrive.model.parameters import ETA, PARAMETERS, Parameter, bad, check_count
 from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY

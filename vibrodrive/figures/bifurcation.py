@@ -28,8 +28,9 @@ from vibrodrive.figures.style import (
     styled,
     symbol,
 )
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
-from vibrodrive.model.parameters import Method, Status, bad
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")

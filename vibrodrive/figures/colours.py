@@ -13,8 +13,8 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.conditions import NAMES
 from vibrodrive.figures.style import look
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
-from vibrodrive.model.parameters import Status
 from vibrodrive.model.states import states
 
 APART = "white"

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from vibrodrive.figures.style import equation
-from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.choices import Method, Status
 
 PLACES = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 """Parameters that are always said, where they have one value."""

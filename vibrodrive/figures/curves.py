@@ -26,8 +26,9 @@ from vibrodrive.figures.style import (
     periods_ticks,
     styled,
 )
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.states import State
 
 CURVES = ("phase", "time", "velocity", "section")

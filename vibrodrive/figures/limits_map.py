@@ -12,8 +12,9 @@ from vibrodrive.figures.conditions import named
 from vibrodrive.figures.limits import shared_by
 from vibrodrive.figures.map import LABELS, apart, draw
 from vibrodrive.figures.style import explain, note, styled
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, MAP, Style, Width
-from vibrodrive.model.parameters import Status, bad
+from vibrodrive.model.parameters import bad
 from vibrodrive.stability.limits import Limits
 
 

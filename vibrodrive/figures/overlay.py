@@ -12,7 +12,8 @@ from vibrodrive.figures.conditions import named
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.plane import HALO, Line
 from vibrodrive.figures.style import as_shown
-from vibrodrive.model.parameters import Method, bad
+from vibrodrive.model.choices import Method
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibrodrive.model.parameters import Method, Scan, Status
+from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.states import State
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)

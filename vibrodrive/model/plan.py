@@ -15,17 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.parameters import (
-    COLUMNS,
-    PARAMETERS,
-    Method,
-    Scan,
-    bad,
-    check,
-    check_choice,
-    check_count,
-    unknown,
-)
+from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.parameters import COLUMNS, PARAMETERS, bad, check, check_choice, check_count, unknown
 from vibrodrive.model.physical import SCENE, Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 

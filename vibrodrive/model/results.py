@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.described import Described, numbers, share_computed, span
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import Method, Status, bad, real_number
+from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan, Settings
 from vibrodrive.model.records import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibrodrive.model.parameters import Named
+from vibrodrive.model.choices import Named
 
 
 class State(Named):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 
 
 class Statuses(np.ndarray):

@@ -7,8 +7,8 @@ import textwrap
 
 import numpy as np
 
+from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.config import HOMES
-from vibrodrive.model.parameters import Method, Scan
 from vibrodrive.model.plan import POINT, Plan
 
 FEW = 3
