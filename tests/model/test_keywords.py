@@ -51,7 +51,7 @@ LEFT_OUT = {
 
 def defaults_of_the_model():
     """Defaults of what `make_plan` takes, as a signature shows them."""
-    known = {p.name: p.default for p in PARAMETERS.values()}
+    known = {name: p.default for name, p in PARAMETERS.items()}
     known |= {"A": inspect.Parameter.empty, "dtau": None, "tol": None}
     assert math.isnan(PARAMETERS["dtau"].default)
     for field in fields(Settings):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import MISSING, fields
 
 import numpy as np
 import pytest
@@ -12,9 +13,10 @@ from hypothesis import strategies as st
 
 from vibrodrive.model import config
 from vibrodrive.model.choices import Method
-from vibrodrive.model.parameters import COLUMNS, ETA
-from vibrodrive.model.physical import SCENE_AXES
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, SETTINGS, WAVE_WORK, Plan, Settings, make_plan
+from vibrodrive.model.names import ETA, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.parameters import COLUMNS, check_setting
+from vibrodrive.model.physical import Scene
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, WAVE_WORK, Plan, Settings, make_plan
 
 
 def test_axes_stand_in_the_order_written():
@@ -148,7 +150,8 @@ def test_there_is_one_table_of_settings():
     """A configuration knows every setting and parameter, and takes and refuses the same values as `make_plan`."""
     known = {key for keys in config.HOMES.values() for key in keys}
     assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES, "record", "points", "carry"}
-    assert set(SETTINGS) == set(vars(Settings()))
+    assert list(SETTINGS) == [f.name for f in fields(Settings)]
+    assert not [name for name in PARAMETERS if sum(name in keys for keys in config.HOMES.values()) != 2]
     for table, keys in config.HOMES.items():
         for key in keys:
             if key not in SETTINGS:
@@ -159,7 +162,12 @@ def test_there_is_one_table_of_settings():
                 config.parse(f"[{table}]\n{key} = -1\n")
             assert str(told.value) == str(refused.value)
             default = getattr(Settings(), key)
-            assert SETTINGS[key](key, {"method": "certified", "scan": "skip"}.get(key, default)) == default
+            assert check_setting(key, {"method": "certified", "scan": "skip"}.get(key, default)) == default
+
+
+def test_the_scene_has_the_defaults_of_its_names():
+    shown = {f.name: None if f.default is MISSING else f.default for f in fields(Scene)}
+    assert list(shown.items()) == [(name, row.default) for name, row in SCENE.items()]
 
 
 @pytest.mark.parametrize(

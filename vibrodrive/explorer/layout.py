@@ -30,8 +30,6 @@ from vibrodrive.explorer.view import (
     DIAGRAM,
     DIFFERENCE,
     DIMENSIONLESS,
-    LINEAR,
-    LOG,
     METHODS,
     OF_MAPS,
     QUANTITIES,
@@ -40,17 +38,10 @@ from vibrodrive.explorer.view import (
     View,
 )  # fmt: skip
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.physical import SCENE
+from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
 from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
-
-SYMBOLS = {
-    "A": "A", "B": "B", "eps": "ε", "eta": "η", "dtau": "Δτ", "tol": "tol", "xi0": "ξ₀", "dxi0": "ξ′₀", "tau0": "τ₀",
-    "section_phase": "φ_s", "a0": "a₀ (m)", "omega0": "Ω₀ (rad/s)", "mu": "μ", "alpha": "α (°)", "mass": "mass (kg)",
-    "g": "g (m/s²)", "xi": "ξ", "dxi": "ξ′", "impact_speed": "impact speed", "impact_phase": "impact phase",
-}  # fmt: skip
-"""The paper's symbol for every parameter, quantity of a scene and ordinate, in letters that a page has."""
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
 """Of the states of LASTING, and of the excitation."""
@@ -61,19 +52,11 @@ KIND_COLOURS = {
 }  # fmt: skip
 """Colours of bifurcations: those of the style "screen" in figures/looks.py."""
 
-SLIDERS: dict[str, tuple[float, float, float]] = {
-    "B": (0.0, 0.6, 0.001),
-    "eps": (0.0, 1e-3, 1e-6),
-    "eta": (1.0, 200.0, 0.1),
-    "section_phase": (0.0, 6.28, 0.01),
-    "dtau": (-5.0, 0.0, 0.01),
-    "A": (1.0, 4.0, 0.001),
-    "transient": (0, 2000, 10),
-    "periods": (10, 1000, 10),
-}
-"""Ends and step of what has a slider; of Δτ those of its decimal logarithm. The field beside it takes any value."""
+SLIDERS = ("B", "eps", "eta", "section_phase", "dtau", "A", "transient", "periods")
+"""What has a slider, in the order of the page. The field beside it takes any value."""
 
 EXPONENTS = ("dtau",)
+"""Sliders over the decimal logarithm of their value."""
 
 PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
 
@@ -141,7 +124,7 @@ def build(document: Document, view: View, token: str) -> Page:
         inputs[n] for n in ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
     ]
     side = {n: row(sliders[n], inputs[n]) for n in SLIDERS}
-    scene = [row(*(inputs[n] for n in names)) for names in (SCENE[:3], SCENE[3:])]
+    scene = [row(*(inputs[n] for n in names)) for names in (tuple(SCENE)[:3], tuple(SCENE)[3:])]
     only = {
         DIMENSIONLESS: [side["A"], side["B"]],
         SI: scene,
@@ -155,8 +138,8 @@ def build(document: Document, view: View, token: str) -> Page:
     two.visible = view.compared and view.compare == BESIDE
     for p in (one, two):
         p.height = LOW if two.visible else TALL
-        p.xaxis.axis_label = SYMBOLS[view.x]
-        p.yaxis.axis_label = SYMBOLS[view.y if view.mode == MAP else view.quantity]
+        p.xaxis.axis_label = symbol(view.x)
+        p.yaxis.axis_label = symbol(view.y if view.mode == MAP else view.quantity)
     root = column(
         row(*top),
         row(
@@ -214,6 +197,15 @@ def build(document: Document, view: View, token: str) -> Page:
     return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
 
 
+def symbol(name: str) -> str:
+    """The symbol of the paper in letters that a page has, with the unit: pages take SI units, figures may show mm."""
+    if name not in NAMES:
+        return name.replace("_", " ")
+    row = NAMES[name]
+    unit = row.unit if row.scale != 1.0 else row.shown
+    return f"{row.symbol} ({unit})" if unit else row.symbol
+
+
 def _call(call: str, **args: Any) -> CustomJS:
     """A call into browser.js, once that has run."""
     return CustomJS(args=args, code=f"if (window.explorer) window.explorer.{call}")
@@ -268,10 +260,10 @@ def _legend() -> Div:
 
 def _inputs(view: View) -> dict[str, Any]:
     """A widget for every field of a view that is no range."""
-    parameters = [(name, SYMBOLS[name]) for name in RANGES]
+    parameters = [(name, symbol(name)) for name in RANGES]
     choices = {
         "mode": ("mode", [DIAGRAM, MAP], 95),
-        "quantity": ("ordinate", [(q, SYMBOLS[q]) for q in QUANTITIES], 115),
+        "quantity": ("ordinate", [(q, symbol(q)) for q in QUANTITIES], 115),
         "shade": ("colour", list(OF_MAPS), 150),
         "x": ("abscissa", parameters, 105),
         "scale": ("axis", [LINEAR, LOG], 80),
@@ -287,7 +279,7 @@ def _inputs(view: View) -> dict[str, Any]:
         for name, (title, options, width) in choices.items()
     }
     for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
-        title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else SYMBOLS.get(name, name)
+        title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else symbol(name)
         width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
         found[name] = TextInput(
             name=name, title=title, value=repr(state[name]), width=width, disabled=name in view.axes
@@ -297,9 +289,9 @@ def _inputs(view: View) -> dict[str, Any]:
 
 
 def _slider(name: str, view: View) -> Slider:
-    start, end, step = SLIDERS[name]
+    start, end, step = NAMES[name].slider or (0.0, 1.0, 0.1)
     value = float(getattr(view, name))
     value = math.log10(value) if name in EXPONENTS else value
-    shown = "log Δτ" if name in EXPONENTS else SYMBOLS.get(name, name)
+    shown = "log Δτ" if name in EXPONENTS else symbol(name)
     return Slider(name=name, title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
                   show_value=False, disabled=name in view.axes)  # fmt: skip

@@ -15,11 +15,11 @@ from bokeh.document import Document
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.layout import HINT, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
-from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, LOG, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.physical import SCENE_AXES
+from vibrodrive.model.names import LOG, SCENE_AXES
 
 if TYPE_CHECKING:
     from vibrodrive.explorer.work import Work

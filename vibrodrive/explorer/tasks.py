@@ -22,12 +22,13 @@ from vibrodrive.explorer.layout import CURVE_COLOURS, KIND_COLOURS
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
-from vibrodrive.explorer.view import DIFFERENCE, LOG, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIFFERENCE, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
+from vibrodrive.model.names import LOG
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12

@@ -29,8 +29,9 @@ from vibrodrive.model.drawing import (
     check_range,
     choose_drawing,
 )
-from vibrodrive.model.parameters import ETA, PARAMETERS, Parameter, bad, check_count
-from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene, incline
+from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
+from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
@@ -44,8 +45,6 @@ OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, IMPACT_POWER, *O
 
 ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"
 """The chosen way to find switches alone, beside the certified one, or what the two differ in."""
-
-LINEAR, LOG = "linear", "log"
 
 DIMENSIONLESS, SI = "dimensionless", "SI"
 """A and B given, or following from a scene in SI units."""
@@ -61,23 +60,7 @@ LONGEST = 10**6
 NOWHERE = math.nan
 """In the place of a number that is not set."""
 
-RANGES: dict[str, tuple[float, float, str]] = {
-    "A": (2.4, 3.25, LINEAR),
-    "B": (0.02, 0.3, LINEAR),
-    "eps": (1e-6, 1e-3, LOG),
-    "eta": (1.0, 200.0, LINEAR),
-    "dtau": (1e-3, 1.0, LOG),
-    "tol": (1e-12, 1e-1, LOG),
-    "xi0": (0.0, 10.0, LINEAR),
-    "dxi0": (-3.0, 3.0, LINEAR),
-    "tau0": (0.0, 2.0 * math.pi, LINEAR),
-    "section_phase": (0.0, 2.0 * math.pi, LINEAR),
-    "a0": (3e-4, 1.2e-3, LINEAR),
-    "omega0": (80.0, 200.0, LINEAR),
-    "mu": (0.2, 1.0, LINEAR),
-    "alpha": (0.5, 12.0, LINEAR),
-    "mass": (50.0, 500.0, LINEAR),
-}
+RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 """Where an axis of each parameter, and of each quantity of a scene, lies, and how it is spaced, unless it is said."""
 
 
@@ -103,7 +86,7 @@ def _number(key: str, value: object) -> float:
 
 def _parameter(key: str, value: object) -> float:
     """A number in the range of that parameter."""
-    p: Parameter = PARAMETERS[key]
+    p = PARAMETERS[key]
     try:
         found = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -308,7 +291,7 @@ class View:
         def numbers(names: Iterable[str]) -> list[str]:
             return [f"{name} = {getattr(self, name)!r}" for name in names if name not in over]
 
-        model, scene = config.HOMES["model"], SCENE if self.scene == SI else ()
+        model, scene = config.HOMES["model"], tuple(SCENE) if self.scene == SI else ()
         if scene:
             scene = tuple(name for name in scene if name != "a0" or "A" not in over)
             model = tuple(name for name in model if name != "B" and (name != "A" or "a0" not in scene))

@@ -31,8 +31,8 @@ from matplotlib.ticker import MaxNLocator
 from vibrodrive.figures.docstrings import with_shared
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
+from vibrodrive.model.names import NAMES, SCENE_AXES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import SCENE_AXES
 from vibrodrive.store.draft import drafted
 
 INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
@@ -77,30 +77,11 @@ LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0),
 NOTE = 0.8
 """Size of a note, of the size of titles."""
 
-SYMBOLS = {
-    "A": "A",
-    "B": "B",
-    "eps": r"\varepsilon",
-    "eta": r"\eta",
-    "dtau": r"\Delta\tau",
-    "tol": r"\mathrm{tol}",
-    "xi0": r"\xi_0",
-    "dxi0": r"\xi\mathrm{′}_0",
-    "tau0": r"\tau_0",
-    "section_phase": r"\varphi_s",
-    "a0": "a_0",
-    "omega0": r"\Omega_0",
-    "mu": r"\mu",
-    "alpha": r"\alpha",
-    "mass": "m",
-    "xi": r"\xi",
-    "dxi": r"\xi\mathrm{′}",
-    "tau": r"\tau",
-}
-"""The paper's symbol (as mathtext) for every parameter and quantity."""
+SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
+"""The symbol of the paper as mathtext, for every parameter and quantity that has one."""
 
-UNITS = {name: quantity.shown for name, quantity in SCENE_AXES.items() if quantity.shown}
-"""Of what is not dimensionless."""
+UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
+"""Units in figures of quantities that are not dimensionless."""
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -223,7 +204,7 @@ def equation(name: str, value: float) -> str:
 
 def as_shown(name: str, values: Any) -> Any:
     """Values of a parameter, number or array, in the unit that figures show."""
-    return values * SCENE_AXES[name].scale if name in SCENE_AXES else values
+    return values * NAMES[name].scale if name in SCENE_AXES else values
 
 
 class ShownFigure(Figure):

@@ -1,7 +1,7 @@
 """A configuration file (TOML), and what may stand in it.
 
     title = "…"            # anything
-    [model]                # numbers: A, B, eps, eta, xi0, dxi0, tau0
+    [model]                # numbers: A, B, eps, … (names.py says which parameters and settings stand in which table)
     [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
                            # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
                            # maybe as an axis: the rest of the scene gives B and the units
@@ -10,9 +10,9 @@
                            # seed = 0, 1, 2, …; in the place of an entry of
                            # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
     [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
-    [switching]            # method, tol, dtau, scan
-    [run]                  # transient, periods, section_phase, budget; record: "section" (the default), "impacts",
-                           # "summary", "error", or a list of some of them; carry: "up" or "down" along the first axis
+    [switching]            # method and what belongs to it
+    [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
+                           # a list of some of them; carry: "up" or "down" along the first axis
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
@@ -38,17 +38,24 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
-from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, has_control, unknown
-from vibrodrive.model.physical import SCENE, SCENE_AXES, Scene, check_scene
-from vibrodrive.model.plan import POINT, SETTINGS, Plan, make_plan
+from vibrodrive.model.names import AXES, FURTHER, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
+from vibrodrive.model.physical import Scene, check_scene
+from vibrodrive.model.plan import POINT, Plan, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
 
+
+def _in_table(table: str) -> tuple[str, ...]:
+    """The names that stand in a table, settings first."""
+    return tuple(name for name, row in (SETTINGS | PARAMETERS | FURTHER).items() if row.table == table)
+
+
 HOMES: dict[str, tuple[str, ...]] = {
-    "model": ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0"),
-    "sweep": (*PARAMETERS, *SCENE_AXES, "points"),
-    "switching": ("method", "scan", "dtau", "tol"),
-    "run": ("transient", "periods", "budget", "section_phase", "record", "carry"),
+    "model": _in_table("model"),
+    "sweep": (*AXES, "points"),
+    "switching": _in_table("switching"),
+    "run": _in_table("run"),
 }
 """Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
 
@@ -58,7 +65,7 @@ MOST_BYTES = 1 << 25
 DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """A key of more than a hundred parts: Python's reader takes time that grows as the square of their number."""
 
-ALONG = (*PARAMETERS, *SCENE_AXES, POINT)
+ALONG = (*AXES, POINT)
 """What may be an axis of a figure."""
 
 
@@ -171,7 +178,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
     """An argument of a sweep, checked, from its table; what points give is entered in `at`."""
     if key in SETTINGS:
-        SETTINGS[key](key, value)
+        check_setting(key, value)
         return value
     if key == "record":
         return check_record(value)

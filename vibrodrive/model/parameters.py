@@ -10,57 +10,20 @@ import math
 import numbers
 import unicodedata
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from vibrodrive.model.choices import Method as Method
 from vibrodrive.model.choices import Scan as Scan
 from vibrodrive.model.choices import Status as Status
+from vibrodrive.model.names import ETA as ETA
+from vibrodrive.model.names import PARAMETERS, SETTINGS
 
 if TYPE_CHECKING:
     import numpy as np
 
-ETA = 10.0 * math.sqrt(102.0)
-"""Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One real argument of a trajectory: its default, its range and its meaning (all dimensionless)."""
-
-    name: str
-    default: float | None
-    low: float
-    high: float
-    open_low: bool
-    meaning: str
-
-    @property
-    def allowed(self) -> str:
-        if self.low == -self.high:
-            return f"a number between {self.low:g} and {self.high:g}"
-        return f"a number {'>' if self.open_low else '>='} {self.low:g} and <= {self.high:g}"
-
-
-PARAMETERS: dict[str, Parameter] = {
-    p.name: p
-    for p in (
-        Parameter("A", None, 0.0, 1e9, False, "excitation amplitude A = Ω0² a0 / (μ g cos α)"),
-        Parameter("B", 0.1, 0.0, 1e9, False, "incline over friction B = tan α / μ"),
-        Parameter("eps", 0.0, 0.0, 1e3, False, "relative amplitude ε of the disturbance, eq. (9)"),
-        Parameter("eta", ETA, 1e-9, 1e8, False, "frequency ratio η of the disturbance, eq. (9)"),
-        Parameter("dtau", math.nan, 1e-12, 1e6, False, "step Δτ of the grid (fixed, muller)"),
-        Parameter("tol", 1e-7, 0.0, 1.0, True, "step tolerance of Muller's method"),
-        Parameter("xi0", 0.0, 0.0, 1e15, False, "initial gap ξ at τ0"),
-        Parameter("dxi0", 0.0, -1e12, 1e12, False, "initial velocity ξ' at τ0"),
-        Parameter("tau0", 0.0, -1e12, 1e12, False, "initial time τ0"),
-        Parameter("section_phase", 0.0, -1e6, 1e6, False, "phase φ_s of the Poincaré section"),
-    )
-}
-"""Every argument of `simulate` that may be an axis of a sweep, in the order of the columns of a point."""
-
 COLUMNS: tuple[str, ...] = tuple(PARAMETERS)
+"""Of a point: every parameter, in this order."""
 
 
 SHOWN = 80
@@ -163,3 +126,9 @@ def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
     if value.lower() not in names:
         raise ValueError(bad(name, value, allowed))
     return int(choices[value.upper()])
+
+
+def check_setting(name: str, value: object) -> int:
+    """Cast one of SETTINGS to the plain int that `Settings` holds. Raises TypeError or ValueError."""
+    row = SETTINGS[name]
+    return check_choice(name, value, row.choices) if row.choices else check_count(name, value, int(row.low))

@@ -4,34 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
+from vibrodrive.model.names import SCENE as SCENE
+from vibrodrive.model.names import SCENE_AXES as SCENE_AXES
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.slips import warn_of_slip
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-
-class Quantity(NamedTuple):
-    """A quantity of the scene that may be an axis: its unit in files (UDUNITS) and in figures, its meaning, and how
-    many units of figures are one of files."""
-
-    unit: str
-    shown: str
-    meaning: str
-    scale: float = 1.0
-
-
-SCENE_AXES = {
-    "a0": Quantity("m", "mm", "amplitude a0 of the excitation", 1e3),
-    "omega0": Quantity("rad s-1", "rad/s", "angular frequency Ω0 of the excitation"),
-    "mu": Quantity("1", "", "coefficient of friction μ"),
-    "alpha": Quantity("degree", "°", "angle α of the incline"),
-    "mass": Quantity("kg", "kg", "mass m"),
-}
-"""What of the scene may be an axis of a sweep; A and B follow point by point."""
 
 TINY = 5e-324
 """In the place of what is positive and underflows to 0."""
@@ -250,10 +233,6 @@ class Scene:
     def force(self, h: ArrayLike) -> Any:
         """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
         return _numbers("h", h) * self.mass * self.friction
-
-
-SCENE = tuple(f.name for f in fields(Scene))
-"""What makes up a scene."""
 
 
 def _numbers(key: str, value: object) -> Any:

@@ -8,16 +8,16 @@ at the same time one chunk of the result file, so that a finished block is writt
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from vibrodrive.model.choices import Method, Scan
-from vibrodrive.model.parameters import COLUMNS, PARAMETERS, bad, check, check_choice, check_count, unknown
-from vibrodrive.model.physical import SCENE, Scene, check_scene, with_A_and_B
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
+from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
@@ -50,48 +50,8 @@ CARRY = ("up", "down")
 SAMPLED = 100
 """Points looked at where parameters change together, before a warning."""
 
-DEFAULT_BUDGET = 100_000
-"""Switches allowed in one excitation period; a trajectory with more is ended as chattering."""
-
-
 ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
 """The methods on which these parameters act; the others compute the same without them."""
-
-
-def _setting(default: int, check: Callable[..., int], **allowed: Any) -> Any:
-    return field(default=int(default), metadata={"check": partial(check, **allowed)})
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What all points of a sweep share: the one table of the settings, their defaults and what they may be."""
-
-    method: int = _setting(Method.CERTIFIED, check_choice, choices=Method)
-    scan: int = _setting(Scan.SKIP, check_choice, choices=Scan)
-    transient: int = _setting(1000, check_count, low=0)
-    periods: int = _setting(250, check_count, low=1)
-    budget: int = _setting(DEFAULT_BUDGET, check_count, low=1)
-
-    @property
-    def literal(self) -> bool:
-        """Whether every grid point is visited: the certified path has no grid."""
-        return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
-
-    def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
-        """Return the work of one point, in undisturbed periods; the largest ε and η and the smallest Δτ cost most.
-
-        It is counted from the arguments, as measured costs would give files that depend on the machine.
-        """
-        period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
-        if self.literal:
-            period += 2.0 * math.pi / dtau / 256.0
-        elif bounded:
-            period *= 10.0
-        return (self.transient + self.periods) * period
-
-
-SETTINGS: dict[str, Callable[[str, object], int]] = {f.name: f.metadata["check"] for f in fields(Settings)}
-"""The check of each: name and value -> the plain int that a Settings holds. Raises TypeError or ValueError."""
 
 
 @dataclass(frozen=True)
@@ -257,7 +217,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
     for key, value in arguments.items():
         if key in SETTINGS:
-            chosen[key] = SETTINGS[key](key, value)
+            chosen[key] = check_setting(key, value)
         elif key == "record":
             record = check_record(value)
         elif key == "points" and value is not None:

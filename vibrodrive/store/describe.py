@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from vibrodrive.model.parameters import PARAMETERS, Method, Scan
-from vibrodrive.model.physical import SCENE_AXES
+from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.names import NAMES, SCENE
 from vibrodrive.model.plan import Plan, idle
 
 MODEL = (
@@ -19,21 +19,6 @@ MODEL = (
     "H = A (sin τ + ε η² sin ητ) − B; ξ'' = H − 1 sliding up, ξ'' = H + 1 sliding down; ξ is the gap above the "
     "obstacle, τ the time (2π: one excitation period), ' the derivative by τ."
 )
-
-SETTINGS = {
-    "method": "how switches are found",
-    "scan": "how a grid is visited",
-    "transient": "excitation periods before the record begins",
-    "periods": "excitation periods recorded",
-    "budget": "switches allowed in a period",
-    "record": "what is kept of each motion",
-    "carry": "up, down: each motion starts where its neighbour below, above along the first axis ended",
-    "criterion": "what of its structure a motion must keep",
-    "quantity": "k1, ku: how far a start may be off, which disturbance leaves one motion",
-    "max_period": "longest period sought, in excitation periods",
-    "g": "acceleration of gravity (m s-2)",
-}
-"""Meanings of what is no parameter of a point."""
 
 
 def plain(plan: Plan) -> dict[str, Any]:
@@ -59,8 +44,5 @@ def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _meaning(name: str) -> str:
-    if name in PARAMETERS:
-        return PARAMETERS[name].meaning
-    if name in SCENE_AXES:
-        return f"{SCENE_AXES[name].meaning} ({SCENE_AXES[name].unit})"
-    return SETTINGS[name]
+    row = NAMES[name]
+    return f"{row.meaning} ({row.unit})" if name in SCENE else row.meaning

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.model.choices import Status
 from vibrodrive.model.kinds import FILES
-from vibrodrive.model.parameters import PARAMETERS, Status
-from vibrodrive.model.physical import SCENE_AXES
+from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import IMPACTS, SECTION, quantities
 from vibrodrive.model.states import State
@@ -214,10 +214,8 @@ def flags_of_statuses() -> dict[str, Any]:
 
 def meaning_of(name: str) -> tuple[str, str]:
     """Long name and unit of a coordinate."""
-    if name in PARAMETERS:
-        return PARAMETERS[name].meaning, "1"
-    if name in SCENE_AXES:
-        return SCENE_AXES[name].meaning, SCENE_AXES[name].unit
+    if name in AXES:
+        return AXES[name].meaning, AXES[name].unit
     meanings = {
         "period": "recorded excitation period, counted from 1 after the transient",
         "impact": "main impact, counted from 1 after the transient",
