@@ -9,9 +9,11 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.looks import INK, LOOKS
-from vibrodrive.figures.plane import KINDS, curves_figure, draw_curves
+from vibrodrive.figures.plane import curves_figure, draw_curves
 from vibrodrive.figures.style import new
+from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.periodic.bifurcations import ONSET
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.meetings import Meeting, meeting_points
 
@@ -62,13 +64,12 @@ def test_over_a_map_limits_and_scale_stay(curves):
 
 
 def test_kinds_differ_in_black_and_white():
-    styles = [(str(k["ls"]), k["lw"]) for k in KINDS.values()]
-    assert len(set(styles)) == len(KINDS)
-    dashes = [ls for ls, _ in styles if ls != "-"]
+    kinds = BIFURCATIONS.values()
+    assert {*BIFURCATIONS} == {ONSET, DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK}
+    assert len({(str(kind.dashes), kind.width) for kind in kinds}) == len({kind.marker for kind in kinds}) == len(kinds)
+    dashes = [str(kind.dashes) for kind in kinds if kind.dashes != "-"]
     assert len(set(dashes)) == len(dashes)
-    assert LOOKS["print"].bifurcations.keys() <= LOOKS["screen"].bifurcations.keys() <= KINDS.keys()
-    colours = [to_rgb(LOOKS["screen"].bifurcations.get(kind, INK)) for kind in KINDS]
-    for one, other in itertools.combinations(colours, 2):
+    for one, other in itertools.combinations((to_rgb(kind.colour) for kind in kinds), 2):
         assert np.abs(np.subtract(one, other)).max() > 0.2
 
 

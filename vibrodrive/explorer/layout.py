@@ -46,12 +46,6 @@ HERE = Path(__file__).parent
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
 """Of the states of LASTING, and of the excitation."""
 
-KIND_COLOURS = {
-    "onset": "#737373", "period doubling": "#0072B2", "fold": "#D55E00", "border": "#000000", "grazing": "#009E73",
-    "stick": "#AA3377",
-}  # fmt: skip
-"""Colours of bifurcations: those of the style "screen" in figures/looks.py."""
-
 SLIDERS = ("B", "eps", "eta", "section_phase", "dtau", "A", "transient", "periods")
 """What has a slider, in the order of the page. The field beside it takes any value."""
 

@@ -18,7 +18,7 @@ import numpy as np
 from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
-from vibrodrive.explorer.layout import CURVE_COLOURS, KIND_COLOURS
+from vibrodrive.explorer.layout import CURVE_COLOURS
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
@@ -26,6 +26,7 @@ from vibrodrive.explorer.view import DIFFERENCE, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
+from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LOG
@@ -189,7 +190,7 @@ def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcat
         "kind": [m.kind for m, _ in marks],
         "A": [repr(m.A) for m, _ in marks],
         "period": [m.period for m, _ in marks],
-        "colour": [KIND_COLOURS[m.kind] for m, _ in marks],
+        "colour": [BIFURCATIONS[m.kind].colour for m, _ in marks],
     }
     session.laid_over(overlay_of(view))
 
@@ -203,7 +204,7 @@ def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.nd
         "y": [place(y, view.y_scale) for _, y in across],
         "kind": [kind for kind, *_ in found],
         "period": [period for _, period, *_ in found],
-        "colour": [KIND_COLOURS[kind] for kind, *_ in found],
+        "colour": [BIFURCATIONS[kind].colour for kind, *_ in found],
     }
     session.laid_over(overlay_of(view))
 

@@ -29,7 +29,7 @@ class Look(NamedTuple):
     support: str  # of lines that only support: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
     bands: tuple[str, ...]  # of the areas that belong to the first, second, … curve
-    bifurcations: dict[str, str]  # of the curves of each kind; of other kinds INK
+    coloured: bool  # kinds of bifurcations have their colour, not their ink
     density: Colormap  # from nothing to often
     classes: tuple[str, ...]  # of a map, each darker than the one before; the last two: all others, and none
     shades: Colormap  # of a continuous quantity of a map
@@ -77,13 +77,7 @@ LOOKS: dict[Style, Look] = {
         support="0.55",
         lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
         bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
-        bifurcations={
-            "onset": "0.45",
-            "period doubling": "#0072b2",
-            "fold": "#d55e00",
-            "grazing": "#009e73",
-            "stick": "#aa3377",
-        },
+        coloured=True,
         density=_ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
         classes=_CLASSES,
         shades=colormaps["cividis"],
@@ -100,7 +94,7 @@ LOOKS: dict[Style, Look] = {
         support="0.55",
         lines=tuple((tone, pattern) for tone in (INK, "0.55") for pattern in _PATTERNS),
         bands=("0.55", "0.8", "0.9"),
-        bifurcations={"onset": "0.45"},
+        coloured=False,
         density=_ramp("white", "black"),
         classes=_greys(8, 88.0, 4.0),  # more would not be told apart
         shades=_ramp(*_greys(6, 86.0, 20.0)),

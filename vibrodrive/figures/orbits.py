@@ -18,22 +18,13 @@ from vibrodrive.figures.bifurcation import quantity_index
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, number, styled
+from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Branch, Family, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit
-
-MARKS = {
-    "onset": ("s", "onset"),
-    "period doubling": ("o", "period doubling"),
-    "fold": ("^", "fold"),
-    "border": ("D", "border collision: a rest appears or vanishes"),
-    "grazing": ("v", "grazing"),
-    "stick": ("|", "stick appears or vanishes"),
-}
-"""Marker and name of each kind of bifurcation."""
 
 CURVE_POINTS = 400
 """Points of one branch of the map."""
@@ -278,13 +269,14 @@ def _marks(
     ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], where: Sequence[tuple[float, float]]
 ) -> None:
     """Bifurcations in some ranges of A, by kind."""
-    for kind, (marker, text) in MARKS.items():
+    for name, kind in BIFURCATIONS.items():
         points = [
             (b.A, y)
             for b, ys in zip(found, heights, strict=True)
             for y in ys
-            if b.kind == kind and any(low <= b.A <= high for low, high in where)
+            if b.kind == name and any(low <= b.A <= high for low, high in where)
         ]
         if points:
-            face = INK if marker == "|" else "white"
-            ax.plot(*zip(*points, strict=True), marker, ms=3.8, mfc=face, mec=INK, mew=0.7, label=text, zorder=3)
+            face = INK if kind.marker == "|" else "white"
+            mark: dict[str, Any] = {"ms": 3.8, "mfc": face, "mec": INK, "mew": 0.7}
+            ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)

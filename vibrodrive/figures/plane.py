@@ -13,21 +13,12 @@ from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import explain, look, name_axes, new, note, styled
+from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
-
-KINDS: dict[str, dict[str, Any]] = {
-    "onset": {"ls": "-", "lw": 1.8, "label": "onset"},
-    "period doubling": {"ls": "-", "lw": 1.0, "label": "period doubling"},
-    "fold": {"ls": (0, (6, 2)), "lw": 1.0, "label": "fold"},
-    "border": {"ls": (0, (5, 1.5, 1, 1.5)), "lw": 1.0, "label": "border collision"},
-    "grazing": {"ls": (0, (1.2, 1.2)), "lw": 1.3, "label": "grazing"},
-    "stick": {"ls": (0, (2.5, 2.5)), "lw": 0.8, "label": "stick appears or vanishes"},
-}
-"""How each kind of curve is drawn, besides its colour: they differ without it."""
 
 HALO = 0.7
 """Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
@@ -99,19 +90,20 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
     named: set[str] = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
-        style = KINDS[line.kind] | {"color": look().bifurcations.get(line.kind, INK)}
-        label = style.pop("label")
+        kind = BIFURCATIONS[line.kind]
+        colour = kind.colour if look().coloured else kind.ink
         # the halos of all lie below the lines of all
-        width = style["lw"] + 2 * HALO
-        ax.plot(line.across, line.up, "-", color="white", lw=width, alpha=0.7, zorder=4, solid_capstyle="butt")
+        halo = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
+        ax.plot(line.across, line.up, "-", zorder=4, **halo)
         shown = line.kind not in named and _in_view(ax, line)
-        ax.plot(line.across, line.up, **style, zorder=5, label=label if shown else "_")
+        style: dict[str, Any] = {"ls": kind.dashes, "lw": kind.width, "color": colour}
+        ax.plot(line.across, line.up, **style, zorder=5, label=kind.label if shown else "_")
         if shown:
             named.add(line.kind)
         ax.set(xlim=limits[0], ylim=limits[1])
         if periods and line.kind != "onset":
             points = np.column_stack([line.across, line.up])
-            _write_period(ax, line.period, points, PLACES[k % len(PLACES)], style["color"])
+            _write_period(ax, line.period, points, PLACES[k % len(PLACES)], colour)
     if legend and named:
         ax.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
