@@ -1,46 +1,44 @@
-"""Long exact work (orbits, bifurcations, limits) in a process of its own, which is told to give it up at any point.
+"""Long exact work (orbits, bifurcations, limits) in a process of its own, which is killed where its result has become
+useless.
 
-These searches are loops in Python without a flag to look at. But Ctrl-C ends them at once, wherever they are: so they
-run in a process whose only business they are, and there a search that nobody waits for any more is ended as by Ctrl-C.
-The process stays for the next one. What it loads or compiles when it starts is never given up: otherwise each click
-would begin the compilation anew.
+These searches are loops in Python without a flag to look at. The process answers one call at a time and stays for the
+next one. After a kill another process starts at once and loads what it needs while the page is drawn. A process that
+is still loading, or compiling, is not killed: otherwise each click would begin the compilation again.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from time import sleep
 from typing import Any, BinaryIO
 
 from vibrodrive.jit.slices import Halt, Halted
 
 LOOK_SECONDS = 0.02
-"""How often the flag is looked at while the other process computes."""
+"""Interval between looks at the flag while the other process computes."""
 
-AGAIN_SECONDS = 0.1
-"""How long after an interrupt the next one comes: one that falls into a finalizer is lost there."""
+Answer = tuple[bool, Any]
+"""Whether a call returned, and what; else the exception."""
 
 
 class Aside:
-    """The other process, started when it is first needed. It begins with `warm`, which is not given up."""
+    """The other process, started when it is first needed. It begins with a call of `warm`."""
 
     def __init__(self, warm: Callable[[], object]) -> None:
         self._warm = warm
         self._process: subprocess.Popen[bytes] | None = None
-        self._answers: queue.SimpleQueue[tuple[float, bool, Any] | None] = queue.SimpleQueue()
-        self._numbers = itertools.count(1)
+        self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+        self._warming = self._closed = False
 
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
-        """What the function, found by its name in the other process, returns for these arguments.
+        """Return the result of a function, which the other process finds by its name.
 
         Raises
         ------
@@ -50,32 +48,38 @@ class Aside:
             that of the function.
         """
         self.start()
-        number = next(self._numbers)
-        self._send(number, function, arguments)
-        while True:
-            if halt.called:
-                self._send(number, None, ())
-                raise Halted
+        if self._warming:
+            self._next_answer(halt)
+            self._warming = False
+        self._send(function, arguments)
+        try:
+            good, value = self._next_answer(halt)
+        except Halted:
+            self._kill()
+            self.start()
+            raise
+        if not good:
+            raise value
+        return value
+
+    def _next_answer(self, halt: Halt) -> Answer:
+        while not halt.called:
             try:
                 answer = self._answers.get(timeout=LOOK_SECONDS)
             except queue.Empty:
                 continue
-            if answer is None:
-                self.close()
-                if halt.called:  # it has been closed for that
-                    raise Halted
+            if answer is not None:
+                return answer
+            self._kill()
+            if not halt.called and not self._closed:
                 raise RuntimeError("the process for exact work has ended")
-            of, good, value = answer
-            if of == number:  # not of one that was given up a moment too late
-                if not good:
-                    raise value
-                return value
+        raise Halted
 
     def start(self) -> None:
         """Start the process, if it does not run, and let it warm up."""
         if self._process is not None and self._process.poll() is not None:
-            self.close()
-        if self._process is None:
+            self._kill()
+        if self._process is None and not self._closed:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", f"from {__name__} import serve; serve()"],
                 stdin=subprocess.PIPE,
@@ -85,10 +89,15 @@ class Aside:
             )
             self._answers = queue.SimpleQueue()
             threading.Thread(target=_receive, args=(self._process.stdout, self._answers), daemon=True).start()
-            self._send(math.inf, self._warm, ())
+            self._warming = True
+            self._send(self._warm, ())
 
     def close(self) -> None:
-        """End the process."""
+        """End the process; none is started from now on."""
+        self._closed = True
+        self._kill()
+
+    def _kill(self) -> None:
         process, self._process = self._process, None
         if process is not None:
             process.kill()
@@ -96,17 +105,16 @@ class Aside:
             with suppress(OSError):  # of what was still to be written
                 process.stdin.close()  # type: ignore[union-attr]
 
-    def _send(self, number: float, function: Callable[..., Any] | None, arguments: tuple[Any, ...]) -> None:
-        """Ask for a call, or with None that the call of this number be given up."""
+    def _send(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         process = self._process
         if process is not None and process.stdin is not None:
             with suppress(OSError, ValueError):  # it has ended: `call` hears of it from `_receive`
-                pickle.dump((number, None if function is None else pickle.dumps((function, arguments))), process.stdin)
+                pickle.dump((function, arguments), process.stdin)
                 process.stdin.flush()
 
 
-def _receive(stream: BinaryIO, answers: queue.SimpleQueue[tuple[float, bool, Any] | None]) -> None:
-    """Hand on what the process says, and None when it has ended."""
+def _receive(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:
+    """Hand on the answers of the process, and None when it has ended."""
     with stream, suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
             answers.put(pickle.load(stream))
@@ -114,46 +122,24 @@ def _receive(stream: BinaryIO, answers: queue.SimpleQueue[tuple[float, bool, Any
 
 
 def serve() -> None:
-    """The other process: answers what is written to its standard input until that is closed."""
-    requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    """The other process: answers the calls on its standard input until that is closed, or until its parent ends."""
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints is no answer
-    inbox: queue.SimpleQueue[tuple[float, bytes]] = queue.SimpleQueue()
-    current, given_up = math.inf, 0.0  # numbers: of the call under way, and of the last one that was given up
-
-    def interrupt(signum: int, frame: object) -> None:
-        if current <= given_up:
-            raise KeyboardInterrupt
-        signal.setitimer(signal.ITIMER_REAL, 0)
-
-    def read() -> None:
-        nonlocal given_up
-        with suppress(EOFError):
-            while True:
-                number, call = pickle.load(requests)
-                if call is not None:
-                    inbox.put((number, call))
-                else:
-                    given_up = number
-                    signal.setitimer(signal.ITIMER_REAL, 1e-6, AGAIN_SECONDS)
-        os._exit(0)  # the parent has ended: nobody waits for an answer
-
-    signal.signal(signal.SIGALRM, interrupt)
-    threading.Thread(target=read, daemon=True).start()
-    while True:
-        number, call = inbox.get()
-        try:
-            outcome: tuple[float, bool, Any]
+    with suppress(EOFError):
+        while True:
             try:
-                function, arguments = pickle.loads(call)  # here: two threads that import at once may deadlock
-                current = number
-                if current <= given_up:
-                    continue
-                outcome = number, True, function(*arguments)
-            finally:
-                current = math.inf
-        except KeyboardInterrupt:
-            continue
-        except Exception as error:
-            outcome = number, False, error
-        pickle.dump(outcome, answers)
-        answers.flush()
+                function, arguments = pickle.load(calls)
+                outcome: Answer = True, function(*arguments)
+            except EOFError:
+                raise
+            except Exception as error:
+                outcome = False, error
+            pickle.dump(outcome, answers)
+            answers.flush()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        sleep(1.0)
+    os._exit(0)

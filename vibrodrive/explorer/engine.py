@@ -7,33 +7,40 @@ worker to load Numba and the kernels meanwhile.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt
 
-if TYPE_CHECKING:
-    from vibrodrive.explorer.session import Session
-
 WARMING = Slot(-1, Rank.EXPORT)
-"""Where that stands: with no page."""
+"""The slot of loading: it belongs to no page."""
 
 OPENING_SECONDS = 1.0
 """How long it waits for a page that is going to be opened, and must be built before the browser can go on."""
 
 
-class Engine:
-    """What computes for the pages."""
+class Client(Protocol):
+    """A page, as far as the engine knows it."""
 
-    def __init__(self, threads: int | None, imported: Callable[[], object] | None = None) -> None:
+    def failed(self, rank: Rank, error: BaseException) -> None:
+        """A task of this page broke off."""
+
+
+class Engine:
+    """What computes for the pages. `tasks` imports the module with `TASKS` and `warm_picture`, and with it Numba."""
+
+    def __init__(
+        self, threads: int | None, tasks: Callable[[], Any], imported: Callable[[], object] | None = None
+    ) -> None:
         self.threads = threads
+        self.tasks = tasks
         self.imported = imported
         self.worker = Worker(self._failed)
         self.aside = Aside(_warm_exact)
         self.pace = Pace()
-        self.pages: dict[int, Session] = {}
+        self.pages: dict[int, Client] = {}
         self.worker.request(WARMING, self._warm_unasked)
 
     def warm(self) -> None:
@@ -45,11 +52,10 @@ class Engine:
         self._warm(halt)
 
     def _warm(self, halt: Halt) -> None:
-        from vibrodrive.explorer.tasks import warm_picture
-
+        tasks = self.tasks()
         if self.imported is not None:
             self.imported()
-        warm_picture(self, halt)
+        tasks.warm_picture(self, halt)
 
     def _failed(self, slot: Slot, error: BaseException) -> None:
         page = self.pages.get(slot.page)

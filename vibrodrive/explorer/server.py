@@ -98,6 +98,12 @@ class Prompt(HTTPServer):
         super().handle_stream(stream, address)
 
 
+def _tasks() -> Any:
+    from vibrodrive.explorer import tasks  # brings Numba, for which a page does not wait
+
+    return tasks
+
+
 def _listening(port: int | None) -> socket.socket:
     if port is None:
         with suppress(OSError):
@@ -141,7 +147,7 @@ class Explorer:
 
             check_threads(threads)
         listening = _listening(port)
-        self.engine = Engine(threads, imported)
+        self.engine = Engine(threads, _tasks, imported)
         self.token = secrets.token_urlsafe(24)
         self.view = view
         application = Application(FunctionHandler(self._open))

@@ -121,9 +121,7 @@ class Session:
 
     def _task(self, rank: Rank, arguments: tuple[Any, ...]) -> Task:
         def task(halt: Halt) -> None:
-            from vibrodrive.explorer.tasks import TASKS  # brings Numba, for which a page does not wait
-
-            TASKS[rank](self, *arguments, halt)
+            self.engine.tasks().TASKS[rank](self, *arguments, halt)
 
         return task
 

@@ -93,7 +93,7 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
         kind = BIFURCATIONS[line.kind]
         colour = kind.colour if look().coloured else kind.ink
         # the halos of all lie below the lines of all
-        halo = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
+        halo: dict[str, Any] = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
         ax.plot(line.across, line.up, "-", zorder=4, **halo)
         shown = line.kind not in named and _in_view(ax, line)
         style: dict[str, Any] = {"ls": kind.dashes, "lw": kind.width, "color": colour}
