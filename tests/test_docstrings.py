@@ -25,7 +25,7 @@ CONSTANTS = {"ETA"}
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {}
 NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
-PLAIN = {"plot.cobweb", "plot.failures", "plot.limits", "plot.limits_map", "plot.save"}
+PLAIN = {"plot.cobweb", "plot.failures", "plot.limits"}
 """Figures of nothing that is simulated."""
 
 LONG = {
@@ -72,14 +72,10 @@ def _write_sweep(path):
     cli.main(["sweep", "fig07.toml", "-o", path, *(w for s in few for w in ("--set", s))], standalone_mode=False)
 
 
-def _write_limits(path, axes="A = 2.0\nB = [0.1, 0.2]"):
+def _write_limits(path):
     """A file of limits, laid out and still empty."""
-    found = config.parse(f"[sweep]\n{axes}\n")
+    found = config.parse("[sweep]\nA = 2.0\nB = [0.1, 0.2]\n")
     create(Path(path), found, found.plan().axes, "impacts")
-
-
-def _write_limits_over_two(path):
-    _write_limits(path, "A = [2.0, 3.0]\nB = [0.1, 0.2]")
 
 
 def _write_failures(path):
@@ -98,7 +94,6 @@ FILES = {
     "load": {"fig07.h5": _write_sweep},
     "plot.failures": {"failures.h5": _write_failures},
     "plot.limits": {"limits.h5": _write_limits},
-    "plot.limits_map": {"limits_AB.h5": _write_limits_over_two},
     "plot.multipliers": {"orbits.h5": _write_orbits},
     "plot.orbits": {"orbits.h5": _write_orbits},
 }
@@ -139,7 +134,7 @@ def test_every_argument_is_explained(name):
     assert entries(NAMES[name], "Parameters") == set(parameters)
 
 
-DRAWING = sorted(name for name in NAMES if name.startswith("plot.") and name not in ("plot.draw_curves", "plot.save"))
+DRAWING = sorted(name for name in NAMES if name.startswith("plot."))
 
 
 @pytest.mark.parametrize("name", DRAWING)

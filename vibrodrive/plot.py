@@ -24,39 +24,29 @@ True
 from __future__ import annotations
 
 from vibrodrive.figures.bifurcation import bifurcation
-from vibrodrive.figures.curves import phase_curve, time_curve
-from vibrodrive.figures.curves import trajectory_figure as trajectory
-from vibrodrive.figures.diagrams import from_results as results
-from vibrodrive.figures.diagrams import poincare, save
+from vibrodrive.figures.curves import phase_curve
+from vibrodrive.figures.diagrams import poincare
 from vibrodrive.figures.failures import failures_figure as failures
 from vibrodrive.figures.limits import limits_figure as limits
-from vibrodrive.figures.limits_map import limits_map
 from vibrodrive.figures.map import map_figure as map
 from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
 from vibrodrive.figures.orbits import multiplier_diagram as multipliers
 from vibrodrive.figures.plane import curves_figure as curves
-from vibrodrive.figures.plane import draw_curves
 from vibrodrive.figures.scheme import scheme
 
 __all__ = [
     "bifurcation",
     "cobweb",
     "curves",
-    "draw_curves",
     "failures",
     "limits",
-    "limits_map",
     "map",
     "multipliers",
     "orbits",
     "phase_curve",
     "poincare",
-    "results",
-    "save",
     "scheme",
-    "time_curve",
-    "trajectory",
 ]
 
 for _name in __all__:

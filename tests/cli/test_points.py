@@ -12,7 +12,7 @@ TEXT = """
 [sweep]
 [sweep.points]
 A = {start = 3.0, stop = 3.2, num = 14}
-xi0 = {start = 0, stop = 8, num = 14, scale = "random", seed = 1}
+xi0 = {start = 0, stop = 8, num = 14}
 [run]
 transient = 2
 periods = 3

@@ -266,7 +266,7 @@ def test_an_impact_breaks_the_curve_and_is_kept_as_a_jump(falling):
 
 
 def test_time_curves_carry_the_excitation(falling):
-    (ax,) = figures.time_displacement(falling).axes
+    (ax,) = figures.time_curve(falling).axes
     sine = next(line for line in ax.lines if line.get_label() == r"$\sin\tau$")
     assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
     assert ax.get_ylabel() == style.symbol("xi")

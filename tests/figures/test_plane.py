@@ -7,9 +7,8 @@ import itertools
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 
-from vibrodrive.figures.plane import curves_figure, draw_curves
+from vibrodrive.figures.plane import Line, curves_figure, draw_lines
 from vibrodrive.figures.style import new
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.periodic.bifurcations import ONSET
@@ -55,7 +54,7 @@ def test_over_a_map_limits_and_scale_stay(curves):
     ax = axes[0, 0]
     ax.pcolormesh([0.0, 0.5, 1.0], [1.0, 2.0, 3.0], np.zeros((2, 2)))
     ax.set(xlim=(0.1, 0.9), ylim=(1.0, 2.0), yscale="log")
-    draw_curves(ax, curves, x="B", legend=False)
+    draw_lines(ax, [Line(c.kind, c.period, c.B, c.A) for c in curves])
     fig.canvas.draw()
     assert (ax.get_xlim(), ax.get_ylim(), ax.get_yscale()) == ((0.1, 0.9), (1.0, 2.0), "log")
     assert ax.get_legend() is None
@@ -75,11 +74,6 @@ def test_kinds_differ_in_black_and_white():
 
 def test_nothing_to_draw():
     assert curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).legends == []
-
-
-def test_an_axis_that_curves_do_not_have_is_refused(curves):
-    with pytest.raises(ValueError, match=r"^x = 'a0': must be A or B$"):
-        draw_curves(Figure().subplots(), curves, x="a0")
 
 
 def test_the_legend_has_the_kinds_in_view_only(curves):

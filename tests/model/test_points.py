@@ -109,42 +109,17 @@ def test_points_that_are_no_table_are_refused():
         parse("[sweep]\npoints = 3\n")
 
 
-def random(key="xi0", seed=1, num=4):
-    return f'{key} = {{start = 2, stop = 6, num = {num}, scale = "random", seed = {seed}}}\n'
-
-
-def test_random_values_follow_from_their_seed():
-    plan = parse(f"[model]\nA = 3.04\n[sweep.points]\n{random()}{random('dxi0')}").plan()
-    again = parse(f"[sweep]\nA = 3.04\n[sweep.points]\n{random()}{random('dxi0')}").plan()
-    assert plan.points(0, 4).tobytes() == again.points(0, 4).tobytes()
-    assert column(plan, "xi0") != column(plan, "dxi0"), "of one seed, but independent"
-    other = parse(f"[model]\nA = 3.04\n[sweep]\n{random(seed=2)}").plan()
-    assert set(column(other, "xi0")).isdisjoint(column(plan, "xi0"))
-    many = np.array(column(parse(f"[model]\nA = 3.04\n[sweep]\n{random(num=4000)}").plan(), "xi0"))
-    counts, _ = np.histogram(many, bins=10, range=(2, 6))
-    assert counts.sum() == 4000, "between start and stop"
-    assert abs(counts - 400).max() < 5 * 19, "evenly: within five standard deviations"
-
-
-def test_the_numbers_of_a_seed_are_those_that_files_have():
-    """Python promises them for later versions; another generator would refuse to go on with old files."""
-    plan = parse(f"[model]\nA = 3.04\n[sweep]\n{random(num=2)}").plan()
-    import random as stdlib
-
-    generator = stdlib.Random("xi0 1")
-    assert plan.axes["xi0"].tolist() == [2 + 4 * generator.random() for _ in range(2)]
-
-
 @pytest.mark.parametrize(
     ("axis", "told"),
     [
-        ('{start = 0, stop = 1, num = 3, scale = "random"}', r"sweep\.xi0\.seed: must be given where"),
-        ("{start = 0, stop = 1, num = 3, seed = 1}", r"sweep\.xi0\.seed: must be given where .* and only there"),
-        ('{start = 0, stop = 1, num = 3, scale = "random", seed = -1}', r"sweep\.xi0\.seed = -1: must be a whole"),
-        ('{start = 0, stop = 1, num = 3, scale = "odd"}', r"sweep\.xi0\.scale = 'odd': must be one of"),
+        (
+            "{start = 0, stop = 1, num = 3, seed = 1}",
+            r"key of sweep\.xi0 = 'seed': must be one of start",
+        ),
+        ('{start = 0, stop = 1, num = 3, scale = "odd"}', r"sweep\.xi0\.scale = 'odd': must be one of linear, log$"),
     ],
-)  # fmt: skip
-def test_bad_random_ranges_are_refused_in_one_line(axis, told):
+)
+def test_bad_ranges_are_refused_in_one_line(axis, told):
     with pytest.raises(ConfigError, match=f"^{told}"):
         parse(f"[sweep]\nA = 3.0\nxi0 = {axis}\n")
 

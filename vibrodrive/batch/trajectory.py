@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from vibrodrive.model.drawing import Style, Width
+
 LONG = 100_000
 """Periods from which on a motion may take more than a second: whoever watches is shown that it is under way."""
 
@@ -205,15 +207,29 @@ class Trajectory:
         """
         return frame(self, of)
 
-    def plot(self, curves: Sequence[str] = ("phase", "time"), *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+    def plot(
+        self,
+        curves: Sequence[str] = ("phase", "time"),
+        *,
+        shown: int | None = 10,
+        ax: Axes | Sequence[Axes] | None = None,
+        style: Style | None = None,
+        width: Width | None = None,
+    ) -> Figure:
         """The motion as curves, its switches in their places.
 
         Parameters
         ----------
         curves : sequence of str
             a panel for each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+        shown : int, optional
+            periods that curves over time show, from the first recorded one; None: all.
         ax : matplotlib Axes or sequence of them, optional
             where to draw, one for each panel; a new figure unless given.
+        style : "screen" or "print", optional
+            colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+        width : "double" or "single", optional
+            of a new figure, in columns of a page; "double" unless given.
 
         Returns
         -------
@@ -225,7 +241,8 @@ class Trajectory:
         ValueError
             for an unknown curve, or another number of axes than of curves.
         """
-        return above("the figure of a motion")(self, curves, ax=ax)
+        drawn = above("the figure of a motion")
+        return drawn(self, curves, shown=shown, ax=ax, style=style, width=width)
 
     def describe(self, scene: Scene | None = None) -> str:
         """The motion in words: status, closest decision, period, impacts, cycle of states, impact speeds.

@@ -41,7 +41,7 @@ CYCLE = 160
 """unless it repeats: of its switches no more than so many differ."""
 
 FIRST = 10
-"""Periods that a curve over time shows unless told."""
+"""Periods that a curve over time shows by default."""
 
 FAST = 40
 """Points in each period of the disturbance: less, and its peaks are missed."""
@@ -186,31 +186,8 @@ def time_curve(
 ) -> Figure:
     """ξ or ξ' over τ, counted in excitation periods; several trajectories get colours and line styles of their own.
 
-    Parameters
-    ----------
-    source : Trajectory or sequence of them
-        of `simulate`.
-    quantity : str
-        "xi" or "dxi".
-    titles : sequence of str, optional
-        one for each trajectory, in the legend.
-    excitation : bool
-        add sin τ, as the paper does.
-    shown : int, optional
-        periods shown, from the first recorded one; 10 unless given, None: all.
-
-    Raises
-    ------
-    ValueError
-        for an unknown quantity.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> motion = vd.simulate(1.5, transient=10, periods=4)
-    >>> figure = vd.plot.time_curve(motion, "dxi", shown=2)
-    >>> [text.get_text() for text in figure.axes[0].get_xticklabels()]
-    ['0', '1', '2']
+    `quantity` is "xi" or "dxi", `titles` name the trajectories in the legend, and `excitation` adds sin τ, as the paper
+    does. `shown` periods are drawn from the first recorded one, all if None. Raises ValueError for an unknown quantity.
     """
     motions = as_motions(source)
     fig, axes = new(1, 1, height=2.8)
@@ -250,18 +227,6 @@ def draw_time(
     name_axes(ax, None, quantity)
 
 
-def time_displacement(
-    source: Any,
-    titles: Sequence[str] | None = None,
-    *,
-    ax: Any = None,
-    style: Style | None = None,
-    width: Width | None = None,
-) -> Figure:
-    """ξ over τ with the excitation sin τ overlaid."""
-    return time_curve(source, "xi", titles, ax=ax, style=style, width=width)
-
-
 @styled
 def trajectory_figure(
     trajectory: Motion,
@@ -275,30 +240,8 @@ def trajectory_figure(
 ) -> Figure:
     """One motion as curves in rows below each other.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        of `simulate`.
-    curves : sequence of str
-        a panel for each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
-    points_per_period : int
-        of a curve, besides every switch.
-    shown : int, optional
-        periods that curves over time show, from the first recorded one; 10 unless given, None: all. The others show
-        all.
-
-    Raises
-    ------
-    ValueError
-        for an unknown curve.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> motion = vd.simulate(1.5, transient=10, periods=4)
-    >>> figure = vd.plot.trajectory(motion, ["phase", "velocity", "section"], width="single")
-    >>> len(figure.axes)
-    3
+    `curves` has a panel each of CURVES; `shown` periods are drawn over time, all if None. Raises ValueError for an
+    unknown curve.
     """
     for name in curves:
         if name not in CURVES:

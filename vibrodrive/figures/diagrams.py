@@ -19,7 +19,6 @@ from vibrodrive.figures.curves import (
     phase_curve,
     shared_by,
     time_curve,
-    time_displacement,
     trajectory_figure,
 )
 from vibrodrive.figures.map import map_figure
@@ -47,7 +46,6 @@ __all__ = [
     "poincare",
     "save",
     "time_curve",
-    "time_displacement",
     "trajectory_figure",
 ]
 
@@ -136,37 +134,9 @@ def from_results(
     """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
     the start, else Poincaré sections; without a section a map of the period.
 
-    One motion, without any axis, has no diagram: its section is drawn.
-
-    Parameters
-    ----------
-    results : Results
-        of `sweep`, or read by `load`.
-    kind : "bifurcation", "poincare" or "map", optional
-        what is drawn instead.
-    quantity : str, optional
-        of the section, the impacts or the summary, as in `bifurcation` and `map`; it may decide the kind.
-    x, y : str, optional
-        axes drawn to the right and, in a map, upwards; the longest ones unless given.
-    limits : (float, float), optional
-        range of the quantity; all values unless given.
-    **over
-        `curves`, `undisturbed`, `k2`: what `map` draws besides, for a map alone.
-
-    Raises
-    ------
-    ValueError
-        for what is unknown, was not recorded, or has no axis to be drawn over.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import vibrodrive as vd
-    >>> r = vd.sweep(A=np.linspace(1.0, 3.0, 15), transient=20, periods=5, record=["section", "summary"])
-    >>> figure = vd.plot.results(r)  # a bifurcation diagram
-    >>> figure = vd.plot.results(r, quantity="impact_speed_max")
-    >>> figure.axes[0].get_ylabel()
-    'largest impact speed'
+    One motion, without any axis, has no diagram: its section is drawn. The arguments are those of `Results.plot`;
+    `over` are `curves`, `undisturbed` and `k2` of `map_figure`, for a map alone. Raises ValueError for what is unknown,
+    was not recorded, or has no axis to be drawn over.
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE

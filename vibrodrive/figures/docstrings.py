@@ -17,7 +17,7 @@ RETURNS = """\
 Returns
 -------
 Figure
-    of Matplotlib, which shows itself in a notebook; `savefig` or `plot.save` writes it. That of `ax`, if given."""
+    of Matplotlib, which shows itself in a notebook; `savefig` writes it. That of `ax`, if given."""
 
 RAISES = """\
 ValueError

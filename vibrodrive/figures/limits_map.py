@@ -29,25 +29,7 @@ def limits_map(
 ) -> Figure:
     """Map of the limit k₂ in ε over the two axes of a file of limits, in the order of the file.
 
-    Parameters
-    ----------
-    found : Limits
-        what `load` gives of a file of `vibrodrive limits` over two axes.
-    limits : (float, float), optional
-        range of the colours, as of `map`.
-
-    Raises
-    ------
-    ValueError
-        where there is one axis only, and for limits of starts.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> found = vd.load("limits_AB.h5", kind="limits")  # made by `vibrodrive limits` over A and B
-    >>> figure = vd.plot.limits_map(found, limits=(1e-6, 1e-2))
-    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
-    ('$A$', '$B$')
+    `limits` is the range of the colours, as of `map`. Raises ValueError for one axis only, and for limits of starts.
     """
     if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
         raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))

@@ -15,7 +15,6 @@ from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import explain, look, name_axes, new, note, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.model.parameters import bad
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
@@ -38,55 +37,9 @@ class Line(NamedTuple):
     up: np.ndarray
 
 
-def draw_curves(ax: Axes, curves: Sequence[Curve], *, x: str = "A", periods: bool = True, legend: bool = True) -> None:
-    """Draw bifurcations into axes whose limits are set, over whatever is there.
-
-    Parameters
-    ----------
-    ax : Axes
-        of A and B.
-    curves : sequence of Curve
-        as from `vd.curves`.
-    x : str
-        the axis to the right, "A" or "B"; the other one is upright.
-    periods : bool
-        write the period of its orbit on each curve.
-    legend : bool
-        add a legend of the kinds in view.
-
-    Raises
-    ------
-    ValueError
-        for another x.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> from matplotlib.figure import Figure
-    >>> ax = Figure().subplots()
-    >>> ax.set(xlim=(0.0, 0.2), ylim=(2.5, 2.7), xlabel="B", ylabel="A")  # doctest: +ELLIPSIS
-    [...]
-    >>> vd.plot.draw_curves(ax, vd.curves(A=(2.5, 2.7), B=(0.09, 0.11), max_period=1, num=2), x="B")
-    """
-    if x not in ("A", "B"):
-        raise ValueError(bad("x", x, "A or B"))
-    lines = [Line(c.kind, c.period, *((c.A, c.B) if x == "A" else (c.B, c.A))) for c in curves]
-    draw_lines(ax, lines, periods=periods, legend=legend)
-
-
 @styled
-def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend: bool = False) -> None:
-    """Draw curves into a plane whose limits are set, over whatever is there.
-
-    Parameters
-    ----------
-    ax : Axes
-    lines : sequence of Line
-    periods : bool
-        write the period of its orbit on each curve.
-    legend : bool
-        add a legend of the kinds in view.
-    """
+def draw_lines(ax: Axes, lines: Sequence[Line]) -> None:
+    """Draw curves into a plane whose limits are set, over whatever is there, with the period of its orbit on each."""
     named: set[str] = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
@@ -101,11 +54,9 @@ def draw_lines(ax: Axes, lines: Sequence[Line], *, periods: bool = True, legend:
         if shown:
             named.add(line.kind)
         ax.set(xlim=limits[0], ylim=limits[1])
-        if periods and line.kind != "onset":
+        if line.kind != "onset":
             points = np.column_stack([line.across, line.up])
             _write_period(ax, line.period, points, PLACES[k % len(PLACES)], colour)
-    if legend and named:
-        ax.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _in_view(ax: Axes, line: Line) -> bool:
@@ -163,7 +114,7 @@ def curves_figure(
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]
     ax.set(xlim=A, ylim=B)
-    draw_curves(ax, curves, legend=False)
+    draw_lines(ax, [Line(c.kind, c.period, c.A, c.B) for c in curves])
     if meets:
         ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
     name_axes(ax, "A", "B")

@@ -360,32 +360,8 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
 
     It is there whole or not at all: whoever looks at it meanwhile sees the old one or the new one.
 
-    Parameters
-    ----------
-    fig : Figure
-        any of Matplotlib.
-    path : str or path
-        where to write it; it ends in .png, .pdf or .svg. A file that is there is replaced.
-    dpi : int, optional
-        resolution of what is made of pixels, in pixels per inch; 250 unless given.
-
-    Returns
-    -------
-    Path
-        the file that was written.
-
-    Raises
-    ------
-    ValueError
-        for another ending.
-    OSError
-        naming the figure, if the system refuses.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> vd.plot.save(vd.plot.cobweb(2.0), "map.svg").name
-    'map.svg'
+    The path ends in .png, .pdf or .svg; `dpi` is the resolution of whatever is made of pixels. Raises ValueError for
+    another ending, OSError naming the figure if the system refuses.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:

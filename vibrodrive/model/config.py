@@ -6,8 +6,7 @@
                            # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
                            # maybe as an axis: the rest of the scene gives B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log" | "random"}, random values with a
-                           # seed = 0, 1, 2, …; in the place of an entry of
+                           # or {start, stop, num, scale = "linear" | "log"}; in the place of an entry of
                            # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
     [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
     [switching]            # method and what belongs to it
@@ -25,7 +24,6 @@ A parameter is given once. Options of the command line replace what the file say
 from __future__ import annotations
 
 import os
-import random
 import re
 import stat
 import tomllib
@@ -38,7 +36,7 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
-from vibrodrive.model.names import AXES, FURTHER, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import Scene, check_scene
 from vibrodrive.model.plan import POINT, Plan, make_plan
@@ -258,7 +256,7 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
 
 def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     where = f"sweep.{key}"
-    keys = ("start", "stop", "num", "scale", "seed")
+    keys = ("start", "stop", "num", "scale")
     for k in table:
         if k not in keys:
             raise ValueError(unknown(f"key of {where}", k, keys))
@@ -272,29 +270,16 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
         except (TypeError, ValueError) as error:
             raise type(error)(str(error).replace(key, f"{where}.{k}", 1)) from None
     num = check_count(f"{where}.num", table["num"], 1)
-    scale = table.get("scale", "linear")
-    if scale not in ("linear", "log", "random"):
-        raise ValueError(bad(f"{where}.scale", scale, "one of linear, log, random"))
-    if ("seed" in table) != (scale == "random"):
-        raise ValueError(f'{where}.seed: must be given where scale = "random", and only there')
+    scale = table.get("scale", LINEAR)
+    if scale not in (LINEAR, LOG):
+        raise ValueError(bad(f"{where}.scale", scale, f"one of {LINEAR}, {LOG}"))
     refuse_large_axis(f"{where}.num", num)
-    if scale == "random":
-        return _random(key, ends, num, check_count(f"{where}.seed", table["seed"], 0))
-    if scale == "linear":
+    if scale == LINEAR:
         return np.linspace(ends[0], ends[1], num)
     for k, end in zip(("start", "stop"), ends, strict=True):
         if end <= 0:
             raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 where scale = "log"'))
     return np.geomspace(ends[0], ends[1], num)
-
-
-def _random(key: str, ends: Sequence[float], num: int, seed: int) -> np.ndarray:
-    """Uniform between both ends, independent for parameters of one seed.
-
-    Python's own generator: it promises the same numbers in later versions, so that a sweep can be gone on with.
-    """
-    generator = random.Random(f"{key} {seed}")
-    return np.array([ends[0] + (ends[1] - ends[0]) * generator.random() for _ in range(num)])
 
 
 def _choice(key: str, *names: str) -> Callable[[object], object]:

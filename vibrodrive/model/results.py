@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibrodrive.model.block import Block
+    from vibrodrive.model.drawing import Style, Width
 
 Index = tuple[Any, ...]
 """An int (one value) or slice(None) (all of them) for every axis."""
@@ -330,6 +331,8 @@ class Results(Described):
         y: str | None = None,
         limits: tuple[float, float] | None = None,
         ax: Axes | Sequence[Axes] | None = None,
+        style: Style | None = None,
+        width: Width | None = None,
     ) -> Figure:
         """The figure that suits the axes and what was recorded: a bifurcation diagram, Poincaré sections or a map.
 
@@ -344,6 +347,10 @@ class Results(Described):
             range of the quantity.
         ax : matplotlib Axes or sequence of them, optional
             where to draw, one for each panel; a new figure unless given.
+        style : "screen" or "print", optional
+            colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+        width : "double" or "single", optional
+            of a new figure, in columns of a page; "double" unless given.
 
         Returns
         -------
@@ -355,7 +362,8 @@ class Results(Described):
         ValueError
             for what is unknown, not recorded, or has no axis to be drawn over.
         """
-        return above("the figure of results")(self, kind, quantity, x, y, limits, ax=ax)
+        drawn = above("the figure of results")
+        return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
