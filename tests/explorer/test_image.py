@@ -10,7 +10,7 @@ pytest.importorskip("bokeh")
 from vibrodrive.explorer.image import (
     ONLY_CERTIFIED,
     ONLY_CHOSEN,
-    ROWS,
+    PICTURE_ROWS,
     SHADES,
     difference,
     fitting_range,
@@ -29,11 +29,11 @@ def test_every_value_has_its_spot_and_the_one_above():
     values = rng.normal(size=(30, 50))
     values[3, :20] = np.nan
     values[4] = 0.25
-    image = np.zeros((ROWS, 40), np.uint8)
+    image = np.zeros((PICTURE_ROWS, 40), np.uint8)
     columns = rng.permutation(40)[:30]
     shades_of(values, columns, -1.0, 1.5, image)
     for i, column in enumerate(columns):
-        counts, _ = np.histogram(values[i][values[i] < 1.5], ROWS, (-1.0, 1.5))
+        counts, _ = np.histogram(values[i][values[i] < 1.5], PICTURE_ROWS, (-1.0, 1.5))
         there = counts > 0
         there[1:] |= counts[:-1] > 0
         assert ((image[:, column] > 0) == there).all()
@@ -42,7 +42,7 @@ def test_every_value_has_its_spot_and_the_one_above():
 
 
 def test_a_difference_says_whose_each_spot_is():
-    chosen, certified = np.zeros((2, ROWS, 3), np.uint8)
+    chosen, certified = np.zeros((2, PICTURE_ROWS, 3), np.uint8)
     chosen[10, 0] = certified[11, 0] = 5  # half a pixel apart: the same
     chosen[100, 1] = 7
     certified[200, 2] = 9

@@ -24,7 +24,7 @@ from bokeh.models import GlyphRenderer, LinearAxis
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.aside import Aside
-from vibrodrive.explorer.image import ROWS, values_of
+from vibrodrive.explorer.image import PICTURE_ROWS, values_of
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import POINTS
 from vibrodrive.explorer.session import Session, overlay_of, read_address
@@ -133,13 +133,13 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     results = vd.sweep(**config.parse(text).arguments)
     painted, (x, y, dw, dh) = image(tab)
     columns = results.axes["A"]
-    assert (len(columns), painted.shape) == (200, (ROWS, 200))
+    assert (len(columns), painted.shape) == (200, (PICTURE_ROWS, 200))
     assert x + dw * (np.arange(200) + 0.5) / 200 == pytest.approx(columns, abs=1e-12)
     state = tab.state()
     assert (state["bottom"], state["top"]) == (y, pytest.approx(y + dh))
     spots = np.zeros(painted.shape, bool)
     values = values_of(results, "dxi")
-    rows = np.floor((values - y) / (state["top"] - y) * ROWS).astype(int)
+    rows = np.floor((values - y) / (state["top"] - y) * PICTURE_ROWS).astype(int)
     spots[rows, np.arange(200)[:, None]] = True
     spots[1:] |= spots[:-1].copy()
     assert np.array_equal(painted > 0, spots)
@@ -406,7 +406,7 @@ def test_a_map_and_the_diagram_under_a_click(tab, explorer):
     tab.click(485, 270)
     tab.until("page.fields.mode.value === 'diagram'", "the diagram")
     tab.settle()
-    assert canvas(tab)[0].shape[0] == ROWS
+    assert canvas(tab)[0].shape[0] == PICTURE_ROWS
     view = shown(tab)
     assert view.mode == "diagram"
     assert pytest.approx(0.18, abs=0.01) == view.B

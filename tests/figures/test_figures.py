@@ -11,7 +11,7 @@ import pytest
 
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
-from vibrodrive.figures.bifurcation import ROWS
+from vibrodrive.figures.bifurcation import PANEL_ROWS
 from vibrodrive.figures.curves import curve
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
@@ -48,7 +48,7 @@ def image(ax):
     """Ink (rows from below, columns) of a bifurcation panel, and the ordinate of each row's middle."""
     (drawn,) = ax.get_images()
     _, _, low, high = drawn.get_extent()
-    return np.asarray(drawn.get_array()), low + (np.arange(ROWS) + 0.5) / ROWS * (high - low)
+    return np.asarray(drawn.get_array()), low + (np.arange(PANEL_ROWS) + 0.5) / PANEL_ROWS * (high - low)
 
 
 def at(ax, value):

@@ -15,9 +15,9 @@ from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, rea
 from vibrodrive.model.drawing import (
     BIFURCATION,
     DIAGRAM_QUANTITIES,
+    FIGURE_KINDS,
     K2,
     KEPT,
-    KINDS,
     MAP,
     MAP_QUANTITIES,
     STYLES,
@@ -51,7 +51,7 @@ def _looking(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
-@click.option("--kind", type=click.Choice([*KINDS, "multipliers"]), help="Which diagram.")
+@click.option("--kind", type=click.Choice([*FIGURE_KINDS, "multipliers"]), help="Which diagram.")
 @click.option(
     "--quantity",
     metavar="NAME",

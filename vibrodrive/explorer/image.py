@@ -14,8 +14,7 @@ from vibrodrive.figures.ink import ink_of
 from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
-ROWS = 360
-"""Rows of an image: about a pixel each."""
+PICTURE_ROWS = 360
 
 SHADES = 64
 """Shades of ink, the first of them blank. In a difference three such scales follow one another: what both ways to
@@ -24,13 +23,11 @@ find switches show, what only the chosen one does, and what only the certified o
 BOTH, ONLY_CHOSEN, ONLY_CERTIFIED = (SHADES * k for k in range(3))
 
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-"""Full ink on each of these scales: black, vermilion, blue."""
 
 SLACK = 1
 """Rows by which two spots may be apart and still be the same one: half a pixel decides on which of two rows it lies."""
 
 MARGIN = 0.04
-"""Part of the range of all values that is left free above and below them."""
 
 
 def values_of(results: Results, quantity: str) -> np.ndarray:
@@ -72,10 +69,10 @@ def ink_palette() -> np.ndarray:
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
-    """Put the ink of values (n, k), 0 to SHADES - 1 a spot, into these columns of an image: uint8 (ROWS, columns)."""
+    """Put the ink of values (n, k), 0 to SHADES - 1 a spot, into columns of an image: uint8 (PICTURE_ROWS, columns)."""
     k = values.shape[1]
     table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
-    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(ROWS, np.int64), image)
+    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(PICTURE_ROWS, np.int64), image)
 
 
 def _near(there: np.ndarray) -> np.ndarray:
@@ -98,7 +95,7 @@ def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
 
 
 def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.ndarray]:
-    """An image uint8 (ROWS, columns) for each way to find switches that the level has."""
+    """An image uint8 (PICTURE_ROWS, columns) for each way to find switches that the level has."""
     done, rest = level.sweep.done, None
     there = done
     if level.sketch is not None:
@@ -106,7 +103,7 @@ def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.nd
         there = done | level.sketch.done
     out = []
     for k, results in enumerate(level.sweep.results):
-        image = np.empty((ROWS, len(done)), np.uint8)
+        image = np.empty((PICTURE_ROWS, len(done)), np.uint8)
         if level.sketch is not None and rest is not None:
             shades_of(values_of(level.sketch.results[k], quantity)[rest], rest, low, high, image)
         now = np.flatnonzero(done)

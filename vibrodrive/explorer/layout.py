@@ -55,7 +55,6 @@ EXPONENTS = ("dtau",)
 PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
 
 WIDE, TALL, LOW = 900, 440, 280
-"""Pixels of the diagram, and its height where there are two."""
 
 WORDS_TALL = 260
 """Pixels for what is said of a motion: were it as tall as its text, each click would have the page laid out anew."""

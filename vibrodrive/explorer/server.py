@@ -35,8 +35,7 @@ from vibrodrive.explorer.view import View
 
 ADDRESS = "127.0.0.1"
 
-NAMES = (ADDRESS, "localhost")
-"""What this machine may be called in a request."""
+HOST_NAMES = (ADDRESS, "localhost")
 
 PORT = 6283
 """Where the page is served unless that is taken (1000 · 2π): a browser keeps the scripts that it has loaded from there,
@@ -60,7 +59,7 @@ class Guarded(BokehTornado):
 
     def __init__(self, applications: Any, token: str, port: int, **options: Any) -> None:
         self.token = token
-        self.hosts = {f"{name}:{port}" for name in NAMES}
+        self.hosts = {f"{name}:{port}" for name in HOST_NAMES}
         super().__init__(applications, **options)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
@@ -157,7 +156,7 @@ class Explorer:
             {"/": application},
             self.token,
             self.port,
-            extra_websocket_origins=[f"{name}:{self.port}" for name in NAMES],
+            extra_websocket_origins=[f"{name}:{self.port}" for name in HOST_NAMES],
             secret_key=secrets.token_bytes(32),
             sign_sessions=True,
             generate_session_ids=True,

@@ -37,13 +37,10 @@ REST_SECONDS = 0.12
 earlier than that."""
 
 PENDING = "multiplier and k₂ are being computed …"
-"""What stands in their place."""
 
 SOUGHT = " · exact curves are being computed"
-"""Said of a picture until it has them."""
 
 INK = ink_palette()
-"""Of diagrams."""
 
 
 def work_of(session: Session, view: View) -> Work:

@@ -39,8 +39,6 @@ DIAGRAM = "diagram"
 """A quantity over one parameter; the other mode is MAP, over two."""
 
 QUANTITIES = DIAGRAM_QUANTITIES
-"""Ordinates of a diagram: those of the section, and those of the main impacts."""
-
 OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, IMPACT_POWER, *OF_EVERY_SWEEP))
 
 ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"
@@ -58,7 +56,6 @@ LONGEST = 10**6
 """Excitation periods, left out or recorded: a page is no place to wait for more."""
 
 NOWHERE = math.nan
-"""In the place of a number that is not set."""
 
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 """Where an axis of each parameter, and of each quantity of a scene, lies, and how it is spaced, unless it is said."""
@@ -71,7 +68,6 @@ ENDS = ("bottom", "top")
 """The fields of the range of what is shown: of the ordinate of a diagram, of the colours of a map."""
 
 MAY_LACK = (*ENDS, "at")
-"""Fields that need not be set."""
 
 
 def _number(key: str, value: object) -> float:

@@ -27,7 +27,6 @@ LEVEL_SECONDS = 0.15
 """What each later level is to take: the eye sees the picture settle, and drawing takes a small part of it."""
 
 STRIDES = (16, 8, 4, 2, 1)
-"""Every 16th point along each axis first, then what lies between."""
 
 COARSEST_DIAGRAM = 4
 """Of a diagram every fourth column at least: coarser, its lines cannot be followed."""

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.conditions import NAMES, choice, conditions, of_sweep, some, told
+from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, told
 from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import (
     as_shown,
@@ -34,19 +34,16 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
-"""In the order of the columns of a section."""
 
-ROWS = 420
-"""Rows of the image of a panel: at print size a little coarser than a pixel."""
+PANEL_ROWS = 420
 
-COLUMNS = (1500, 8000)
+PANEL_COLUMNS = (1500, 8000)
 """Columns of the image, at least and at most; one for each value between. More values share columns."""
 
 REACH = (3, 12)
 """A value is drawn so many columns to either side, at least and at most: a quarter of the way to its neighbours."""
 
 MARGIN = 0.03
-"""Of the width of a panel, at most, beside the first and the last of few values, so that they are whole."""
 
 AT_ONCE = 4096
 """Values whose ink is in memory at a time."""
@@ -55,10 +52,8 @@ LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",
     "impact_speed": r"speed $|\xi\mathrm{′}|$ of the main impacts",
 }
-"""Of ordinates that have no symbol of their own."""
 
 MARKS = {Status.NEVER_LEAVES: ".", Status.TOO_CLOSE: "x", Status.BUDGET: "v"}
-"""At the upper edge, over values whose status is not OK."""
 
 
 @styled
@@ -164,14 +159,14 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     values = values[order]
     low, high = limits or _range(values)
     start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
-    reach = int(np.clip(COLUMNS[0] / (4 * len(u)), *REACH))
-    if len(u) < COLUMNS[0] / reach:
+    reach = int(np.clip(PANEL_COLUMNS[0] / (4 * len(u)), *REACH))
+    if len(u) < PANEL_COLUMNS[0] / reach:
         margin = min(MARGIN, 0.5 / len(u)) * (stop - start)
         start, stop = start - margin, stop + margin
-    pixel = np.linspace(start, stop, int(np.clip(len(u), *COLUMNS)))
+    pixel = np.linspace(start, stop, int(np.clip(len(u), *PANEL_COLUMNS)))
     step = pixel[1] - pixel[0]
     column = np.rint((u - start) / step).astype(int)
-    image = np.zeros((len(pixel), ROWS))
+    image = np.zeros((len(pixel), PANEL_ROWS))
     for first in range(0, len(u), AT_ONCE):
         some = slice(first, first + AT_ONCE)
         ink, own = _ink(values[some], low, high), column[some]
@@ -224,7 +219,7 @@ def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
         if len(there):
             height = np.full(len(there), 0.975)
             colour = look().support if value == Status.NEVER_LEAVES else look().other
-            mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": NAMES[value]}
+            mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": STATUS_WORDS[value]}
             ax.plot(there, height, marker, transform=ax.get_xaxis_transform(), **mark)
 
 
@@ -238,11 +233,11 @@ def _range(*values: np.ndarray) -> tuple[float, float]:
 
 
 def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Ink of each spot, 0 to 1: float64 (n, ROWS) for `values` (n, k)."""
-    row = np.floor((values - low) / (high - low) * ROWS)
-    inside = (row >= 0) & (row < ROWS)
+    """Ink of each spot, 0 to 1: float64 (n, PANEL_ROWS) for `values` (n, k)."""
+    row = np.floor((values - low) / (high - low) * PANEL_ROWS)
+    inside = (row >= 0) & (row < PANEL_ROWS)
     number = np.broadcast_to(np.arange(len(values))[:, None], row.shape)
-    counts = np.zeros((len(values), ROWS))
+    counts = np.zeros((len(values), PANEL_ROWS))
     np.add.at(counts, (number[inside], row[inside].astype(int)), 1.0)
     ink = ink_of(counts, values.shape[1])
     ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be too thin

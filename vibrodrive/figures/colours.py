@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 
-from vibrodrive.figures.conditions import NAMES
+from vibrodrive.figures.conditions import STATUS_WORDS
 from vibrodrive.figures.style import look
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
@@ -21,7 +21,6 @@ APART = "white"
 """What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all classes and the scale."""
 
 SHADES = 512
-"""Steps of a continuous scale."""
 
 DECADES = 2.0
 """A positive quantity that spans more is drawn over its logarithm."""
@@ -80,7 +79,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind = np.where(none, len(colours), kind)
         colours = [*colours, grey]
     blank = [lacking] if grey is None and none.any() else []
-    blank += [] if done.all() else [NAMES[Status.NOT_COMPUTED]]
+    blank += [] if done.all() else [STATUS_WORDS[Status.NOT_COMPUTED]]
     table = np.array([to_rgba(c) for c in colours])
     return Painted(
         np.ma.masked_array(kind, ~done | (kind < 0)),
@@ -94,7 +93,6 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
 
 
 LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
-"""What a computed point without a value is, where that can be said."""
 
 
 Classes = tuple[np.ndarray, list[str], list[Any]]
@@ -131,7 +129,7 @@ def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
     kind = np.full(values.shape, -1)
     for k, status in enumerate(STATUSES):
         kind[values == status] = k
-    return kind, ["ok", *(NAMES[s] for s in STATUSES[1:])], list(look().statuses)
+    return kind, ["ok", *(STATUS_WORDS[s] for s in STATUSES[1:])], list(look().statuses)
 
 
 def _kept(values: np.ndarray, done: np.ndarray) -> Classes:

@@ -10,22 +10,18 @@ import numpy as np
 from vibrodrive.figures.style import equation
 from vibrodrive.model.choices import Method, Status
 
-PLACES = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
-"""Parameters that are always said, where they have one value."""
-
+ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 STARTS = ("xi0", "dxi0", "tau0")
 
 PANELS = 6
 """Panels of one figure at most; of a longer axis evenly spaced values are shown."""
 
-NAMES = {
+STATUS_WORDS = {
     Status.TOO_CLOSE: "too close to a decision",
     Status.BUDGET: "out of budget",
     Status.NEVER_LEAVES: "rests for ever",
     Status.NOT_COMPUTED: "not computed",
 }
-"""Statuses of points that are not as the others, in words."""
-
 _T = TypeVar("_T")
 
 
@@ -42,7 +38,7 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
         say the phase of the section: where sections are drawn.
     """
     disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
-    names = [*PLACES, *(["eta"] if disturbed else [])]
+    names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]
     said = [equation(n, known[n]) for n in names if n in known and n not in apart]
     if "method" in known:
         method = Method(known["method"])
@@ -69,7 +65,7 @@ def named(quantity: str, text: str) -> str:
 
 def told(status: np.ndarray) -> list[str]:
     """How many points have a status other than OK: "3 of 100 points not computed", "2 rests for ever"."""
-    counts = {name: int((status == s).sum()) for s, name in NAMES.items()}
+    counts = {name: int((status == s).sum()) for s, name in STATUS_WORDS.items()}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
     return [f"of {status.size} points {found[0]}", *found[1:]] if found else []
 

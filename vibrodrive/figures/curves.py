@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import quantity_index
-from vibrodrive.figures.conditions import NAMES, conditions
+from vibrodrive.figures.conditions import STATUS_WORDS, conditions
 from vibrodrive.figures.passes import draw_passes, passes_key
 from vibrodrive.figures.style import (
     INCHES,
@@ -32,7 +32,6 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.states import State
 
 CURVES = ("phase", "time", "velocity", "section")
-"""What can be drawn of a trajectory."""
 
 LINE = 40
 """A motion of so many periods at most is drawn as a line, a longer one as the density of its passes"""
@@ -272,7 +271,7 @@ def shared_by(motions: Sequence[Motion], section: bool = False) -> list[str]:
     known = motions[0].arguments
     apart = [n for n in known if any(m.arguments[n] != known[n] for m in motions)]
     common = {n: value for n, value in known.items() if n not in apart}
-    statuses = [NAMES[Status(m.status)] for m in motions if m.status != Status.OK]
+    statuses = [STATUS_WORDS[Status(m.status)] for m in motions if m.status != Status.OK]
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
 
 

@@ -20,7 +20,6 @@ LEAST = 1e-3
 """Smaller shares are of one tone: with a thousand switches compared they hardly occur."""
 
 LEAST_INK, LESS_INK = 0.2, 0.1
-"""Ink of a share of LEAST, and of one that is less, and more than none: white is none alone."""
 
 
 @styled

@@ -24,13 +24,11 @@ from vibrodrive.figures.style import equation, explain, letter, look, name_axes,
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.limits import K1, KU, Limits
 
-NAMES = {
+CURVE_LABELS = {
     ("eps", "certified"): r"$k_2(\varepsilon)$",
     ("dtau", "fixed"): r"$k_2(\Delta\tau)$, switches on the grid",
     ("dtau", "muller"): r"$k_2(\Delta\tau)$, Muller",
 }
-"""Of each curve."""
-
 BAND, BAND_OF_SEVERAL = "from the first loss to the last value kept", "from one motion to the last with several"
 
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
@@ -38,7 +36,6 @@ VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
 
 WIDE = 0.035
-"""A stretch of one period is labelled if it takes this share of the axis."""
 
 MARKED = 60
 """Up to so many values of the abscissa each is marked: a line does not show where it was computed."""
@@ -181,7 +178,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
-        _line(ax, x, values, c, named(found.quantity, NAMES[curve]))
+        _line(ax, x, values, c, named(found.quantity, CURVE_LABELS[curve]))
     _amplitude(ax, V, found.mm_s)
 
 
@@ -290,10 +287,10 @@ def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     tone, (colour, pattern) = look().bands[c], look().lines[c]
     ax.fill_between(found.A, first, end, color=tone, lw=0)
     ax.plot(found.A, end, color=colour, lw=0.25)
-    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.quantity, NAMES[found.curves[c]]))
+    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.quantity, CURVE_LABELS[found.curves[c]]))
     if not (last > first).any():
         return None
-    of = named(found.quantity, NAMES[found.curves[c]].split(",")[-1].strip())
+    of = named(found.quantity, CURVE_LABELS[found.curves[c]].split(",")[-1].strip())
     return Patch(fc=tone, label=f"{of}: {BAND_OF_SEVERAL if found.quantity == KU else BAND}")
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from vibrodrive.figures.colours import paint
 from vibrodrive.figures.conditions import named
 from vibrodrive.figures.limits import shared_by
-from vibrodrive.figures.map import LABELS, apart, draw
+from vibrodrive.figures.map import LABELS, apart, draw_map
 from vibrodrive.figures.style import explain, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, MAP, Style, Width
@@ -38,7 +38,7 @@ def limits_map(
     values = found.values[c]
     painted = paint(K2, values, status, limits)
     x, y = found.axes
-    fig, ax = draw(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
+    fig, ax = draw_map(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
     note(ax, shared_by(found), side="left")
     explain(fig, apart(painted))
     return fig

@@ -14,11 +14,9 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from vibrodrive.model.drawing import Style
 
 INK = "black"
-"""Outlines and marks of both looks."""
 
 
 HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
-"""Ground that shows where there is no value."""
 
 
 class Look(NamedTuple):

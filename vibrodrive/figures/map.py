@@ -50,13 +50,10 @@ LABELS = {
     KEPT: "structure of the undisturbed motion",
     K2: r"limit $k_2$ in $\varepsilon$",
 }
-"""What a colour bar, or the ordinate over one axis, says."""
 
 WIDTH = 4.7
-"""Width of a map in inches: scaled to one column of a page, its letters are still read."""
 
 TALLER = 0.6
-"""Inches more for the legend of curves."""
 
 
 FINEST = 4000
@@ -122,7 +119,7 @@ def map_figure(
     status = np.asarray(results.status)[index]
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
+    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
     rest = [n for n in names if n not in (x, y)]
     said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in rest]
     said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *told(status)]
@@ -135,7 +132,7 @@ def map_figure(
     return fig
 
 
-def draw(
+def draw_map(
     axes: Mapping[str, np.ndarray],
     x: str,
     y: str | None,

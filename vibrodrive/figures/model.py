@@ -18,21 +18,15 @@ from vibrodrive.figures.style import in_drawings, new, styled
 Place = tuple[float, float]
 
 ALPHA = 16.0
-"""The angle α as drawn, in degrees."""
 
 HEIGHT = 1.3
-"""Of the mass and of the obstacle."""
-
 INCLINE, THICKNESS = (0.0, 10.4), 0.35
 OBSTACLE = (0.5, 1.1)
 MASS = (5.2, 7.2)
 
 ROLLERS, RADIUS = (1.4, 5.0, 8.8), 0.16
-"""On them the incline moves over the ground."""
-
 GROUND = -THICKNESS - 2.0 * RADIUS
 CORNER = (-0.9, GROUND)
-"""Where the ground meets the horizontal."""
 
 
 @styled

@@ -27,7 +27,6 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit
 
 CURVE_POINTS = 400
-"""Points of one branch of the map."""
 
 
 @styled

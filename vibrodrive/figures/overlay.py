@@ -24,7 +24,6 @@ AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")
 """Axes from which A follows, and those from which B does."""
 
 POINTS = 400
-"""Points of a curve along which B is one value."""
 
 SAME = 1e-12
 """Relative difference up to which two parameters are the same."""

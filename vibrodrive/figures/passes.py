@@ -12,10 +12,8 @@ from vibrodrive.figures.ink import FAINTEST
 from vibrodrive.figures.style import look
 
 SPOTS = (900, 600)
-"""Columns and rows of the image of a panel."""
 
 AROUND = 0.01
-"""Free space around the curve, of its own width and height."""
 
 
 def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:

@@ -20,12 +20,9 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
 HALO = 0.7
-"""Width of the white edge on both sides of a curve, in points: it stands out from any map underneath."""
-
 NUMBERED = "numbers on curves: period of the orbit"
 
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
-"""Where along the curves their periods are written, in turn, so that neighbours do not collide."""
 
 
 class Line(NamedTuple):

@@ -24,26 +24,18 @@ BOXES = {
     State.IMPACT: ((2.5, 0.0), "impact\n" + r"$\xi = 0$"),
     State.REST: ((0.0, 0.0), "interruption\n" + r"at the obstacle"),
 }
-"""Where each state stands, and what it is called. The simplest solution runs round the outside."""
 
-HALF = (0.62, 0.3)
-"""Half the width and height of a box."""
+HALF = (0.62, 0.3)  # of a box
+THICK = 2.2
+SHIFT = 0.13  # between arrows that go both ways
 
 Point = tuple[float, float]
-
-THICK = 2.2
-"""Width of the arrows of a path, in points."""
-
-SHIFT = 0.13
-"""Arrows that go both ways run this far beside each other."""
-
 
 SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
     (State.UP, State.DOWN): ((0.62, 1.76), (4.38, 0.275)),
     (State.DOWN, State.UP): ((4.38, 0.06), (0.34, 1.7)),
     (State.IMPACT, State.UP): ((2.2, 0.3), (0.17, 1.7)),
 }
-"""Ends of the arrows that are neither level nor upright, so far apart that no two heads meet."""
 
 
 @styled

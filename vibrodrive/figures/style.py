@@ -41,11 +41,7 @@ INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
 RESOLUTION = 250
 """Pixels per inch of what is made of pixels."""
 
-LEGEND_LINE = 2.8
-"""Length of a line in a legend, in widths of its letters: a whole pattern of dashes."""
-
-BETWEEN = 1.2
-"""Space between columns of a legend, in widths of its letters."""
+LEGEND_LINE, BETWEEN = 2.8, 1.2  # widths of a letter
 
 COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
@@ -72,16 +68,13 @@ COMMON: dict[str, Any] = {
 }
 
 LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
-"""Sizes of titles, of the symbols at the axes, and of numbers and legends, in points."""
+"""Sizes in points: of titles, of the symbols at the axes, and of numbers and legends."""
 
-NOTE = 0.8
-"""Size of a note, of the size of titles."""
+NOTE = 0.8  # of the size of titles
 
 SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
-"""The symbol of the paper as mathtext, for every parameter and quantity that has one."""
 
 UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
-"""Units in figures of quantities that are not dimensionless."""
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -180,7 +173,6 @@ def number(value: float) -> str:
 PHASES = ("section_phase", "tau0")
 
 PARTS = (1, 2, 3, 4, 6)
-"""Of π: a phase that is a multiple of one of these parts is written so."""
 
 
 def phase(value: float) -> str:
@@ -281,11 +273,9 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
     ax.set_title(text, loc=side, fontsize=size, color="0.35")
 
 
-MARGIN = 0.8
-"""Inches of the width of a figure beside its axes: numbers and labels."""
+MARGIN = 0.8  # inches beside the axes
 
-GAP = 40.0
-"""Between the name of a panel and its note, in points."""
+GAP = 40.0  # points
 
 
 def extent(text: str, size: float) -> float:

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.errors import ConfigError
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, KINDS, MAP_QUANTITIES, STYLES, WIDTHS
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import Scene, check_scene
@@ -64,7 +64,6 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """A key of more than a hundred parts: Python's reader takes time that grows as the square of their number."""
 
 ALONG = (*AXES, POINT)
-"""What may be an axis of a figure."""
 
 
 @dataclass(frozen=True)
@@ -318,7 +317,7 @@ def _text(key: str) -> Callable[[object], str]:
 
 _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
     "figure": {
-        "kind": _choice("figure.kind", *KINDS),
+        "kind": _choice("figure.kind", *FIGURE_KINDS),
         "quantity": _choice("figure.quantity", *DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
         "x": _choice("figure.x", *ALONG),
         "y": _choice("figure.y", *ALONG),
@@ -367,7 +366,6 @@ def _override(tables: dict[str, Any], option: str) -> None:
 
 
 _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}
-"""Every table, and what may stand in it."""
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:

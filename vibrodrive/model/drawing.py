@@ -9,8 +9,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, SUMMARIES, SUMMARY
 
 BIFURCATION, POINCARE, MAP = "bifurcation", "poincare", "map"
 
-KINDS = (BIFURCATION, POINCARE, MAP)
-"""Of figures of a sweep."""
+FIGURE_KINDS = (BIFURCATION, POINCARE, MAP)
 
 Style = Literal["screen", "print"]
 """Colours that the colour-blind tell apart, or the black and white of a journal."""
@@ -22,14 +21,10 @@ STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
 
 FORMATS = (".png", ".pdf", ".svg")
-"""Endings of files of figures."""
 
 SECTION_QUANTITIES = ("dxi", "xi")
-"""Of diagrams of the section."""
 
 IMPACT_QUANTITIES = ("impact_phase", "impact_speed")
-"""Of bifurcation diagrams of the main impacts."""
-
 DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
 
 OF_SUMMARY = tuple(q.name for q in SUMMARIES)
@@ -46,7 +41,6 @@ KEPT = "kept"
 """Whether `gaps` are those of the undisturbed motion."""
 
 K2 = "k2"
-"""Of a map of limits."""
 
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
 """What must be known of a scene for a power: each an axis or one number."""
@@ -76,7 +70,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     swept : Plan or Results
         its axes, scalars and record.
     kind, quantity : str, optional
-        one of KINDS; one of SECTION_QUANTITIES for a diagram of the section, of IMPACT_QUANTITIES for one of the
+        one of FIGURE_KINDS; one of SECTION_QUANTITIES for a diagram of the section, of IMPACT_QUANTITIES for one of the
         impacts, of MAP_QUANTITIES for a map.
 
     Raises
@@ -85,8 +79,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         for a kind or quantity that is unknown, or was not recorded; and for a map of one motion.
     """
     record = swept.record
-    if kind not in (None, *KINDS):
-        raise ValueError(bad("kind", kind, "one of " + ", ".join(KINDS)))
+    if kind not in (None, *FIGURE_KINDS):
+        raise ValueError(bad("kind", kind, "one of " + ", ".join(FIGURE_KINDS)))
     if quantity is None and kind in (None, BIFURCATION) and record == (IMPACTS,):
         quantity = IMPACT_QUANTITIES[0]
     if kind is None and (quantity in MAP_QUANTITIES or (quantity is None and SECTION not in record)):

@@ -412,7 +412,6 @@ class Results(Described):
 _KNOWN = (SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS), (ERROR, ERRORS)
 
 _WHERE = {q.name: record for record, known in _KNOWN for q in known}
-"""The record that each quantity is of."""
 
 
 def _no_more(name: str, index: Index) -> np.ndarray:
