@@ -156,21 +156,32 @@ def build(document: Document, view: View, token: str) -> Page:
         "notice": notice, "words": words, "token": token, "axes": axes,
         "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW], "frame": frame, "other": other,
     }  # fmt: skip
+    _join(document, args, buttons)
+    for shown in (one, two, x_range, y_range, x2, y2):
+        shown.syncable = False  # the server hears of a view as a whole
+    root.tags = [request, news, frame, other]  # what only scripts refer to is no part of a document otherwise
+    document.title = "vibrodrive explore"
+    document.add_root(root)
+    return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
+
+
+def _join(document: Document, args: dict[str, Any], buttons: dict[str, Button]) -> None:
+    """Hand the models to the scripts by the names that these have for them, and let them hear of every change."""
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
     moved, entered, slid, tapped = map(_call, ("moved(cb_obj)", "enter(cb_obj)", "slide(cb_obj)", "tap(cb_obj)"))
-    for axis in (x_range, y_range, x2, y2):
+    for axis in (args[name] for name in ("x_range", "y_range", "x2", "y2")):
         for end in ("start", "end"):
             axis.js_on_change(end, moved)
-    for field in inputs.values():
+    for field in args["fields"].values():
         field.js_on_change("value", entered)
-    for slider in sliders.values():
+    for slider in args["sliders"].values():
         slider.js_on_change("value", slid)
-    frame.js_on_change("data", _call("painted()"))
-    news.js_on_change("data", _call("hear()"))
-    for shown in (one, two):
+    args["frame"].js_on_change("data", _call("painted()"))
+    args["news"].js_on_change("data", _call("hear()"))
+    for shown in (args["first"], args["second"]):
         for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
             shown.js_on_event(click, tapped)
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
@@ -182,12 +193,6 @@ def build(document: Document, view: View, token: str) -> Page:
         ("PDF", "file: 'pdf'"),
     ):
         buttons[label].js_on_click(_call(f"command({{{command}}})"))
-    for shown in (one, two, x_range, y_range, x2, y2):
-        shown.syncable = False  # the server hears of a view as a whole
-    root.tags = [request, news, frame, other]  # what only scripts refer to is no part of a document otherwise
-    document.title = "vibrodrive explore"
-    document.add_root(root)
-    return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
 
 
 def symbol(name: str) -> str:

@@ -53,8 +53,8 @@ class Results(Described):
     period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
     xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
     (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. Errors have,
-    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. What each of them is stands in
-    records.py and in the files, where `period` is called `motion_period`.
+    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. Files, and `to_xarray`, say what each of
+    them is; there `period` is called `motion_period`.
 
     Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 
@@ -69,7 +69,7 @@ class Results(Described):
     scalars : dict[str, float]
         the parameters that have one value; where an axis is in SI units, the rest of the scene, too.
     settings : Settings
-        method, scan, transient, periods, budget.
+        the settings that all points share, by their names: `settings.transient`.
     record : tuple of str
         what was recorded: "section", "impacts", "summary", "error".
     carry : str
