@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from vibrodrive.model import parameters
 from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.parameters import PARAMETERS, check, check_choice, check_count
 from vibrodrive.model.physical import Scene
@@ -69,10 +68,6 @@ def test_every_status_has_advice_of_its_own():
     advice = [s.advice for s in Status]
     assert len(set(advice)) == len(Status)
     assert all(advice)
-
-
-def test_eta_is_that_of_the_paper():
-    assert pytest.approx(10 * math.sqrt(102), rel=1e-15) == parameters.ETA
 
 
 SCENE = {"a0": 0.004, "omega0": 150.0, "mass": 250.0, "mu": 0.6, "alpha": 10.0, "g": 9.81}

@@ -109,21 +109,6 @@ def test_points_that_are_no_table_are_refused():
         parse("[sweep]\npoints = 3\n")
 
 
-@pytest.mark.parametrize(
-    ("axis", "told"),
-    [
-        (
-            "{start = 0, stop = 1, num = 3, seed = 1}",
-            r"key of sweep\.xi0 = 'seed': must be one of start",
-        ),
-        ('{start = 0, stop = 1, num = 3, scale = "odd"}', r"sweep\.xi0\.scale = 'odd': must be one of linear, log$"),
-    ],
-)
-def test_bad_ranges_are_refused_in_one_line(axis, told):
-    with pytest.raises(ConfigError, match=f"^{told}"):
-        parse(f"[sweep]\nA = 3.0\nxi0 = {axis}\n")
-
-
 def test_a_configuration_carries_and_says_what_it_needs():
     assert parse("[sweep]\nA = [3.0, 3.1]\n[run]\ncarry = 'down'\n").plan().carry == "down"
     with pytest.raises(ConfigError, match=r"^carry = 'left': must be one of up, down$"):

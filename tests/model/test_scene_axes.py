@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 
 import numpy as np
 import pytest
@@ -48,13 +47,6 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
     assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
     assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
     assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # whatever the block
-
-
-def test_physical_gives_what_the_paper_defines():
-    scene = Scene.quiet(**SCENE)
-    friction = 0.6 * 9.81 * math.cos(math.radians(3.4))
-    assert pytest.approx(150.0**2 * 0.8e-3 / friction, rel=1e-15) == scene.A
-    assert pytest.approx(math.tan(math.radians(3.4)) / 0.6, rel=1e-15) == scene.B
 
 
 def test_all_at_once_and_beside_other_parameters_in_the_order_written():
@@ -152,18 +144,11 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
         ),
         ("[physical]\nomega0 = 9\nmu = 0.6\n[sweep]\nalpha = [9]\n", "A is missing: must be given, a number >= 0"),
         (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "omega0[1] = 0: must be a finite number > 0"),
-        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 'x']\n", "omega0[1] = 'x': must be a finite number > 0"),
-        (NO_OMEGA0 + "[sweep]\nomega0 = -1\n", "omega0 = -1: must be a finite number > 0"),
-        (NO_OMEGA0 + "[sweep]\nomega0 = []\n", "sweep.omega0 = []: must be a list with at least one value"),
         (
             NO_OMEGA0 + "[sweep]\nomega0 = {start = 1, stop = inf, num = 2}\n",
             "sweep.omega0.stop = inf: must be a finite",
         ),
         (NO_OMEGA0 + "[sweep]\ng = [9, 10]\n", "key of [sweep] = 'g': must be one of A, B"),
-        (
-            "[physical]\nomega0 = 9\nmu = -1\n[sweep]\nalpha = [9]\nA = 1\n",
-            "physical.mu = -1: must be a finite number > 0",
-        ),
         (
             "[physical]\nomega0 = 9\nmu = 1\n[sweep]\nalpha = [9, 90]\nA = 1\n",
             "alpha[1] = 90: must be an angle in degrees",

@@ -53,8 +53,8 @@ class Results(Described):
     period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
     xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
     (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. Errors have,
-    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. Files, and `to_xarray`, say what each of
-    them is; there `period` is called `motion_period`.
+    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. Files and `to_xarray` say what each
+    of them is; there `period` is called `motion_period`.
 
     Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
 
