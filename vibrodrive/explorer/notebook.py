@@ -6,7 +6,6 @@ import asyncio
 import html
 import threading
 from concurrent.futures import Future
-from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
@@ -80,7 +79,8 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     if find_spec("bokeh") is None:
         raise ModuleNotFoundError("explore needs the extra: pip install 'vibrodrive[explore]'")
     view = View() if config is None else view_of(configuration.read(Path(config)))
-    import_module("vibrodrive.explorer.tasks")  # with Numba: of two threads that import it at once one may fail
+    from vibrodrive.explorer import tasks  # noqa: F401 - with Numba: of two threads that import it one may fail
+
     return Explored(view, threads)
 
 

@@ -30,7 +30,7 @@ from vibrodrive.model.drawing import (
     choose_drawing,
 )
 from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
-from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
@@ -82,14 +82,10 @@ def _number(key: str, value: object) -> float:
 
 def _parameter(key: str, value: object) -> float:
     """A number in the range of that parameter."""
-    p = PARAMETERS[key]
     try:
-        found = float(value)  # type: ignore[arg-type]
+        return check(key, float(value))  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(bad(key, value, p.allowed)) from None
-    if not p.low <= found <= p.high or (p.open_low and found == p.low):
-        raise ValueError(bad(key, value, p.allowed))
-    return found + 0.0
+        raise ValueError(bad(key, value, PARAMETERS[key].allowed)) from None
 
 
 def _of_scene(key: str, value: object) -> float:

@@ -80,36 +80,29 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     return 2 * max(block, points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)) + block // 2
 
 
+def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
+    """Raise TooLarge if more bytes are needed than there are. `takes` names what needs them, with its verb."""
+    if need > have:
+        raise TooLarge(f"{what}: must be small enough for the {room}: {takes} {human(need)}, {human(have)} are {are}")
+
+
 def refuse_large_axis(key: str, num: int) -> None:
     """Raise TooLarge if the values of one axis alone (and the copies on the way) do not fit the memory."""
-    need, have = 8 * num, available_memory()
-    if 4 * need > have:
-        raise TooLarge(
-            f"{key} = {num}: must be small enough for the memory: "
-            f"its values alone take {human(need)}, {human(have)} are available"
-        )
+    _refuse(f"{key} = {num}", "its values and their copies take", 4 * 8 * num, available_memory())
 
 
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
     """Raise TooLarge if a point does not fit a chunk, or the blocks in flight the memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, what one chunk of the file holds")
-    need, have = working_bytes(plan, remote), available_memory()
-    if need > have:
-        raise TooLarge(
-            f"periods = {plan.settings.periods}: must be small enough for the memory: "
-            f"the blocks in flight take {human(need)}, {human(have)} are available"
-        )
+    what = f"periods = {plan.settings.periods}"
+    _refuse(what, "the blocks in flight take", working_bytes(plan, remote), available_memory())
 
 
 def refuse_large_results(plan: Plan) -> None:
     """Raise TooLarge if a sweep held in memory does not fit it."""
-    need, have = result_bytes(plan), available_memory()
-    if need > have:
-        raise TooLarge(
-            f"{plan.n_points} points x {plan.settings.periods} periods: must be small enough for the memory: "
-            f"they take {human(need)}, {human(have)} are available (a result file needs no more than a block)"
-        )
+    are = "available (a result file needs no more than a block)"
+    _refuse(_extent(plan), "they take", result_bytes(plan), available_memory(), are=are)
 
 
 LARGE = 1 << 26
@@ -130,48 +123,34 @@ def rows_that_fit(periods: int, rows: int) -> int:
     if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
     need, have = MOTION_BYTES * periods, available_memory()
-    if need > have:
-        raise TooLarge(
-            f"periods = {periods}: must be small enough for the memory: "
-            f"their section points with bounds, and impacts, take {human(need)}, {human(have)} are available"
-        )
+    _refuse(f"periods = {periods}", "their section points with bounds, and impacts, take", need, have)
     return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
 
 
 def refuse_many_rows(periods: int, rows: int) -> None:
     """Raise TooLarge if so many switches of one motion do not fit the memory."""
     need = MOTION_BYTES * periods + ROW_BYTES * rows
-    if need > LARGE and need > (have := available_memory()):
-        raise TooLarge(
-            f"periods = {periods}: must be small enough for the memory: "
-            f"{rows} switches take {human(need)}, {human(have)} are available"
-        )
+    if need > LARGE:
+        _refuse(f"periods = {periods}", f"{rows} switches take", need, available_memory())
 
 
 def refuse_large_sample(per_period: int, instants: int) -> None:
     """Raise TooLarge if so many instants of one motion do not fit the memory."""
     need = 64 * instants  # τ, ξ, ξ', H and the state, and temporary arrays
-    if need > LARGE and need > (have := available_memory()):
-        raise TooLarge(
-            f"points_per_period = {per_period}: must be small enough for the memory: "
-            f"{instants} instants take {human(need)}, {human(have)} are available"
-        )
+    if need > LARGE:
+        _refuse(f"points_per_period = {per_period}", f"{instants} instants take", need, available_memory())
 
 
 def refuse_large_file(plan: Plan, path: Path) -> None:
     """Raise TooLarge if the result file does not fit the free disk (or the shell's file size limit)."""
     need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
-    limit = _file_size_limit()
-    sweep = f"{plan.n_points} points x {plan.settings.periods} periods"
-    if need > have:
-        raise TooLarge(
-            f"{sweep}: must be small enough for the disk: the file takes {human(need)}, {human(have)} are free"
-        )
-    if limit is not None and need > limit:
-        raise TooLarge(
-            f"{sweep}: must be small enough for the file size limit: "
-            f"the file takes {human(need)}, {human(limit)} are allowed (ulimit -f)"
-        )
+    _refuse(_extent(plan), "the file takes", need, have, "disk", "free")
+    if (limit := _file_size_limit()) is not None:
+        _refuse(_extent(plan), "the file takes", need, limit, "file size limit", "allowed (ulimit -f)")
+
+
+def _extent(plan: Plan) -> str:
+    return f"{plan.n_points} points x {plan.settings.periods} periods"
 
 
 def _file_size_limit() -> int | None:
