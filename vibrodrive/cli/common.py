@@ -6,11 +6,10 @@ Only the `cli` modules print, and only they exit. They import what they need whe
 
 from __future__ import annotations
 
-import math
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -58,15 +57,9 @@ def put_json(content: object) -> None:
     """Print a JSON document; what is no finite number is null there."""
     import json
 
-    click.echo(json.dumps(_finite(content), indent=1, ensure_ascii=False, allow_nan=False))
+    from vibrodrive.model.plain import plain
 
-
-def _finite(content: Any) -> Any:
-    if isinstance(content, Mapping):
-        return {key: _finite(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+    click.echo(json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False))
 
 
 def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config:
