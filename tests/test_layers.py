@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -60,3 +61,30 @@ def test_a_breach_is_noticed(copy, module, line, complaint):
     code, report = lint(copy)
     assert code == 1
     assert complaint in report
+
+
+CIRCLES = {"vibrodrive.batch.trajectory", "vibrodrive.stability.structure", "vibrodrive.periodic.curves"}
+"""Modules that still import, inside a function or for types alone, what imports them."""
+
+
+def test_no_module_imports_what_imports_it():
+    """Imports inside functions and those for types alone included: the contracts do not see the latter."""
+    paths = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in (ROOT / "vibrodrive").rglob("*.py")}
+    imported: dict[str, set[str]] = {}
+    for name, path in paths.items():
+        nodes = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
+        named = {found for n in nodes for a in n.names for found in (n.module, f"{n.module}.{a.name}")}
+        imported[name] = named & paths.keys()
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        todo = [start]
+        while todo:
+            new = imported[todo.pop()] - seen
+            seen |= new
+            todo += new
+        return seen
+
+    below = {name: reached(name) for name in paths}
+    circles = {name: {other for other in below[name] if name in below[other]} for name in paths}
+    assert {name: circle for name, circle in circles.items() if circle and not CIRCLES & circle} == {}
