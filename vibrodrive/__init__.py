@@ -38,7 +38,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["ETA", "Method", "Scan", "Status"], "model.parameters"),
+    **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
+    "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
     **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
@@ -66,7 +67,8 @@ if TYPE_CHECKING:
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
     from vibrodrive.jobs.driver import driver
-    from vibrodrive.model.parameters import ETA, Method, Scan, Status
+    from vibrodrive.model.choices import Method, Scan, Status
+    from vibrodrive.model.names import ETA
     from vibrodrive.model.physical import Scene
     from vibrodrive.model.results import Results
     from vibrodrive.model.states import State

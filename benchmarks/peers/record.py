@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibrodrive.model.parameters import ETA
+from vibrodrive.model.names import ETA
 
 TWO_PI = 2.0 * math.pi
 

@@ -9,7 +9,7 @@ import pytest
 
 from examples import map_agreement
 from examples.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.periodic.curves import Curve, curves
 
 

@@ -21,8 +21,8 @@ from vibrodrive.figures.colours import _CLASSIFY, paint
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
 from vibrodrive.model.drawing import OF_CLASSES
-from vibrodrive.model.parameters import PARAMETERS
-from vibrodrive.model.physical import SCENE_AXES, Scene
+from vibrodrive.model.names import PARAMETERS, SCENE_AXES
+from vibrodrive.model.physical import Scene
 
 ROOT = Path(__file__).parents[2]
 

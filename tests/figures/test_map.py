@@ -18,8 +18,8 @@ from vibrodrive.figures.map import edges, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
+from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
-from vibrodrive.model.plan import Settings
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.store.limits import Limits
 

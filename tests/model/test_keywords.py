@@ -18,8 +18,7 @@ import pytest
 import vibrodrive as vd
 from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.parameters import PARAMETERS
-from vibrodrive.model.plan import Settings
+from vibrodrive.model.names import PARAMETERS, Settings
 
 ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}

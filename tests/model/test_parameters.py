@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from vibrodrive.model.choices import Method, Scan, Status
-from vibrodrive.model.parameters import PARAMETERS, check, check_choice, check_count
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import check, check_choice, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.slips import slip
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from vibrodrive.model import config
 from vibrodrive.model.choices import Method
-from vibrodrive.model.names import ETA, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.names import ETA, PARAMETERS, SCENE, SCENE_AXES, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, check_setting
 from vibrodrive.model.physical import Scene
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, WAVE_WORK, Plan, Settings, make_plan
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, WAVE_WORK, Plan, make_plan
 
 
 def test_axes_stand_in_the_order_written():

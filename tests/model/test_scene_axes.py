@@ -10,8 +10,9 @@ import pytest
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import parse
+from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.physical import SCENE_AXES, Scene
+from vibrodrive.model.physical import Scene
 from vibrodrive.model.results import Results
 
 SCENE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.states import State
 from vibrodrive.stability.orbit_curve import PER_PERIOD, OrbitCurve, curve_distance, orbit_curve, raise_farthest
 

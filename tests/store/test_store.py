@@ -18,7 +18,7 @@ import xarray as xr
 
 from tests.support import fake
 from vibrodrive.errors import Busy, Damaged, Different, NoResult, TooLarge
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibrodrive.batch.sweep import compute
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.parameters import Method, Status
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SUMMARY

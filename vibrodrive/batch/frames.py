@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrodrive.model.parameters import Method, Scan, bad
+from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrodrive.kernels.certainty import Errors
-from vibrodrive.model.parameters import Method
+from vibrodrive.model.choices import Method
 from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
 

@@ -31,8 +31,10 @@ from vibrodrive.kernels.lane import LANES, new_lanes
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
-from vibrodrive.model.parameters import COLUMNS, Method, bad, check_count
-from vibrodrive.model.plan import IN_FLIGHT, Plan, Settings
+from vibrodrive.model.choices import Method
+from vibrodrive.model.names import Settings
+from vibrodrive.model.parameters import COLUMNS, bad, check_count
+from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 

@@ -19,9 +19,11 @@ from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import COLUMNS, ETA, Method, Status, bad, check_count
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit

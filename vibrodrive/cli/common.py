@@ -86,7 +86,7 @@ def refuse_axes(plan: Plan) -> None:
 def judge_idle(settings: Config) -> None:
     """Refuse an axis that does not act on the method (ConfigError), and say of a number that it does not."""
     from vibrodrive.errors import ConfigError
-    from vibrodrive.model.parameters import PARAMETERS
+    from vibrodrive.model.names import PARAMETERS
     from vibrodrive.model.plan import idle, refuse_idle, says_idle
 
     plan = settings.plan()
@@ -102,7 +102,7 @@ def judge_idle(settings: Config) -> None:
 
 def judge_slip(settings: Config, always: bool = False) -> None:
     """Say which slip is likely, if all points have it: of those of a scene, and `always` for some commands."""
-    from vibrodrive.model.physical import SCENE
+    from vibrodrive.model.names import SCENE
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()

@@ -20,7 +20,8 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     CONFIG has one scene in [physical], with a0 and omega0. The motion starts from rest; its switches are certified.
     """
     from vibrodrive.errors import ConfigError
-    from vibrodrive.model.physical import SCENE, Scene
+    from vibrodrive.model.names import SCENE
+    from vibrodrive.model.physical import Scene
 
     configured = read(config, overrides, None)
     plan = configured.plan()

@@ -233,7 +233,8 @@ def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
 
 def _scene(settings: Config) -> Scene | None:
     """The scene of the one motion of a configuration, if it has any."""
-    from vibrodrive.model.physical import SCENE, Scene
+    from vibrodrive.model.names import SCENE
+    from vibrodrive.model.physical import Scene
 
     plan = settings.plan()
     known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}

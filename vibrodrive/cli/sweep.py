@@ -143,7 +143,7 @@ BASE_MEMORY = 200_000_000
 
 def _tell_statuses(path: Path) -> None:
     """Say which points did not simply go well."""
-    from vibrodrive.model.parameters import Status
+    from vibrodrive.model.choices import Status
     from vibrodrive.store.reader import look
 
     for name, points in look(path).statuses.items():

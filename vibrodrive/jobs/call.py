@@ -13,7 +13,8 @@ from typing import Any, Literal
 
 from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
 from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
-from vibrodrive.model.parameters import ETA, bad
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.results import Results
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrodrive.jobs.call import sweep
-from vibrodrive.model.parameters import ETA, Status
+from vibrodrive.model.choices import Status
+from vibrodrive.model.names import ETA
 from vibrodrive.model.physical import Scene
 
 VARIED = {"a0": "a0", "omega0": "Ω0", "mu": "μ", "alpha": "α"}

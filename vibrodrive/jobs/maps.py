@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.errors import ConfigError
-from vibrodrive.model.parameters import Method, bad
-from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.choices import Method
+from vibrodrive.model.names import Settings
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 

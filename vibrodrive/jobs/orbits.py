@@ -12,8 +12,9 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
 from vibrodrive.figures.style import styled
 from vibrodrive.jobs.runner import Recipe, Work
+from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
-from vibrodrive.model.parameters import Method, bad
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import Family, family

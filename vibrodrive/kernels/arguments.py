@@ -18,7 +18,7 @@ from numba.extending import intrinsic, overload
 from vibrodrive.kernels.lane import LANES
 
 if TYPE_CHECKING:
-    from vibrodrive.model.plan import Settings
+    from vibrodrive.model.names import Settings
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """A row of `Trajectory.switches`, which kernels write as it is; `xi` and `dxi` are those just before the switch."""

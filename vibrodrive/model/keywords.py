@@ -17,7 +17,8 @@ from typing import Any, Concatenate, Literal, ParamSpec, TypeAlias, TypeVar
 import numpy as np
 
 from vibrodrive.model.choices import Method, Scan
-from vibrodrive.model.parameters import PARAMETERS, bad, unknown
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import bad, unknown
 
 Axis: TypeAlias = float | Sequence[float] | np.ndarray
 """One number, or a sequence of them: an axis of a sweep."""

@@ -13,10 +13,6 @@ from collections.abc import Iterable
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from vibrodrive.model.choices import Method as Method
-from vibrodrive.model.choices import Scan as Scan
-from vibrodrive.model.choices import Status as Status
-from vibrodrive.model.names import ETA as ETA
 from vibrodrive.model.names import PARAMETERS, SETTINGS
 
 if TYPE_CHECKING:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from vibrodrive.model.names import SCENE as SCENE
-from vibrodrive.model.names import SCENE_AXES as SCENE_AXES
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.slips import warn_of_slip
 

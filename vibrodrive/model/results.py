@@ -11,9 +11,10 @@ import numpy as np
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.described import Described, numbers, share_computed, span
 from vibrodrive.model.kinds import above
+from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B
-from vibrodrive.model.plan import POINT, Plan, Settings
+from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import (
     ERROR,
     ERRORS,

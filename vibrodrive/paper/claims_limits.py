@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when

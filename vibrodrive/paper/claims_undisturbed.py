@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.sweep import collect
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 
 from vibrodrive.kernels.release import onset
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import PARAMETERS, bad, check, check_count, real_array
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import bad, check, check_count, real_array
 from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
 from vibrodrive.periodic.conditions import Condition
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK, scale_of

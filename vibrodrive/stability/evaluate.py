@@ -19,8 +19,10 @@ import numpy as np
 from vibrodrive.batch.sweep import fill
 from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.parameters import COLUMNS, Status
-from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.choices import Status
+from vibrodrive.model.names import Settings
+from vibrodrive.model.parameters import COLUMNS
+from vibrodrive.model.plan import Plan
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve

@@ -25,7 +25,8 @@ from vibrodrive.kernels import single as kernel
 from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
-from vibrodrive.model.parameters import COLUMNS, Scan
+from vibrodrive.model.choices import Scan
+from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 

@@ -19,9 +19,11 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
+from vibrodrive.model.choices import Method
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import ETA, Method, bad, check
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import rows_that_fit
 from vibrodrive.model.slips import warn_of_slip

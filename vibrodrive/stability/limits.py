@@ -13,7 +13,8 @@ from vibrodrive.model.described import Lines, Stored, axis_facts, words
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import ETA, bad
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, each_limit

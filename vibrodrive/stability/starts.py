@@ -24,9 +24,11 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads, collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import PARAMETERS, Method, Status, bad, check, real_array
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.limit import NO_PERIOD, refuse_axes, slipping

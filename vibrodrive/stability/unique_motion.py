@@ -22,9 +22,11 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, collect
+from vibrodrive.model.choices import Method
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import ETA, Method, check, check_choice, check_count, real_array
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import check, check_choice, check_count, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.limit import (

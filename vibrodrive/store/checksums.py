@@ -19,7 +19,7 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN

@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError, Different
+from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.config import parse
-from vibrodrive.model.parameters import Method, Scan
 from vibrodrive.model.plan import Plan
 
 

@@ -19,7 +19,8 @@ import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
 from vibrodrive.model.kinds import FILES
-from vibrodrive.model.plan import Plan, Settings
+from vibrodrive.model.names import Settings
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import Origin, chunk_of, coordinates, digest, variables_of

@@ -18,7 +18,7 @@ import numpy as np
 
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.kinds import FILES
-from vibrodrive.model.parameters import PARAMETERS
+from vibrodrive.model.names import PARAMETERS
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
 from vibrodrive.stability.limits import FINE, K2, QUANTITIES, SHOWN, Limits, check_quantity, values_of
 from vibrodrive.stability.starts import StartLimit

@@ -11,9 +11,9 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
-from vibrodrive.model.parameters import Status
-from vibrodrive.model.physical import SCENE_AXES
+from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from vibrodrive.batch.trajectory import Trajectory, simulate
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.validation.reference import IMPACT, REST, STICK, UP, Oscillator, Reference, Slide, mp, reference
 
 ROUNDING = 2.0**-49  # eight units in the last place, as the kernels allow themselves

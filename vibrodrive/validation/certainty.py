@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.trajectory import Trajectory, simulate
-from vibrodrive.model.parameters import ETA
+from vibrodrive.model.names import ETA
 from vibrodrive.validation.check import Finding
 from vibrodrive.validation.reference import Reference, mp, reference
 

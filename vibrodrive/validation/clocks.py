@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vibrodrive.batch.trajectory import Trajectory, simulate
-from vibrodrive.model.parameters import ETA
+from vibrodrive.model.names import ETA
 from vibrodrive.model.states import State
 from vibrodrive.validation.agreement import oscillator
 from vibrodrive.validation.check import Finding

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.parameters import ETA
+from vibrodrive.model.names import ETA
 from vibrodrive.validation.agreement import Agreement, flagged, follow, oscillator, residual, segments
 from vibrodrive.validation.check import Finding
 from vibrodrive.validation.reference import SCENES, mp

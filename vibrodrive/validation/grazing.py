@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.parameters import Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.states import State
 from vibrodrive.validation.agreement import ROUNDING
 from vibrodrive.validation.check import Finding
