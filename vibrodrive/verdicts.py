@@ -7,15 +7,13 @@ and rows of the table on the page in Markdown.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from vibrodrive.model.plain import plain
 from vibrodrive.store.draft import drafted
 
 
@@ -72,18 +70,3 @@ def write(folder: Path, name: str, document: Mapping[str, Any], page: Sequence[s
         with drafted(path) as draft:
             draft.write_text(text, encoding="utf-8")
     return paths
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON can hold it: NumPy types become Python's, NaN and infinity null."""
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {key: plain(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

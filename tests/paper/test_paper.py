@@ -13,6 +13,7 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures.model import ALPHA, drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.model.packaged import configurations
+from vibrodrive.model.plain import plain
 from vibrodrive.model.states import TRANSITIONS, State
 from vibrodrive.paper.analysis import PhaseSlip, find_phase_slip
 from vibrodrive.paper.claim import CLAIMS, Verdict, judge
@@ -20,7 +21,6 @@ from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.run import SUBJECTS, run_paper
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import reference_orbit
-from vibrodrive.verdicts import plain
 
 ROOT = Path(__file__).parents[2]
 
