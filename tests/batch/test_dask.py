@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.jobs import sweep as job
 from vibrodrive.store.reader import look, verify
 
 distributed = pytest.importorskip("distributed")
@@ -195,11 +196,11 @@ def test_a_cluster_writes_the_same_file_of_every_record(cluster, tmp_path):
     assert len(digests) == 1
 
 
-def test_an_address_where_nobody_listens_is_one_line_and_no_file(tmp_path):
+def test_an_address_where_nobody_listens_is_one_line_and_no_file(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(job, "REACH_SECONDS", 0.5)
     (tmp_path / "c.toml").write_text(CONFIG)
-    process = command(tmp_path, "--dask", "tcp://127.0.0.1:1")
-    _, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 2
+    code, _, err = run("sweep", "c.toml", "--dask", "tcp://127.0.0.1:1")
+    assert code == 2
     assert [line for line in err.splitlines() if "127.0.0.1:1" in line and line.startswith("vibrodrive: ")]
     assert "Traceback" not in err
     assert [p.name for p in tmp_path.iterdir()] == ["c.toml"]
