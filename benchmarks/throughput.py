@@ -93,7 +93,7 @@ def heyoka_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
     integrators = heyoka_events.Integrators(eps > 0.0, 2.2e-16)
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
-        return np.array([heyoka_events.solve(Case(a, eps, periods=periods), integrators)[0].section for a in A])
+        return np.array([integrators.solve(Case(a, eps, periods=periods))[0].section for a in A])
 
     return work
 
@@ -104,8 +104,8 @@ def scipy_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
     method = "LSODA" if eps > 0.0 else "DOP853"
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
-        cases = (Case(a, eps, periods=periods) for a in A)
-        return np.array([scipy_ivp.solve(c, method, 1e-10, 1e-12)[0].section for c in cases])
+        solvers = [scipy_ivp.Solver(Case(a, eps, periods=periods), method, 1e-10, 1e-12) for a in A]
+        return np.array([solver.section() for solver in solvers])
 
     return work
 

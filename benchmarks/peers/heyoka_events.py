@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.peers.model import BUDGET, DOWN, IMPACT, REST, STICK, UP
-from benchmarks.peers.record import TWO_PI, Case, Recorder, Run, Unavailable, cpu_seconds
-from benchmarks.peers.scipy_ivp import decide
+from benchmarks.peers.record import Case, Recorder, Run, Unavailable
+from vibrodrive.validation.peers import DOWN, REST, STICK, UP, End, follow, release
 
 try:
     import heyoka as hy
@@ -45,7 +44,6 @@ class Integrators:
         back_down = hy.t_event(dxi, direction=rising)
         ground = hy.t_event(xi, direction=falling)
         self.by_state = {UP: slide(1.0, [back_up]), DOWN: slide(-1.0, [back_down, ground])}
-        self.slides = dict(self.by_state)
         if disturbed:
             up = hy.t_event(level - 1.0, direction=rising)
             down = hy.t_event(level + 1.0, direction=falling)
@@ -53,80 +51,38 @@ class Integrators:
                 system = [(level, rate)]
                 self.by_state[state] = hy.taylor_adaptive(system, [0.0], pars=pars, tol=tol, t_events=events)
 
-    def set(self, case: Case) -> None:
+    def solve(self, case: Case) -> tuple[Recorder, int]:
+        """The trajectory: what was recorded, completed periods. Few calls: Python's share is a third."""
+        out = Recorder(case)
+        A, B, fast, eta, sin = case.A, case.B, case.A * case.eps * case.eta * case.eta, case.eta, math.sin
         for integrator in self.by_state.values():
-            integrator.pars[:] = (case.A, case.B, case.eps, case.eta)[: len(integrator.pars)]
+            integrator.pars[:] = (A, B, case.eps, eta)[: len(integrator.pars)]
+        stopped = hy.taylor_outcome.time_limit
+        state_of = {s: i.state for s, i in self.by_state.items()}  # live views
 
+        def force(tau: float) -> float:
+            return A * sin(tau) - B + (fast * sin(eta * tau) if fast else 0.0)
 
-def solve(case: Case, integrators: Integrators) -> tuple[Recorder, int]:
-    """The trajectory: what was recorded, completed periods. Few calls: Python's share is a third."""
-    out = Recorder(case)
-    A, B, eps, eta = case.A, case.B, case.eps, case.eta
-    fast = A * eps * eta * eta
-    sin = math.sin
-    integrators.set(case)
-    stopped = hy.taylor_outcome.time_limit
-    by_state = integrators.by_state
-    state_of = {s: i.state for s, i in by_state.items()}  # live views
-    lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.nan
-    drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.nan
-    begin, end_of_run = out.begin, out.end
-    section_time = out.section_time
-
-    state, tau, xi = REST, 0.0, 0.0
-    force = -B
-    used, next_period = 0, TWO_PI
-    while True:
-        impact = False
-        if state == IMPACT:
-            end = tau
-        elif state in (UP, DOWN):
-            ta = by_state[state]
-            y = state_of[state]
-            ta.time = tau
-            y[0] = xi
-            y[1] = NUDGE if state == UP else -NUDGE
+        def slide(state: int, tau: float, xi: float) -> End:
+            ta, y = self.by_state[state], state_of[state]
+            ta.time, y[0], y[1] = tau, xi, NUDGE if state == UP else -NUDGE
             ta.reset_cooldowns()
-            while True:
-                outcome = ta.propagate_until(section_time)[0]
-                if outcome != stopped:
-                    break
+            while (outcome := ta.propagate_until(out.section_time)[0]) == stopped:
+                at = out.section_time
                 out.point(y[0], y[1])
-                if section_time >= end_of_run:
-                    return out, case.total
-                section_time = out.section_time
-            end = ta.time
+                if at >= out.end:
+                    return math.inf, 0.0, False
             impact = state == DOWN and int(outcome) == -2
-            xi = 0.0 if impact else y[0]
-        else:
-            if eps > 0.0:
-                ta = by_state[state]
-                ta.time = tau
-                state_of[state][0] = force
-                ta.reset_cooldowns()
-                outcome = ta.propagate_until(end_of_run + 1.0)[0]
-                end = math.inf if outcome == stopped else ta.time
-            else:
-                end = math.inf if lift != lift else tau + (lift - tau) % TWO_PI
-                if state == STICK and drop == drop:
-                    end = min(end, tau + (drop - tau) % TWO_PI)
-            while section_time <= end and section_time <= end_of_run:
-                out.point(xi, 0.0)
-                section_time = out.section_time
-        if end > end_of_run:
-            return out, case.total
-        used += 1
-        if end >= next_period:
-            used, next_period = 0, (math.floor(end / TWO_PI) + 1.0) * TWO_PI
-        if used > BUDGET:
-            return out, int(end / TWO_PI)
-        force = A * sin(end) - B
-        if eps > 0.0:
-            force += fast * sin(eta * end)
-        following = decide(state, force, impact)
-        if end > begin:
-            out.rows.append((end, state, following))
-        state, tau = following, end
+            return ta.time, 0.0 if impact else y[0], impact
+
+        def wait(state: int, tau: float) -> float:
+            ta = self.by_state[state]
+            ta.time = tau
+            state_of[state][0] = force(tau)
+            ta.reset_cooldowns()
+            return math.inf if ta.propagate_until(out.end + 1.0)[0] == stopped else ta.time
+
+        return out, out.follow(follow(slide, wait if fast else release(A, B), force))
 
 
 def run(case: Case, tol: float = 2.2e-16, repeats: int = 3) -> Run:
@@ -134,9 +90,5 @@ def run(case: Case, tol: float = 2.2e-16, repeats: int = 3) -> Run:
     if hy is None:
         raise Unavailable("heyoka is not installed")
     integrators = Integrators(case.eps > 0.0, tol)
-    out, done = solve(case, integrators)
-    seconds = cpu_seconds(lambda: solve(case, integrators), repeats)
-    notes: tuple[str, ...] = (f"tol = {tol:g}",)
-    if done < case.total:
-        notes = (*notes, f"gave up after {done} of {case.total} periods: too many switches")
-    return out.run(NAME, seconds / max(done, 1), None, notes)
+    out, _ = integrators.solve(case)
+    return out.run(NAME, lambda: integrators.solve(case)[1], None, repeats, f"tol = {tol:g}")

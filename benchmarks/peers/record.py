@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks.peers.model import BUDGET, REST, STICK
 from vibrodrive.model.names import ETA
+from vibrodrive.validation.peers import Switch
 
 TWO_PI = 2.0 * math.pi
 
@@ -80,10 +82,6 @@ class Recorder:
         self.end = TWO_PI * case.total
         self.section_time = case.first_section
 
-    def switch(self, tau: float, before: int, after: int) -> None:
-        if self.begin < tau <= self.end:
-            self.rows.append((tau, before, after))
-
     def point(self, xi: float, dxi: float) -> None:
         """The state at `section_time`, which moves on by one period."""
         k = self._next - self.case.transient
@@ -92,13 +90,44 @@ class Recorder:
         self._next += 1
         self.section_time = self.case.first_section + TWO_PI * self._next
 
-    def run(self, name: str, seconds: float, evaluations: float | None, notes: tuple[str, ...] = ()) -> Run:
+    def follow(self, switches: Iterable[Switch]) -> int:
+        """Record switches, and the section while the mass waits, up to the end; the completed periods."""
+        begin, end = self.begin, self.end
+        used, next_period, xi = 0, TWO_PI, 0.0
+        for tau, before, after, gap in switches:
+            if before == STICK or before == REST:
+                self.rest(min(tau, end), xi)
+            if tau > end:
+                return self.case.total
+            if tau >= next_period:
+                used, next_period = 0, (math.floor(tau / TWO_PI) + 1.0) * TWO_PI
+            used += 1
+            if used > BUDGET:
+                return int(tau / TWO_PI)
+            if tau > begin:
+                self.rows.append((tau, before, after))
+            xi = gap
+        self.rest(end, xi)
+        return self.case.total
+
+    def rest(self, until: float, xi: float) -> None:
+        """The section points up to a time at which the mass still waits."""
+        while self.section_time <= until:
+            self.point(xi, 0.0)
+
+    def run(self, name: str, work: Callable[[], int], evaluations: int | None, repeats: int, *notes: str) -> Run:
+        """The Run of what was recorded, with the time that `work` takes; it gives the completed periods."""
+        done = max(work(), 1)
+        seconds = cpu_seconds(work, repeats) / done
+        if done < self.case.total:
+            notes = (*notes, f"gave up after {done} of {self.case.total} periods: too many switches")
+        per_period = None if evaluations is None else evaluations / done
         tau = np.array([r[0] for r in self.rows])
         before = np.array([r[1] for r in self.rows], dtype=np.int8)
         after = np.array([r[2] for r in self.rows], dtype=np.int8)
         period = np.floor(tau / TWO_PI).astype(np.int64)
         phase = tau - TWO_PI * period
-        return Run(name, self.case, period, phase, before, after, self.section, seconds, evaluations, notes)
+        return Run(name, self.case, period, phase, before, after, self.section, seconds, per_period, notes)
 
 
 def cpu_seconds(work: Callable[[], object], repeats: int) -> float:

@@ -6,9 +6,10 @@ such solvers miss switches, whatever their tolerance: there the 50-digit referen
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.states import State
@@ -27,16 +28,62 @@ HEYOKA_WITHIN = 1e-11
 """Its Taylor series at the rounding of doubles: some 1e-13 over 20 periods."""
 
 
-class End(NamedTuple):
-    """How a slide ends: when, at which ξ, and whether by an impact."""
+UP, DOWN, STICK, REST, IMPACT = (int(state) for state in State)
 
-    tau: float
-    xi: float
-    impact: bool
+End = tuple[float, float, bool]
+"""Of a slide: when, at which ξ, and whether by an impact."""
 
-
-Slide = Callable[[State, float, float], End]
+Slide = Callable[[int, float, float], End]
 """(UP or DOWN, τ, ξ), ξ' = 0 -> its end."""
+
+Wait = Callable[[int, float], float]
+"""(STICK or REST, τ) -> τ of its end."""
+
+Switch = tuple[float, int, int, float]
+"""τ, states before and after, ξ."""
+
+
+def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterator[Switch]:
+    """The switches of the motion from rest, without end, or until a slide or a wait ends at τ = inf.
+
+    slide, wait : how a solver follows them; force : τ -> H.
+    """
+    state, tau, xi = REST, 0.0, 0.0
+    while True:
+        impact = False
+        if state < STICK:
+            tau, xi, impact = slide(state, tau, xi)
+        elif state != IMPACT:
+            tau = wait(state, tau)
+        if tau == math.inf:
+            return
+        h = force(tau)
+        if impact:
+            after = IMPACT
+        elif state == STICK or state == REST:
+            after = UP if h > 0.0 else DOWN
+        elif h > 1.0:
+            after = UP
+        elif state == IMPACT:
+            after = REST
+        else:
+            after = DOWN if h < -1.0 else STICK
+        yield tau, state, after, xi
+        state = after
+
+
+def release(A: float, B: float) -> Wait:
+    """When STICK or REST ends at ε = 0: H = 1, or where it sticks H = -1, whichever is first; inf if never."""
+    lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.inf
+    drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.inf
+
+    def wait(state: int, tau: float) -> float:
+        end = tau + (lift - tau) % TWO_PI if lift < math.inf else math.inf
+        if state == STICK and drop < math.inf:
+            end = min(end, tau + (drop - tau) % TWO_PI)
+        return end
+
+    return wait
 
 
 def scipy_events() -> list[Finding]:
@@ -55,64 +102,37 @@ def _side_by_side(solver: Callable[[float, float], Slide], within: float) -> lis
         theirs = _switches(**scene, slide=solver(scene["A"], scene["B"]))
         ours = simulate(**scene, transient=0, periods=PERIODS).switches
         apart = math.inf  # where a state differs, or one of them has more switches
-        if [row[1:] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
+        if [row[1:3] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
             tau = TWO_PI * ours["period"] + ours["phase"]
             apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
         found.append(Finding(f"A = {scene['A']:g}, B = {scene['B']:g}: difference in τ", apart, within))
     return found
 
 
-def _switches(A: float, B: float, slide: Slide) -> list[tuple[float, int, int]]:
-    """(τ, state before, state after) of all switches of PERIODS periods from rest."""
-    out: list[tuple[float, int, int]] = []
-    state, tau, xi = State.REST, 0.0, 0.0
-    while True:
-        impact = state == State.IMPACT
-        end = End(tau, 0.0, False)
-        if state in (State.UP, State.DOWN):
-            end = slide(state, tau, xi)
-        elif not impact:
-            end = End(_release(A, B, state, tau), xi, False)
-        if end.tau > TWO_PI * PERIODS:
-            return out
-        force = A * math.sin(end.tau) - B
-        if end.impact:
-            after = State.IMPACT
-        elif state in (State.STICK, State.REST):
-            after = State.UP if force > 0.0 else State.DOWN
-        elif force > 1.0:
-            after = State.UP
-        elif impact:
-            after = State.REST
-        else:
-            after = State.DOWN if force < -1.0 else State.STICK
-        out.append((end.tau, int(state), int(after)))
-        state, tau, xi = after, end.tau, end.xi
+def _switches(A: float, B: float, slide: Slide) -> list[Switch]:
+    """All switches of PERIODS periods from rest."""
+    switches = follow(slide, release(A, B), lambda tau: A * math.sin(tau) - B)
+    return list(itertools.takewhile(lambda row: row[0] <= TWO_PI * PERIODS, switches))
 
 
-def _release(A: float, B: float, state: State, tau: float) -> float:
-    """When STICK or REST ends: H = 1, or where it sticks H = −1, whichever is first."""
-    ends = [math.asin((1.0 + B) / A)]
-    if state == State.STICK:
-        ends.append(math.pi + math.asin((1.0 - B) / A))
-    return min(tau + (end - tau) % TWO_PI for end in ends)
+def stopping(component: int, direction: float) -> Any:
+    """A terminal event of scipy: component 0 (ξ) or 1 (ξ') passes zero in `direction`."""
+
+    def event(_tau: float, y: Any) -> float:
+        return y[component]
+
+    marked: Any = event
+    marked.terminal, marked.direction = True, direction
+    return marked
 
 
 def _scipy_slide(A: float, B: float) -> Slide:
     from scipy.integrate import solve_ivp
 
-    def stopping(component: int, direction: float) -> Any:
-        def event(_tau: float, y: Any) -> float:
-            return y[component]
+    events = {UP: [stopping(1, -1.0)], DOWN: [stopping(1, 1.0), stopping(0, -1.0)]}
 
-        marked: Any = event
-        marked.terminal, marked.direction = True, direction
-        return marked
-
-    events = {State.UP: [stopping(1, -1.0)], State.DOWN: [stopping(1, 1.0), stopping(0, -1.0)]}
-
-    def slide(state: State, tau: float, xi: float) -> End:
-        friction = -1.0 if state == State.UP else 1.0
+    def slide(state: int, tau: float, xi: float) -> End:
+        friction = -1.0 if state == UP else 1.0
         found = solve_ivp(
             lambda t, y: (y[1], A * math.sin(t) - B + friction),
             (tau, tau + 2.0 * TWO_PI),
@@ -123,8 +143,8 @@ def _scipy_slide(A: float, B: float) -> Slide:
             atol=1e-13,
             first_step=1e-4,  # a longer first step swallows a short slide
         )
-        impact = state == State.DOWN and len(found.t_events[1]) > 0
-        return End(float(found.t[-1]), 0.0 if impact else float(found.y[0, -1]), impact)
+        impact = state == DOWN and len(found.t_events[1]) > 0
+        return float(found.t[-1]), 0.0 if impact else float(found.y[0, -1]), impact
 
     return slide
 
@@ -139,16 +159,16 @@ def _heyoka_slide(A: float, B: float) -> Slide:
     ground = hy.t_event(xi, direction=hy.event_direction.negative)
     solvers = {
         state: hy.taylor_adaptive([(xi, dxi), (dxi, force + friction)], [0.0, 0.0], t_events=events)
-        for state, friction, events in ((State.UP, -1.0, [back_up]), (State.DOWN, 1.0, [back_down, ground]))
+        for state, friction, events in ((UP, -1.0, [back_up]), (DOWN, 1.0, [back_down, ground]))
     }
 
-    def slide(state: State, tau: float, xi: float) -> End:
+    def slide(state: int, tau: float, xi: float) -> End:
         solver = solvers[state]
         solver.time = tau
-        solver.state[:] = xi, 1e-16 if state == State.UP else -1e-16  # from 0 itself the next zero may go unseen
+        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # from 0 itself the next zero may go unseen
         solver.reset_cooldowns()
         outcome = solver.propagate_until(tau + 2.0 * TWO_PI)[0]
-        impact = state == State.DOWN and int(outcome) == -2  # the second of its terminal events
-        return End(solver.time, 0.0 if impact else float(solver.state[0]), impact)
+        impact = state == DOWN and int(outcome) == -2  # the second of its terminal events
+        return solver.time, 0.0 if impact else float(solver.state[0]), impact
 
     return slide
