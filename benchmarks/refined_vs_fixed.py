@@ -21,10 +21,7 @@ SECTION_PHASE = 2.0  # the mass slides there at every A considered
 TRANSIENT, PERIODS = 1000, 500
 SINGLE = (1.5, 3.04)
 RANGE = (3.0, 3.25)
-METHODS: dict[str, dict[str, Any]] = {
-    "fixed": {"method": "fixed"},
-    "muller": {"method": "muller", "tol": 1e-7},
-}
+METHODS: dict[str, dict[str, Any]] = {"fixed": {"method": "fixed"}, "muller": {"method": "muller", "tol": 1e-7}}
 LABELS = {"fixed": "fixed", "muller": "Muller"}
 CRITERION = ("impacts",)
 

@@ -56,16 +56,14 @@ def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -
 def over_points(quick: bool, repeats: int) -> dict[str, float]:
     counts = (1, 10, 100, 1000) if quick else (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000)
     return seconds(
-        {n: {"A": np.linspace(*RANGE, n), "transient": 0, "periods": 100, "threads": 1} for n in counts},
-        repeats,
+        {n: {"A": np.linspace(*RANGE, n), "transient": 0, "periods": 100, "threads": 1} for n in counts}, repeats
     )
 
 
 def over_periods(quick: bool, repeats: int) -> dict[str, float]:
     counts = (10, 100, 1000) if quick else (1, 10, 100, 1000, 10_000)
     return seconds(
-        {p: {"A": np.linspace(*RANGE, 128), "transient": p - 1, "periods": 1, "threads": 1} for p in counts},
-        repeats,
+        {p: {"A": np.linspace(*RANGE, 128), "transient": p - 1, "periods": 1, "threads": 1} for p in counts}, repeats
     )
 
 

@@ -17,16 +17,7 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import (
-    TWO_PI,
-    arguments,
-    environment,
-    figure,
-    paired,
-    ratio,
-    say,
-    write,
-)
+from benchmarks.common import TWO_PI, arguments, environment, figure, paired, ratio, say, write
 from benchmarks.peers import certified_scalar, heyoka_events, literal_scan, scan_newton, scipy_ivp
 from benchmarks.peers.record import Case, Unavailable
 
@@ -205,14 +196,9 @@ def threads(quick: bool, busy: float | None) -> dict[str, Any]:
         "periods": 50 if quick else 300,
     }
     times = paired(
-        {"one": lambda: vd.sweep(**run, threads=1), "all": lambda: vd.sweep(**run, threads=count)},
-        3 if quick else 7,
+        {"one": lambda: vd.sweep(**run, threads=1), "all": lambda: vd.sweep(**run, threads=count)}, 3 if quick else 7
     )
-    return {
-        "threads": count,
-        "speed_up": ratio(times["one"], times["all"], wall=True),
-        "busy_before": busy,
-    }
+    return {"threads": count, "speed_up": ratio(times["one"], times["all"], wall=True), "busy_before": busy}
 
 
 def busy_share() -> float | None:

@@ -4,19 +4,7 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.peers.model import (
-    BUDGET,
-    DOWN,
-    IMPACT,
-    REST,
-    UP,
-    constants,
-    decide,
-    force,
-    gap,
-    jit,
-    velocity,
-)
+from benchmarks.peers.model import BUDGET, DOWN, IMPACT, REST, UP, constants, decide, force, gap, jit, velocity
 
 TWO_PI = 2.0 * math.pi
 

@@ -325,10 +325,7 @@ _EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
         "style": _choice("figure.style", *STYLES),
         "width": _choice("figure.width", *WIDTHS),
     },
-    "trajectory": {
-        "periods": lambda v: check_count("trajectory.periods", v, 1),
-        "curves": _curves,
-    },
+    "trajectory": {"periods": lambda v: check_count("trajectory.periods", v, 1), "curves": _curves},
     "limits": {"quantity": _choice("limits.quantity", "k2", "k1", "ku"), "criterion": _text("limits.criterion")},
     "orbits": {"max_period": lambda v: check_count("orbits.max_period", v, 1)},
 }

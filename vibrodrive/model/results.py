@@ -15,16 +15,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import (
-    ERROR,
-    ERRORS,
-    IMPACTS,
-    MAIN_IMPACTS,
-    SECTION,
-    SUMMARIES,
-    SUMMARY,
-    quantities,
-)
+from vibrodrive.model.records import ERROR, ERRORS, IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.statuses import Statuses, count_statuses
 

@@ -33,22 +33,14 @@ LONG = 600
 """Periods over which a structure seen in a few periods of a figure is checked."""
 
 
-@claim(
-    "step-kept",
-    "fig08",
-    "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.",
-)
+@claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.")
 def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
     text = f"Δτ = {step:g} over {LONG} periods: {_answers(found, 'impacts', 'word')}"
     return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
 
 
-@claim(
-    "step-lost",
-    "fig08",
-    "Δτ = 0.7 destroys the structure: it lies beyond the limit.",
-)
+@claim("step-lost", "fig08", "Δτ = 0.7 destroys the structure: it lies beyond the limit.")
 def step_lost(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 1)
     arguments = list(points(session.config("fig08").plan()))[1]
@@ -91,9 +83,7 @@ def similar(session: Session) -> Outcome:
 
 
 @claim(
-    "near-limit",
-    "fig09",
-    "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation.",
+    "near-limit", "fig09", "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation."
 )
 def near_limit(session: Session) -> Outcome:
     arguments = list(points(session.config("fig09").plan()))[1]
@@ -117,11 +107,7 @@ PRINTED = 0.5
 """The step of Fig. 9b as the scan of the paper shows it."""
 
 
-@claim(
-    "cloud",
-    "fig09",
-    "Large numerical disturbances make the motion irregular: a cloud of points.",
-)
+@claim("cloud", "fig09", "Large numerical disturbances make the motion irregular: a cloud of points.")
 def cloud(session: Session) -> Outcome:
     motion = session.motions("fig09")[-1]
     found = compare_structure(session.undisturbed("fig09"), motion)
@@ -186,11 +172,7 @@ def not_yet_critical(session: Session) -> Outcome:
     return Outcome(text, numbers, when(share > 0.5, low > 0.5))
 
 
-@claim(
-    "unique",
-    "fig11",
-    "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.",
-)
+@claim("unique", "fig11", "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.")
 def unique(session: Session) -> Outcome:
     motions = session.motions("fig11")
     if len(motions) < 2:
@@ -206,11 +188,7 @@ def unique(session: Session) -> Outcome:
     return Outcome(text, {"same": same, "exact_shifts": shifts}, when(all(same) and len(set(shifts)) > 1))
 
 
-@claim(
-    "basic-motion",
-    "fig12",
-    "The motion consists of a basic motion of 6×2π, in place of 2×2π.",
-)
+@claim("basic-motion", "fig12", "The motion consists of a basic motion of 6×2π, in place of 2×2π.")
 def basic_motion(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
     slip = find_phase_slip(motion, base)
@@ -244,11 +222,7 @@ def transient(session: Session) -> Outcome:
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 
-@claim(
-    "why-six",
-    "grid",
-    "(a question the paper leaves open: why 6×2π?) The grid nearly closes then: 377·0.1 ≈ 6·2π.",
-)
+@claim("why-six", "grid", "(a question the paper leaves open: why 6×2π?) The grid nearly closes then: 377·0.1 ≈ 6·2π.")
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -262,12 +236,7 @@ def why_six(session: Session) -> Outcome:
         f"the motion returns best after as many periods as the grid closes best in {100 * equal:.0f} %, "
         f"after a multiple in {100 * multiple:.0f} % (chance: {100 * float(np.mean(1 / closes)):.0f} %)"
     )
-    numbers = {
-        "equal": equal,
-        "multiple": multiple,
-        "chance": float(np.mean(1 / closes)),
-        "q": here.periods,
-    }
+    numbers = {"equal": equal, "multiple": multiple, "chance": float(np.mean(1 / closes)), "q": here.periods}
     return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))
 
 

@@ -51,11 +51,7 @@ SEEN = 0.1
 """By this share limits leave the line that they have followed, if what happened there is to be seen in them."""
 
 
-@claim(
-    "alike",
-    "limits",
-    "Both kinds of disturbance act alike: the scenery of stability is similar over A.",
-)
+@claim("alike", "limits", "Both kinds of disturbance act alike: the scenery of stability is similar over A.")
 def alike(session: Session) -> Outcome:
     plan = session.config("limits").plan()
     if set(plan.axes) != {"A"}:
@@ -105,11 +101,7 @@ SETTLES = 0.1
 """A limit is settled if a higher frequency changes it by less than this share."""
 
 
-@claim(
-    "any-incline",
-    "limits",
-    "B = 0.1 is assumed without restricting generality.",
-)
+@claim("any-incline", "limits", "B = 0.1 is assumed without restricting generality.")
 def any_incline(session: Session) -> Outcome:
     eta = session.config("limits").plan().scalars["eta"]
     found = _both(session, A=AMPLITUDES, B=INCLINES, eta=eta)
@@ -208,11 +200,7 @@ def computing_time(session: Session) -> Outcome:
     return Outcome(text, {"seconds": spent}, when(avoided and spent["coarse"] < spent["certified"], avoided))
 
 
-@claim(
-    "all-times",
-    "limits",
-    "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.",
-)
+@claim("all-times", "limits", "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.")
 def all_times(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}

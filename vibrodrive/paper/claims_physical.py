@@ -42,11 +42,7 @@ def structure_kept(session: Session) -> Outcome:
     return Outcome(text, numbers, when(coarse and bool(found.word), coarse))
 
 
-@claim(
-    "broad-band",
-    "fig05",
-    "Periods differ from one another: the phase curve becomes a broad band.",
-)
+@claim("broad-band", "fig05", "Periods differ from one another: the phase curve becomes a broad band.")
 def broad_band(session: Session) -> Outcome:
     spread, speed = [], []
     for motion in _two(session.motions("fig05")):
@@ -67,11 +63,7 @@ PHASES = 200
 """Instants of a period at which periods are compared."""
 
 
-@claim(
-    "small-epsilon",
-    "fig06",
-    "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.",
-)
+@claim("small-epsilon", "fig06", "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.")
 def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
@@ -153,11 +145,7 @@ def _low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
     return [float(np.mean(side)) if side else np.nan for side in sides]
 
 
-@claim(
-    "precision",
-    "fig07",
-    "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.",
-)
+@claim("precision", "fig07", "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.")
 def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)

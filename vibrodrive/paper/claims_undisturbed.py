@@ -18,11 +18,7 @@ SETTLED = 1e-6
 """A motion this close to an orbit has arrived on it."""
 
 
-@claim(
-    "route",
-    "fig03",
-    "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.",
-)
+@claim("route", "fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")
 def route(session: Session) -> Outcome:
     results = session.results("fig03")
     A, n = results.axes["A"], period(results.section)
@@ -84,9 +80,7 @@ def two_solutions(session: Session) -> Outcome:
 
 
 @claim(
-    "n-solutions",
-    "coexisting",
-    "A subharmonic of order n means n stable solutions of one shape, whole periods apart.",
+    "n-solutions", "coexisting", "A subharmonic of order n means n stable solutions of one shape, whole periods apart."
 )
 def n_solutions(session: Session) -> Outcome:
     results = session.results("coexisting")
@@ -105,12 +99,7 @@ def n_solutions(session: Session) -> Outcome:
         f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; solutions found for n = "
         f"{', '.join(f'{n}: {c}' for n, c in counted.items())}"
     )
-    numbers = {
-        "n": base.n,
-        "shares": shares,
-        "settled": settled,
-        "solutions_by_n": [list(i) for i in counted.items()],
-    }
+    numbers = {"n": base.n, "shares": shares, "settled": settled, "solutions_by_n": [list(i) for i in counted.items()]}
     return Outcome(text, numbers, when(settled == 1 and all(n == c for n, c in counted.items())))
 
 
@@ -130,11 +119,7 @@ def two_interruptions(session: Session) -> Outcome:
     return Outcome("between impacts: " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
 
 
-@claim(
-    "two-points",
-    "fig06",
-    "The undisturbed motion has two points in the Poincaré section.",
-)
+@claim("two-points", "fig06", "The undisturbed motion has two points in the Poincaré section.")
 def two_points(session: Session) -> Outcome:
     undisturbed = session.motions("fig06")[0]
     base = session.undisturbed("fig06")

@@ -56,10 +56,7 @@ DATA = (".h5", "_switches.h5")
 
 
 def run_paper(
-    out: str | Path,
-    figures: Sequence[str] | None = None,
-    progress: Say | None = None,
-    threads: int | None = None,
+    out: str | Path, figures: Sequence[str] | None = None, progress: Say | None = None, threads: int | None = None
 ) -> Paper:
     """Recompute the paper into a directory: NAME.png, NAME.pdf, NAME.h5, claims.json and claims.md.
 
