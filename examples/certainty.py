@@ -109,8 +109,7 @@ other side, and the jump of ξ' is added: that is |ξ'| itself at an impact.
 
 This is a proof by hand, held against 50 digits below; it is not interval arithmetic. With Muller's method the value of
 the switching function where it stops takes the place of rounding, so the bounds hold what `tol` does; that the grid has
-missed no zero is assumed. A fixed grid has no bounds: its lateness is the disturbance under study. In a carried sweep
-each value starts from a computed state, and its bounds begin anew.
+missed no zero is assumed. A fixed grid has no bounds: its lateness is the disturbance under study.
 
 In a sweep without `record="error"` the status OK says of each switch that it is right from the state it starts from,
 as computed. With it each motion is followed by itself to the end of its record; without it many are followed side by

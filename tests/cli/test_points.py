@@ -1,12 +1,10 @@
-"""Commands on sweeps whose parameters change together, or that are carried: computed, described, drawn or refused."""
+"""Commands on sweeps whose parameters change together: computed, described, drawn or refused."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-
-from vibrodrive.store.every_kind import load
 
 TEXT = """
 [sweep]
@@ -16,7 +14,6 @@ xi0 = {start = 0, stop = 8, num = 14}
 [run]
 transient = 2
 periods = 3
-carry = "up"
 [figure]
 x = "A"
 """
@@ -31,13 +28,8 @@ def test_the_commands_compute_describe_draw_or_refuse(run):
     assert "nothing to do" in run("sweep", "p.toml")[2]
     told = run("info", "p.h5")[1]
     assert "axis      point = 0 to 13, 14 values\npoint     A between 3 and 3.2\npoint     xi0 between " in told
-    assert "carried   up along point\n" in told
     assert run("verify", "p.h5")[0] == 0
     assert run("sweep", "p.toml", "--dry-run")[0] == 0
-    assert load("p.h5").carry == "up"
-    code, out, err = run("sweep", "p.toml", "--set", "carry=down")
-    assert (code, out) == (2, "")
-    assert "carry is up there and down here" in err
     code, _, err = run("trajectory", "p.toml")
     assert code == 2
     assert err == "vibrodrive: p.toml: sweep.points = '14 points': must be one point: lists of one value\n" or (

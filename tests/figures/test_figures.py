@@ -27,7 +27,6 @@ def results(section, status=None, **axes):
     return SimpleNamespace(
         axes=plan.axes,
         points=plan.together,
-        carry=plan.carry,
         scalars=plan.scalars,
         settings=plan.settings,
         record=("section",),

@@ -33,9 +33,7 @@ def results(axes, **arrays):
     shape = tuple(len(a) for a in axes.values())
     known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays
     scalars = {name: v for name, v in {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}.items() if name not in axes}
-    return SimpleNamespace(
-        axes=axes, scalars=scalars, settings=Settings(), title="", record=("summary",), carry="", **known
-    )
+    return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), title="", record=("summary",), **known)
 
 
 @pytest.fixture

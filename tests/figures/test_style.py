@@ -27,7 +27,7 @@ def swept():
     status = np.zeros(plan.shape, np.int8)
     status[7, 1] = Status.BUDGET
     known = {"axes": plan.axes, "scalars": plan.scalars, "settings": plan.settings, "record": ("section",)}
-    known |= {"points": {}, "carry": None}
+    known |= {"points": {}}
     return SimpleNamespace(section=section, status=status, title="", **known)
 
 
@@ -151,7 +151,7 @@ def test_the_first_and_the_last_of_few_values_are_as_wide_as_the_others(swept):
 def test_panels_that_are_a_choice_say_so(swept):
     plan = make_plan({"A": np.linspace(3, 3.1, 20), "eps": np.linspace(0, 1e-3, 9), "periods": 8})
     many = SimpleNamespace(
-        axes=plan.axes, points={}, carry=None, scalars=plan.scalars, settings=plan.settings, record=("section",),
+        axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
         section=np.ones((20, 9, 8, 2)), status=np.zeros((20, 9), np.int8),
     )  # fmt: skip
     assert r"6 of 9 panels, one for each $\varepsilon$ shown" in figures.bifurcation(many).axes[0].get_title("right")
@@ -164,7 +164,7 @@ def test_over_two_axes_of_the_start_a_map_is_drawn():
     section = np.zeros((15, 12, 4, 2))
     section[..., -1, 1] = np.arange(180).reshape(15, 12)
     start = SimpleNamespace(
-        axes=plan.axes, points={}, carry=None, scalars=plan.scalars, settings=plan.settings, record=("section",),
+        axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
         section=section, status=np.zeros((15, 12), np.int8),
     )  # fmt: skip
     fig = figures.from_results(start)

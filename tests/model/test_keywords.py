@@ -29,7 +29,6 @@ OWN = {
         "A": None,
         "record": "section",
         "points": None,
-        "carry": None,
         "path": None,
         "overwrite": False,
         "threads": None,
@@ -137,7 +136,7 @@ motion = vd.simulate(A=3.04, method=vd.Method.FIXED, dtau=1e-3, periods=10)
 r = vd.sweep(A=A, eps=[0, 2e-4], dtau=(1e-3, 1e-2), method="muller", threads=2, executor=None)
 k = vd.limit(3.04, "dtau", method="fixed", periods=100, threads=1)
 found: float = k.k2 + motion.margin + r.margin[0, 0, 0]
-r = vd.sweep(points={"A": A, "eps": [1e-4] * 10}, carry="up", record=["section", "summary"])
+r = vd.sweep(points={"A": A, "eps": [1e-4] * 10}, record=["section", "summary"])
 part = r.select(A=3.0).select("nearest", tolerance=0.1, eps=0.0)
 part.plot("poincare").savefig("figure.png")
 vd.plot.bifurcation(r, "xi", ax=None).savefig("figure.png")
@@ -165,9 +164,7 @@ vd.limit(3.04, periods="many")  # wrong: periods
 vd.limit(3.04, bogus=3)  # wrong: bogus
 vd.limit(3.04).k3  # wrong: k3
 text: str = r.section  # wrong: ndarray
-vd.sweep(A=A, carry="left")  # wrong: carry
 vd.sweep(points=[3.0, 3.1])  # wrong: points
-vd.simulate(A=3.04, carry="up")  # wrong: carry
 r.select(A=3.0, method="closest")  # wrong: method
 r.select(A="3.0")  # wrong: "A"
 r.plot(colour="red")  # wrong: colour

@@ -135,7 +135,7 @@ def test_the_arguments_of_a_point_make_its_plan_again():
 def test_there_is_one_table_of_settings():
     """A configuration knows every setting and parameter, and takes and refuses the same values as `make_plan`."""
     known = {key for keys in config.HOMES.values() for key in keys}
-    assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES, "record", "points", "carry"}
+    assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES, "record", "points"}
     assert list(SETTINGS) == [f.name for f in fields(Settings)]
     assert not [name for name in PARAMETERS if sum(name in keys for keys in config.HOMES.values()) != 2]
     for table, keys in config.HOMES.items():

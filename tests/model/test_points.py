@@ -109,14 +109,6 @@ def test_points_that_are_no_table_are_refused():
         parse("[sweep]\npoints = 3\n")
 
 
-def test_a_configuration_carries_and_says_what_it_needs():
-    assert parse("[sweep]\nA = [3.0, 3.1]\n[run]\ncarry = 'down'\n").plan().carry == "down"
-    with pytest.raises(ConfigError, match=r"^carry = 'left': must be one of up, down$"):
-        parse("[sweep]\nA = [3.0, 3.1]\n", ["carry=left"]).plan()
-    with pytest.raises(ConfigError, match=r"^A = \[3\.1, 3\.0\]: must be ascending, as the first axis of a sweep with"):
-        parse("[sweep]\nA = [3.1, 3.0]\n[run]\ncarry = 'down'\n").plan()
-
-
 def test_results_show_what_changes_together():
     plan = parse(TEXT).plan()
     r = Results.collect(plan, fake.run_blocks(plan))

@@ -59,12 +59,6 @@ REFUSED = {
     "points.eps": (r"points\.eps", lambda v: vd.sweep(A=3, points={"eps": v}, **SHORT), [0.1, None, [], [[1]], [-1.0]]),
     "key of points": ("key of points", lambda v: vd.sweep(A=3, points={v: [1.0]}, **SHORT), ["mu", "periods", 3]),
     "points beside": ("A", lambda v: vd.sweep(A=v, points={"A": [1.0]}, **SHORT), [3.0, [3.0]]),
-    "carry": ("carry", lambda v: vd.sweep(A=[3, 3.1], carry=v, **SHORT), [True, 3, "left", ["up"], {}]),
-    "carry without an axis": ("carry", lambda v: vd.sweep(A=3, carry=v, **SHORT), ["up"]),
-    "carry along": ("A", lambda v: vd.sweep(A=v, carry="down", **SHORT), [[3.1, 3.0], [3.0, 3.0], [3, 3.2, 3.1]]),
-    "carry without a section": (
-        "record", lambda v: vd.sweep(A=[3, 3.1], carry="up", record=v, **SHORT), ["summary", ["impacts", "summary"]]
-    ),
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
     "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),

@@ -19,7 +19,6 @@ from uuid import uuid4
 import numba
 import numpy as np
 
-from vibrodrive.batch.carry import Carried, States, continued, layers
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import as_quantities, new_errors
 from vibrodrive.jit.slices import Halt
@@ -49,27 +48,21 @@ Span = tuple[int, int, int]
 """A block to be computed: index, start, stop."""
 
 
-def compute(
-    plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None, states: np.ndarray | None = None
-) -> Block:
-    """Points start..stop of a plan, to the bit whatever is computed beside them.
+def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
+    """Compute the points start..stop of a plan. The result depends on the plan alone, to the bit."""
+    return compute_wave(plan, [(0, start, stop)], threads, halt or Halt())[0]
 
-    The result depends on the plan alone, and in a carried sweep on `states`, from which its first layer starts.
+
+def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
+    """Compute several blocks at once, so that all threads stay busy from one to the next.
+
+    Raises Halted if that is called.
     """
-    return compute_wave(plan, [(0, start, stop)], threads, halt or Halt(), states)[0]
-
-
-def compute_wave(
-    plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt, states: np.ndarray | None = None
-) -> list[Block]:
-    """Several blocks at once, so that all threads stay busy from one to the next; of a carried sweep one, which starts
-    from `states`. Raises Halted if that is called."""
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
     section = np.empty((n, plan.settings.periods, 2)) if SECTION in plan.record else None
     status, margin, counts = np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64)
-    start = blocks[0][1]
-    records = fill_records(plan, points, threads, halt, section, status, margin, counts, start=start, states=states)
+    records = fill_records(plan, points, threads, halt, section, status, margin, counts)
     out, at = [], 0
     for index, start, stop in blocks:
         part = slice(at, at + stop - start)
@@ -89,30 +82,13 @@ def fill_records(
     status: np.ndarray,
     margin: np.ndarray,
     counts: np.ndarray,
-    *,
-    start: int = 0,
-    states: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """`fill`, and what a plan records of each point beside its section, by the names of records.py.
-
-    In a carried sweep `start` is the number of the first point, and its layer starts from `states`.
-    """
+    """`fill`, and what a plan records of each point beside its section, by the names of records.py."""
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
     errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
-    if not plan.carry or section is None:
-        fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary, errors)
-        return as_quantities(summary, impacts, errors)
-    for first, end in layers(plan, start, start + n):
-        at = slice(first - start, end - start)
-        fill(
-            plan.settings, continued(points[at], states), threads, halt,
-            section[at], status[at], margin[at], counts[at],
-            None if impacts is None else impacts[at], None if summary is None else summary[at],
-            None if errors is None else Errors(errors.section[at], errors.until[at]),
-        )  # fmt: skip
-        states = section[at, -1]
+    fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary, errors)
     return as_quantities(summary, impacts, errors)
 
 
@@ -216,12 +192,10 @@ def run_blocks(
     *,
     threads: int | None = None,
     executor: Executor | None = None,
-    stored: States | None = None,
 ) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
 
-    The consumer works on one wave while the next is computed. Close the generator to stop early. A carried sweep of
-    which some blocks are left out takes the states that those ended with from `stored`.
+    The consumer works on one wave while the next is computed. Close the generator to stop early.
 
     Raises
     ------
@@ -230,9 +204,8 @@ def run_blocks(
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
-    carried = Carried(plan, stored) if plan.carry else None
     if executor is not None:
-        yield from _run_remote(plan, todo, executor, carried)
+        yield from _run_remote(plan, todo, executor)
         return
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
@@ -241,21 +214,10 @@ def run_blocks(
         try:
             for wave in [*waves, None]:
                 finished = ahead.result() if ahead is not None else []
-                states = _hand_over(carried, finished, wave[0] if wave is not None else None)
-                ahead = pool.submit(compute_wave, plan, wave, count, halt, states) if wave is not None else None
+                ahead = pool.submit(compute_wave, plan, wave, count, halt) if wave is not None else None
                 yield from finished
         finally:
             halt.call()
-
-
-def _hand_over(carried: Carried | None, finished: Sequence[Block], following: Span | None) -> np.ndarray | None:
-    """The states that the block after these starts from, in a carried sweep."""
-    if carried is None:
-        return None
-    for block in finished:
-        if block.section is not None:
-            carried.keep(block.start, block.stop, block.section)
-    return carried.before(*following[1:]) if following is not None else None
 
 
 def _spans(plan: Plan) -> list[Span]:
@@ -265,15 +227,10 @@ def _spans(plan: Plan) -> list[Span]:
 
 def waves_of(plan: Plan) -> list[tuple[int, int]]:
     """All points of a plan as (start, stop) of what is computed together."""
-    if plan.carry:
-        return layers(plan, 0, plan.n_points)
     return [(wave[0][1], wave[-1][2]) for wave in _waves(plan, _spans(plan))]
 
 
 def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
-    if plan.carry:
-        yield from ([block] for block in (todo if plan.carry == "up" else todo[::-1]))
-        return
     most = plan.wave_points
     wave: list[Span] = []
     held = 0
@@ -288,39 +245,31 @@ def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
         yield wave
 
 
-def _run_remote(plan: Plan, todo: list[Span], executor: Executor, carried: Carried | None) -> Iterator[Block]:
+def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
     limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
-    queue, waiting = deque(todo), dict[int, deque[Span]]()
-    if carried is not None:
-        for (block,) in _waves(plan, todo):
-            waiting.setdefault(carried.chain(block[1]), deque()).append(block)
-        queue = deque(chain.popleft() for chain in waiting.values())
-    flying: dict[Future[Block], tuple[Span, np.ndarray | None, int]] = {}
+    queue = deque(todo)
+    flying: dict[Future[Block], tuple[Span, int]] = {}
     halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
 
-    def launch(block: Span, states: np.ndarray | None, tries: int) -> None:
-        flying[executor.submit(compute, plan, block[1], block[2], 1, halt, states)] = (block, states, tries)
+    def launch(block: Span, tries: int) -> None:
+        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
 
     try:
         while True:
             while len(flying) < limit and queue:
-                block = queue.popleft()
-                launch(block, _hand_over(carried, [], block), 0)
+                launch(queue.popleft(), 0)
             if not flying:
                 return
             done, _ = wait(list(flying), return_when=FIRST_COMPLETED)
             for future in done:
-                block, states, tries = flying.pop(future)
+                block, tries = flying.pop(future)
                 try:
                     result = future.result()
                 except Exception:
                     if tries >= RETRIES:
                         raise
-                    launch(block, states, tries + 1)
+                    launch(block, tries + 1)
                 else:
-                    if carried is not None and (chain := waiting[carried.chain(block[1])]):
-                        _hand_over(carried, [result], None)
-                        queue.append(chain.popleft())
                     yield result._replace(index=block[0])
     finally:
         halt.call_across([future for future in flying if not future.cancel()])
@@ -346,15 +295,10 @@ def collect(
         with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels what it has submitted
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
-    carried = Carried(plan) if plan.carry else None
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
-        states = carried.before(start, stop) if carried else None
-        rows = results.rows(start, stop)
-        records = fill_records(plan, plan.points(start, stop), count, halt, *rows, start=start, states=states)
+        records = fill_records(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
         results.put(start, stop, records)
-        if carried and rows[0] is not None:
-            carried.keep(start, stop, rows[0])
         tell(stop - start)
     return results
 

@@ -45,8 +45,6 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
         said.append(method.name.lower())
         if method != Method.CERTIFIED and "dtau" not in apart:
             said.append(equation("dtau", known["dtau"]))
-    if known.get("carry"):
-        said.append(f"carried {known['carry']}")
     if "periods" in known:
         said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
     last = [*(["section_phase"] if section else []), *STARTS]
@@ -55,7 +53,7 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
 
 def of_sweep(results: Any) -> dict[str, Any]:
     """What all points of a sweep share: its scalars and settings."""
-    return {**results.scalars, **vars(results.settings), "carry": results.carry}
+    return {**results.scalars, **vars(results.settings)}
 
 
 def named(quantity: str, text: str) -> str:

@@ -9,7 +9,7 @@ import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Any, Literal
+from typing import Any
 
 from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
 from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
@@ -44,7 +44,6 @@ def sweep(
     budget: int = 100_000,
     record: str | Sequence[str] = "section",
     points: Points | None = None,
-    carry: Literal["up", "down"] | None = None,
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     threads: int | None = None,
@@ -70,11 +69,6 @@ def sweep(
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name: point k has the k-th value of each. They make one axis, `point`,
         whose values count from 0; a table of pandas will do.
-    carry : "up" or "down", optional
-        let each value of the first axis, which must ascend, start from the last state of its neighbour below (up) or
-        above (down) instead of xi0, dxi0 and tau0, so that hysteresis shows. That state is the last point of the
-        section, which must be recorded; a disturbance and a grid of Δτ begin anew at τ = section_phase. All other
-        axes are computed side by side.
     path : str or path, optional
         result file (.h5) to write instead of keeping all in memory. A file that is there and was made from the same,
         here or by `vibrodrive sweep`, is gone on with: what it lacks is computed. It holds these arguments as a
@@ -118,15 +112,13 @@ def sweep(
     >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
     ['eps', 'A']
 
-    Random starts, of which each point has one; and a diagram carried from right to left:
+    Random starts, of which each point has one:
 
     >>> start = np.random.default_rng(seed=1)
     >>> starts = {"xi0": start.uniform(0, 8, 5), "dxi0": start.uniform(-3, 3, 5)}
     >>> several = vd.sweep(A=3.04, points=starts, transient=50, periods=20)
     >>> several.shape, list(several.points)
     ((5,), ['xi0', 'dxi0'])
-    >>> vd.sweep(A=np.linspace(3.0, 3.25, 6), carry="down", transient=50, periods=20).carry
-    'down'
 
     The first one into a file; stopped and called again, it goes on:
 

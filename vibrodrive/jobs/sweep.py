@@ -221,7 +221,7 @@ class _Work:
         lengths = [stop - start for start, stop in plan.blocks()]
         missing = sum(lengths[k] for k in which)
         tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
-        found = run_blocks(plan, which, threads=self.job.threads, executor=executor, stored=writer.last_section)
+        found = run_blocks(plan, which, threads=self.job.threads, executor=executor)
         with contextlib.closing(found) as blocks:
             for block in blocks:
                 writer.write(block)

@@ -11,7 +11,7 @@
     [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
     [switching]            # method and what belongs to it
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
-                           # a list of some of them; carry: "up" or "down" along the first axis
+                           # a list of some of them
     [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
                            # ("double", "single" columns of a page): how every command does
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
@@ -179,8 +179,6 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
         return value
     if key == "record":
         return check_record(value)
-    if key == "carry":
-        return value  # checked with the axes, in the plan
     if key == "points":
         return _points(value, at)
     return _axis(key, value) if table == "sweep" else check(key, value)

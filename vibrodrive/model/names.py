@@ -114,9 +114,6 @@ SETTINGS: dict[str, Name] = {
 
 FURTHER: dict[str, Name] = {
     "record": Name("what is kept of each motion", "record", "", "run"),
-    "carry": Name(
-        "up, down: each motion starts where its neighbour below, above along the first axis ended", "carry", "", "run"
-    ),
     "criterion": Name("what of its structure a motion must keep", "criterion", "", "limits"),
     "quantity": Name(
         "k1, ku: how far a start may be off, which disturbance leaves one motion", "quantity", "", "limits"

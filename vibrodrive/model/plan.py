@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -44,9 +44,6 @@ IN_FLIGHT = 16
 POINT = "point"
 """The axis of a sweep along which parameters change together: it counts their values from 0."""
 
-CARRY = ("up", "down")
-"""Along the first axis of a carried sweep: from its first value to its last, or from the last to the first."""
-
 SAMPLED = 100
 """Points looked at where parameters change together, before a warning."""
 
@@ -65,9 +62,6 @@ class Plan:
 
     `together` has the parameters that change together, along the axis POINT.
 
-    `carry` is "up" or "down" where each value of the first axis starts from the last state of its neighbour
-    (batch/carry.py), "" where all points start alike.
-
     `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
     version that would cut it differently.
     """
@@ -78,7 +72,6 @@ class Plan:
     tiling: tuple[int, ...] | None = None
     record: tuple[str, ...] = (SECTION,)
     together: dict[str, np.ndarray] = field(default_factory=dict)
-    carry: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -209,7 +202,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     TypeError, ValueError
         with one sentence naming the key, the value and what is allowed.
     """
-    known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points", "carry"]
+    known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
     record: tuple[str, ...] = (SECTION,)
     axes: dict[str, np.ndarray] = {}
@@ -238,7 +231,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     if method != Method.CERTIFIED and not {"dtau"} & {*axes, *together} and math.isnan(scalars["dtau"]):
         name = Method(method).name.lower()
         raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
-    return replace(plan, carry=_carry(arguments.get("carry"), plan))
+    return plan
 
 
 def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
@@ -274,26 +267,6 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
         told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
         raise ValueError(f"points = {told}: must be {allowed}")
     return found
-
-
-def _carry(value: object, plan: Plan) -> str:
-    """The direction in which states are carried, "" for None. Raises TypeError or ValueError with the one sentence."""
-    if value is None:
-        return ""
-    allowed = "one of " + ", ".join(CARRY)
-    if not isinstance(value, str):
-        raise TypeError(bad("carry", value, allowed))
-    if value not in CARRY:
-        raise ValueError(bad("carry", value, allowed))
-    if not plan.axes:
-        raise ValueError(bad("carry", value, "left out where there is no axis along which a state could be carried"))
-    first, values = next(iter(plan.axes.items()))
-    if not (np.diff(values) > 0).all():
-        raise ValueError(bad(first, values.tolist(), f"ascending, as the first axis of a sweep with carry = {value!r}"))
-    if SECTION not in plan.record:
-        told = "a carried state is the last point of the section"
-        raise ValueError(bad("record", ", ".join(plan.record), f'with "{SECTION}" where carry = {value!r}: {told}'))
-    return value
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:

@@ -64,8 +64,6 @@ class Results(Described):
         the settings that all points share, by their names: `settings.transient`.
     record : tuple of str
         what was recorded: "section", "impacts", "summary", "error".
-    carry : str
-        "up" or "down" where the values of the first axis start from the last state of their neighbour, else "".
     title : str
         that of the configuration, "" where there was none.
     section : float64 (axes…, periods, 2)
@@ -110,10 +108,8 @@ class Results(Described):
         *,
         record: tuple[str, ...] = (SECTION,),
         points: Mapping[str, np.ndarray] | None = None,
-        carry: str = "",
     ) -> None:
         self.record = record
-        self.carry = carry
         self.points = dict(points or {})
         self.axes = dict(axes)
         self.scalars = dict(scalars)
@@ -164,7 +160,7 @@ class Results(Described):
         """What a plan asks for, its arrays taken from `source`."""
         return cls(
             plan.axes, plan.scalars, plan.settings, source, title,
-            record=plan.record, points=plan.together, carry=plan.carry,
+            record=plan.record, points=plan.together,
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
@@ -283,7 +279,7 @@ class Results(Described):
         at = tuple(index)
         part = Results(
             axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
-            record=self.record, points=points, carry=self.carry,
+            record=self.record, points=points,
         )  # fmt: skip
         part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part
@@ -375,8 +371,7 @@ class Results(Described):
             "computed": computed,
             "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
             "record": ", ".join(self.record),
-            "settings": f"{Method(s.method).name.lower()}, {s.transient} + {s.periods} periods"
-            + (f", carried {self.carry}" if self.carry else ""),
+            "settings": f"{Method(s.method).name.lower()}, {s.transient} + {s.periods} periods",
             "status": told,
         }
 

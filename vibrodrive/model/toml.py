@@ -25,7 +25,7 @@ def as_toml(plan: Plan) -> str:
     s = plan.settings
     names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
     numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
-    said = numbers | vars(s) | names | {"record": list(plan.record)} | ({"carry": plan.carry} if plan.carry else {})
+    said = numbers | vars(s) | names | {"record": list(plan.record)}
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
     together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
     tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}

@@ -60,7 +60,6 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
         "scan": Scan(plan.settings.scan).name.lower(),
     }
     settings["record"] = ", ".join(plan.record)
-    settings["carry"] = plan.carry or "not given"
     together = {f"points.{name}": values for name, values in plan.together.items()}
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
 

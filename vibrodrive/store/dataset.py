@@ -34,7 +34,7 @@ def dataset(results: Results) -> xarray.Dataset:
     except ImportError:
         raise ImportError("to_xarray needs xarray: pip install 'vibrodrive[data]'") from None
 
-    plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points, results.carry)
+    plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
     unnamed = set(axes_of(plan)) - set(plan.axes)  # the axis that a file of one motion has
     coords = {
         name: xarray.Variable(name, values, _about(name))

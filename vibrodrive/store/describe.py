@@ -26,9 +26,7 @@ def plain(plan: Plan) -> dict[str, Any]:
     scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
     s = plan.settings
     choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
-    return (
-        scalars | vars(s) | choices | {"record": ", ".join(plan.record)} | ({"carry": plan.carry} if plan.carry else {})
-    )
+    return scalars | vars(s) | choices | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:

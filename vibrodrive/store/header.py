@@ -209,8 +209,8 @@ def read_header(file: h5py.File) -> Header:
         together = {name: along[name] for name in outline.get("points", {})}
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        record, carry = tuple(outline.get("record", (SECTION,))), outline.get("carry", "")
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, carry)
+        record = tuple(outline.get("record", (SECTION,)))
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together)
         for variable in variables_of(plan):
             data = file[variable.name]
             if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):

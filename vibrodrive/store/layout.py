@@ -250,11 +250,11 @@ def _digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def _further(plan: Plan) -> dict[str, Any]:
-    """What earlier versions knew nothing of, as far as it is not what they did: the section alone, nothing carried."""
+    """What earlier versions knew nothing of, as far as it is not what they did: the section alone."""
     further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
     if plan.together:
         further["points"] = _digests(plan.together)
-    return further | ({"carry": plan.carry} if plan.carry else {})
+    return further
 
 
 def versions() -> dict[str, str]:

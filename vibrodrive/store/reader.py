@@ -186,8 +186,6 @@ class Report:
             ("switches", f"{shared['method']}, scan {shared['scan']}"),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
-        if plan.carry:
-            found.append(("carried", f"{plan.carry} along {next(iter(plan.axes))}"))
         return found + [("status", f"{name}: {points} points") for name, points in self.statuses.items()]
 
 

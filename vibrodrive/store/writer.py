@@ -29,7 +29,6 @@ from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import refuse_moved, unwritable
 from vibrodrive.store.header import damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import (
-    SECTIONS,
     Origin,
     Progress,
     blank,
@@ -110,16 +109,6 @@ class Writer:
             self._pending[block.index] = block.status.copy()  # a view would keep the whole wave in memory
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
-
-    def last_section(self, start: int, stop: int) -> np.ndarray:
-        """The last section points of committed points start to stop, float64 (stop - start, 2). Raises Damaged."""
-        (tile,) = (tile for tile in self.tiles if tile.start <= start and stop <= tile.stop)
-        with self._mutex:
-            try:
-                last = [self._data[v.name][(*tile.slab, -1)].reshape(-1) for v in SECTIONS]
-            except OSError:
-                raise Damaged(f"{self.path}: points {start} to {stop - 1} are damaged") from None
-        return np.stack(last, axis=-1)[start - tile.start : stop - tile.start]
 
     def commit(self) -> None:
         """Commit what was written so far. Raises Unwritable."""
