@@ -65,17 +65,17 @@ def test_alike_names_where_it_does_not_hold(session):
 
 @pytest.mark.jit
 def test_a_limit_that_has_not_settled_at_the_papers_frequency_corrects_it(session, monkeypatch):
-    monkeypatch.setattr(claims_limits, "FREQUENCIES", (1.0, 3.0, 10.0))
+    monkeypatch.setattr(claims_limits, "TIMES_ETA", (1.0, 3.0, 10.0))
     verdict = {}
     for A in (2.4, 3.1):
-        monkeypatch.setattr(claims_limits, "ORDERS", (A,))
+        monkeypatch.setattr(claims_limits, "A_OF_PERIODS", (A,))
         verdict[A] = outcome("any-frequency", session()).verdict
     assert verdict == {2.4: Verdict.REPRODUCED, 3.1: Verdict.CORRECTED}
 
 
 @pytest.mark.jit
 def test_the_incline_changes_the_limit(session, monkeypatch):
-    monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.8,))
+    monkeypatch.setattr(claims_limits, "A_OF_INCLINES", (2.8,))
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.2))
     found = outcome("any-incline", session())
     assert found.record["numbers"]["n"].tolist() == [2, 1]
@@ -121,9 +121,9 @@ def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches
 
 @pytest.mark.jit
 def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path):
-    monkeypatch.setattr(claims_limits, "ORDERS", (2.4,))
-    monkeypatch.setattr(claims_limits, "AMPLITUDES", (2.4,))
-    monkeypatch.setattr(claims_limits, "LONGER", 3000)
+    monkeypatch.setattr(claims_limits, "A_OF_PERIODS", (2.4,))
+    monkeypatch.setattr(claims_limits, "A_OF_INCLINES", (2.4,))
+    monkeypatch.setattr(claims_limits, "ALL_TIMES", 3000)
     configs = session(limits={axis("limits"): "A = [2.4]"}).configs
     monkeypatch.setattr("vibrodrive.paper.run.configurations", lambda: configs)
     result = run_paper(tmp_path / "out", ["limits"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,15 @@ from vibrodrive.verdicts import NotApplicable
 
 LAGS = 64
 """Periods after which a motion on a grid is looked at again."""
+
+SETTLED = 1e-6
+"""A motion this close to an orbit has arrived on it."""
+
+SETTLING = 3000
+"""Transient periods of an undisturbed motion at any A."""
+
+SAMPLED = 200
+"""Motions that are followed impact by impact to judge a whole diagram."""
 
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 """The paper's own reading: order among the points of one section (and impacts as far apart as in the orbit)."""
@@ -64,10 +74,6 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
     return motion.impacts[motion.impacts["speed"] > SHARE * base.cycle.speed.min()]
 
 
-SAMPLED = 200
-"""Motions that are followed impact by impact to judge a whole diagram."""
-
-
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
     """How motions of a configuration, at SAMPLED of its values of A, compare with the undisturbed orbits there; left
     out where these have no period."""
@@ -84,8 +90,23 @@ def structures(session: Session, name: str, **disturbance: float) -> list[Struct
     return found
 
 
-SETTLING = 3000
-"""Transient periods of an undisturbed motion at any A."""
+def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
+    """Answers of (period of the undisturbed orbit, kept) by that period, ascending."""
+    kept: dict[int, list[bool]] = {}
+    for n, answer in found:
+        kept.setdefault(int(n), []).append(bool(answer))
+    return dict(sorted(kept.items()))
+
+
+def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
+    """Shares of solutions kept: of period up to 3, and of higher order."""
+    sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
+    return [float(np.mean(side)) if side else np.nan for side in sides]
+
+
+def shares(kept: Mapping[int, list[bool]]) -> str:
+    """Shares kept of the first four periods, in words."""
+    return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 
 def closing_periods(step: float) -> int:

@@ -11,15 +11,8 @@ import numpy as np
 from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.plan import make_plan
-from vibrodrive.paper.analysis import (
-    AT_SECTION,
-    LAGS,
-    closing_periods,
-    find_phase_slip,
-    landings,
-    structures,
-    without_grid,
-)
+from vibrodrive.paper import analysis
+from vibrodrive.paper.analysis import AT_SECTION, LAGS, landings
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.commensurability import convergents, returning
@@ -157,16 +150,13 @@ def not_yet_critical(session: Session) -> Outcome:
     n = period(exact.section)
     kept = {k: bool(order(exact.section[k, -m:], results.section[k])) for k, m in enumerate(n) if m > 0}
     seen = float(np.mean(list(kept.values())))
-    landed = structures(session, "fig10")
-    by_period: dict[int, list[bool]] = {}
-    for f in landed:
-        by_period.setdefault(f.n, []).append(bool(f.impacts))
-    share = float(np.mean([bool(f.impacts) for f in landed]))
-    low = float(np.mean([answer for m, answers in by_period.items() if m <= 3 for answer in answers]))
-    each = ", ".join(f"n = {m}: {100 * float(np.mean(by_period[m])):.0f} %" for m in sorted(by_period)[:4])
+    landed = analysis.structures(session, "fig10")
+    by_period = analysis.kept_by_period((f.n, f.impacts) for f in landed)
+    share, low = float(np.mean([bool(f.impacts) for f in landed])), analysis.low_and_high(by_period)[0]
     text = (
         f"at Δτ = {results.scalars['dtau']:g} impacts are kept at {100 * share:.0f} % of {len(landed)} values of A, at "
-        f"{100 * low:.0f} % where the period is 3 or less ({each}); order at the section drawn at {100 * seen:.0f} %"
+        f"{100 * low:.0f} % where the period is 3 or less ({analysis.shares(by_period)}); "
+        f"order at the section drawn at {100 * seen:.0f} %"
     )
     numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
     return Outcome(text, numbers, when(share > 0.5, low > 0.5))
@@ -179,7 +169,7 @@ def unique(session: Session) -> Outcome:
         raise NotApplicable("one start cannot show that others lead elsewhere")
     same = [bool(np.array_equal(m.section, motions[0].section)) for m in motions]
     base = session.undisturbed("fig11")
-    exact = [simulate(**without_grid(a)) for a in points(session.config("fig11").plan())]
+    exact = [simulate(**analysis.without_grid(a)) for a in points(session.config("fig11").plan())]
     shifts = [int(deviation(base.points, m.section)[1]) for m in exact]
     text = (
         f"{sum(same)} of {len(same)} starts give the same section to the bit; without the grid they lead to "
@@ -191,7 +181,7 @@ def unique(session: Session) -> Outcome:
 @claim("basic-motion", "fig12", "The motion consists of a basic motion of 6×2π, in place of 2×2π.")
 def basic_motion(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
-    slip = find_phase_slip(motion, base)
+    slip = analysis.find_phase_slip(motion, base)
     back = returning(motion.section, LAGS)
     text = (
         f"it nearly returns after {slip.basic} periods (to {back[slip.basic - 1]:.2g}; after {base.n}: "
@@ -207,7 +197,7 @@ def basic_motion(session: Session) -> Outcome:
 )
 def transient(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
-    slip = find_phase_slip(motion, base)
+    slip = analysis.find_phase_slip(motion, base)
     apart = impact_gaps(landings(motion, base))
     odd = np.flatnonzero(apart != slip.usual)
     added = sorted({int(apart[k]) - slip.usual for k in odd})
@@ -226,7 +216,7 @@ def transient(session: Session) -> Outcome:
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]
-    closes = np.array([closing_periods(d) for d in steps])
+    closes = np.array([analysis.closing_periods(d) for d in steps])
     returns = np.array([int(returning(s, LAGS).argmin()) + 1 for s in results.section])
     equal, multiple = float((closes == returns).mean()), float((returns % closes == 0).mean())
     step = session.motions("fig12")[0].arguments["dtau"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
+import timeit
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -28,27 +28,19 @@ MOST = 43
 ALIKE = 2.0
 """Two limits in velocity within this factor of one another are alike."""
 
-ORDERS = (2.4, 2.8, 3.04, 3.1, 3.25)
-"""Excitation amplitudes with motions of period 1, 2, 2, 4 and 3."""
-
-FREQUENCIES = (0.3, 1.0, 3.0, 10.0)
-"""η, in multiples of that of the configuration."""
-
-INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
-AMPLITUDES = (1.9, 2.4, 2.8, 3.04)
-"""B, and A at which limits over B are sought: from B = 0.05 on all have a period."""
-
-RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))
-"""η = p/q, and q."""
-
-LONGER = 40_000
-"""Periods that stand for all times."""
-
-AROUND = 0.15
-"""How far from the loss of sticking limits are looked at, in A."""
+SETTLES = 0.1
+"""A limit is settled if a higher frequency changes it by less than this share."""
 
 SEEN = 0.1
 """By this share limits leave the line that they have followed, if what happened there is to be seen in them."""
+
+A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # 1, 2, 2, 4 and 3
+TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
+INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
+A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # from B = 0.05 on all have a period
+RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # η = p/q, and q
+ALL_TIMES = 40_000
+AROUND_LOSS = 0.15  # of sticking, in A
 
 
 @claim("alike", "limits", "Both kinds of disturbance act alike: the scenery of stability is similar over A.")
@@ -60,7 +52,7 @@ def alike(session: Session) -> Outcome:
     A = axis[np.unique(np.linspace(0, len(axis) - 1, MOST).round().astype(int))]
     found = _both(session, A=A, B=plan.scalars["B"], eta=plan.scalars["eta"])
     r = found.ratio
-    close = _near_one(r)
+    close = found.alike
     far = [
         f"{x:.3g} (A = {a:.4g}, n = {n})" for a, x, n in zip(found.A[~close], r[~close], found.n[~close], strict=True)
     ]
@@ -81,33 +73,29 @@ def alike(session: Session) -> Outcome:
 )
 def any_frequency(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
-    eta = scalars["eta"] * np.array(FREQUENCIES)
-    found = dict(each_limit({"A": ORDERS, "B": scalars["B"], "eta": eta, **RECORD}, threads=session.threads))
-    V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(ORDERS), len(eta))
-    here = FREQUENCIES.index(1.0)
+    eta = scalars["eta"] * np.array(TIMES_ETA)
+    found = dict(each_limit({"A": A_OF_PERIODS, "B": scalars["B"], "eta": eta, **RECORD}, threads=session.threads))
+    V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(A_OF_PERIODS), len(eta))
+    here = TIMES_ETA.index(1.0)
     settled = V[:, here] / V[:, -1]
     above = V[:, here + 1] / V[:, -1]
-    rows = [f"A = {a:g}: {', '.join(f'{v:.3f}' for v in row)}" for a, row in zip(ORDERS, V, strict=True)]
+    rows = [f"A = {a:g}: {', '.join(f'{v:.3f}' for v in row)}" for a, row in zip(A_OF_PERIODS, V, strict=True)]
     text = (
         f"k₂ηA at η = {', '.join(f'{e:.4g}' for e in eta)}: {'; '.join(rows)}; the last two are "
         f"{100 * np.abs(above - 1).max():.0f} % apart at most, and at the paper's η the limit is "
         f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of the last"
     )
-    numbers = {"A": ORDERS, "eta": eta, "velocity": V}
+    numbers = {"A": A_OF_PERIODS, "eta": eta, "velocity": V}
     return Outcome(text, numbers, when((np.abs(settled - 1) < SETTLES).all(), (np.abs(above - 1) < SETTLES).all()))
-
-
-SETTLES = 0.1
-"""A limit is settled if a higher frequency changes it by less than this share."""
 
 
 @claim("any-incline", "limits", "B = 0.1 is assumed without restricting generality.")
 def any_incline(session: Session) -> Outcome:
     eta = session.config("limits").plan().scalars["eta"]
-    found = _both(session, A=AMPLITUDES, B=INCLINES, eta=eta)
-    close = _near_one(found.ratio)
+    found = _both(session, A=A_OF_INCLINES, B=INCLINES, eta=eta)
+    close = found.alike
     rows, spread = [], []
-    for a in AMPLITUDES:
+    for a in A_OF_INCLINES:
         at = np.flatnonzero(a == found.A)
         spread.append(found.eps[at].max() / found.eps[at].min())
         values = zip(found.n[at], found.eps[at], strict=True)
@@ -152,7 +140,7 @@ def interruptions_and_limit(session: Session) -> Outcome:
     if not len(gone) or results.status[gone[0]] != Status.OK:
         raise NotApplicable("sticking never vanishes")
     at = float(results.axes["A"][gone[0]])
-    away = np.linspace(AROUND, AROUND / 15, 8)  # none at the loss itself
+    away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # none at the loss itself
     A = np.concatenate([at - away, at + away[::-1]])
     found = _both(session, A=A, B=results.scalars["B"])
     told, numbers, seen = [], {"stick_vanishes": at, "A": A}, []
@@ -204,11 +192,10 @@ def computing_time(session: Session) -> Outcome:
 def all_times(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}
-    short, long = (limit(disturbance="eps", periods=periods, **at) for periods in (1500, LONGER))
+    short, long = (limit(disturbance="eps", periods=periods, **at) for periods in (1500, ALL_TIMES))
     change = long.k2 / short.k2 - 1
-    text = (
-        f"A = {at['A']:g}: k₂ = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {LONGER} ({100 * change:+.1f} %)"
-    )
+    text = f"A = {at['A']:g}: k₂ = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {ALL_TIMES}"
+    text += f" ({100 * change:+.1f} %)"
     return Outcome(text, {"k2": [short.k2, long.k2]}, when(abs(change) < 0.02, abs(change) < 0.2))
 
 
@@ -225,6 +212,10 @@ class _Pairs(NamedTuple):
     def ratio(self) -> np.ndarray:
         return self.dtau / self.eps
 
+    @property
+    def alike(self) -> np.ndarray:
+        return (self.ratio >= 1 / ALIKE) & (self.ratio <= ALIKE)
+
 
 def _both(session: Session, **axes: Any) -> _Pairs:
     """Both limits over axes."""
@@ -236,29 +227,18 @@ def _both(session: Session, **axes: Any) -> _Pairs:
     return _Pairs(*map(np.array, zip(*known, strict=True)))
 
 
-def _near_one(ratio: np.ndarray) -> np.ndarray:
-    return (ratio >= 1 / ALIKE) & (ratio <= ALIKE)
-
-
 def _repeats(section: np.ndarray, longest: int) -> int:
     """Smallest number of periods after which section points repeat to rounding, 0 if there is none.
 
     `structure.period` refuses points as close as a small disturbance leaves them.
     """
-    for n in range(1, longest + 1):
-        if np.abs(section[n:] - section[:-n]).max() < 1e-9:
-            return n
-    return 0
+    return next((n for n in range(1, longest + 1) if np.abs(section[n:] - section[:-n]).max() < 1e-9), 0)
 
 
 def _seconds_per_period(arguments: dict[str, Any]) -> float:
     """The shortest of three runs on one thread, after one that compiles."""
     collect(make_plan(arguments | {"periods": 1}), threads=1)
-    spent = []
-    for _ in range(3):
-        began = time.perf_counter()
-        collect(make_plan(arguments), threads=1)
-        spent.append(time.perf_counter() - began)
+    spent = timeit.repeat(lambda: collect(make_plan(arguments), threads=1), repeat=3, number=1)
     return min(spent) / len(arguments["A"]) / arguments["periods"]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
-from vibrodrive.paper.analysis import AT_SECTION, structures
+from vibrodrive.paper.analysis import AT_SECTION, kept_by_period, low_and_high, shares, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.criterion import IMPACTS
@@ -114,35 +113,20 @@ def bands(session: Session) -> Outcome:
         raise NotApplicable("bands over A take the axes A and eps, with 0 among the values of eps")
     undisturbed, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
     n = period(undisturbed.section)
-    survive: dict[int, list[bool]] = {}
-    for k, m in enumerate(n):
-        if m > 0:
-            survive.setdefault(int(m), []).append(bool(order(undisturbed.section[k, -m:], disturbed.section[k])))
-    shares = {m: float(np.mean(v)) for m, v in sorted(survive.items())}
-    seen = _low_and_high(survive)
-    landed: dict[int, list[bool]] = {}
-    for f in structures(session, "fig07", eps=disturbed.scalars["eps"]):
-        landed.setdefault(f.n, []).append(bool(f.impacts))
-    low, high = _low_and_high(landed)
+    survive = kept_by_period(
+        (m, order(undisturbed.section[k, -m:], disturbed.section[k])) for k, m in enumerate(n) if m > 0
+    )
+    seen = low_and_high(survive)
+    landed = kept_by_period((f.n, f.impacts) for f in structures(session, "fig07", eps=disturbed.scalars["eps"]))
+    low, high = low_and_high(landed)
     text = (
         f"at ε = {disturbed.scalars['eps']:g} impacts of {100 * low:.0f} % of solutions of period up to 3 follow each "
-        f"other as before, of those of higher order {100 * high:.0f} % ("
-        + ", ".join(f"n = {m}: {100 * float(np.mean(landed[m])):.0f} %" for m in sorted(landed)[:4])
-        + f"); at the section drawn order is kept at {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ("
-        + ", ".join(f"n = {m}: {100 * s:.0f} %" for m, s in list(shares.items())[:4])
-        + ")"
+        f"other as before, of those of higher order {100 * high:.0f} % ({shares(landed)}); at the section drawn order "
+        f"is kept at {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ({shares(survive)})"
     )
-    return Outcome(
-        text,
-        {"low": low, "high": high, "at_section": seen, "by_period_at_section": [list(i) for i in shares.items()]},
-        when(low > 0.5 > high, low > high),
-    )
-
-
-def _low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
-    """Shares of solutions kept: of period up to 3, and of higher order."""
-    sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
-    return [float(np.mean(side)) if side else np.nan for side in sides]
+    by_period = [[m, float(np.mean(kept))] for m, kept in survive.items()]
+    numbers = {"low": low, "high": high, "at_section": seen, "by_period_at_section": by_period}
+    return Outcome(text, numbers, when(low > 0.5 > high, low > high))
 
 
 @claim("precision", "fig07", "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.")

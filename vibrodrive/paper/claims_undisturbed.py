@@ -10,12 +10,13 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
+from vibrodrive.paper.analysis import SETTLED
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation, period
 
-SETTLED = 1e-6
-"""A motion this close to an orbit has arrived on it."""
+HIGHER = (3.1, 3.22)
+"""Excitation amplitudes with subharmonics of order 4 and 3."""
 
 
 @claim("route", "fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")
@@ -101,10 +102,6 @@ def n_solutions(session: Session) -> Outcome:
     )
     numbers = {"n": base.n, "shares": shares, "settled": settled, "solutions_by_n": [list(i) for i in counted.items()]}
     return Outcome(text, numbers, when(settled == 1 and all(n == c for n, c in counted.items())))
-
-
-HIGHER = (3.1, 3.22)
-"""Excitation amplitudes with subharmonics of order 4 and 3."""
 
 
 @claim(

@@ -13,33 +13,20 @@ from matplotlib.patches import Patch
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures import diagrams as figures
+from vibrodrive.figures import style
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.curves import curve, shared_by
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.model import drawing
 from vibrodrive.figures.scheme import scheme
-from vibrodrive.figures.style import (
-    equation,
-    explain,
-    letter,
-    look,
-    name_axes,
-    new,
-    note,
-    periods_ticks,
-    styled,
-    symbol,
-)
 from vibrodrive.model.states import State
-from vibrodrive.paper.analysis import LAGS, closing_periods, find_phase_slip, without_grid
+from vibrodrive.paper.analysis import LAGS, SETTLED, closing_periods, find_phase_slip, without_grid
 from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.commensurability import closing, returning
 from vibrodrive.stability.structure import deviation
 from vibrodrive.verdicts import NotApplicable
 
-
-def fig01(session: Session) -> Figure:
-    return drawing()
+NOT_SETTLED = "#fff3b0"  # a tone that no solution has
 
 
 def fig02(session: Session) -> Figure:
@@ -61,61 +48,53 @@ def fig04(session: Session) -> Figure:
     return figures.time_curve(session.motions("fig04"), "dxi", titles=_axis_values(session, "fig04"))
 
 
-def fig05(session: Session) -> Figure:
-    return figures.phase_curve(session.motions("fig05"), titles=_axis_values(session, "fig05"))
+def _phase_curves(name: str) -> Callable[[Session], Figure]:
+    return lambda session: figures.phase_curve(session.motions(name), titles=_axis_values(session, name))
 
 
-def fig06(session: Session) -> Figure:
-    return figures.poincare(session.results("fig06"), reference=session.undisturbed("fig06").points)
-
-
-def fig08(session: Session) -> Figure:
-    return figures.phase_curve(session.motions("fig08"), titles=_axis_values(session, "fig08"))
-
-
-def fig09(session: Session) -> Figure:
-    return figures.poincare(session.results("fig09"), reference=session.undisturbed("fig09").points)
+def _sections(name: str) -> Callable[[Session], Figure]:
+    return lambda session: figures.poincare(session.results(name), reference=session.undisturbed(name).points)
 
 
 def fig11(session: Session) -> Figure:
     disturbed = session.motions("fig11")[0]
     exact = simulate(**without_grid(next(points(session.config("fig11").plan()))))
     step = disturbed.arguments["dtau"]
-    return figures.phase_curve([exact, disturbed], titles=["exact", equation("dtau", step)])
+    return figures.phase_curve([exact, disturbed], titles=["exact", style.equation("dtau", step)])
 
 
-@styled
+@style.styled
 def fig12(session: Session) -> Figure:
     motion = session.motions("fig12")[0]
     slip = find_phase_slip(motion, session.undisturbed("fig12"))
     drawn = curve(motion)
-    fig, axes = new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
+    fig, axes = style.new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
     phase, time = axes[:, 0]
     marks = ((slip.before, "D", "basic motion before"), (slip.after, (6, 2, 0), "basic motion after"))
     for (start, stop), mark, name in marks:
         part = (drawn.tau >= start) & (drawn.tau <= stop)
         shown = np.flatnonzero(part & np.isfinite(drawn.xi))[::12]
         phase.plot(drawn.xi[shown], drawn.dxi[shown], ls="none", marker=mark, ms=3.6, mfc="none", mew=0.5, label=name)
-        time.plot(drawn.tau[part], drawn.xi[part], color=look().main)
+        time.plot(drawn.tau[part], drawn.xi[part], color=style.look().main)
     part = (drawn.tau >= slip.during[0]) & (drawn.tau <= slip.during[1])
-    phase.plot(drawn.xi[part], drawn.dxi[part], color=look().other, lw=1.1, label="transient motion (b: dashed)")
-    time.plot(drawn.tau[part], drawn.xi[part], "--", color=look().other, lw=1.1)
-    phase.axhline(0.0, color=look().support, lw=0.4, zorder=0)
-    name_axes(phase, "xi", "dxi")
+    phase.plot(drawn.xi[part], drawn.dxi[part], color=style.look().other, lw=1.1, label="transient motion (b: dashed)")
+    time.plot(drawn.tau[part], drawn.xi[part], "--", color=style.look().other, lw=1.1)
+    phase.axhline(0.0, color=style.look().support, lw=0.4, zorder=0)
+    style.name_axes(phase, "xi", "dxi")
     low = 2 * math.pi * math.floor(slip.before[0] / (2 * math.pi))
     high = 2 * math.pi * math.ceil(slip.after[1] / (2 * math.pi))
     tau = np.linspace(low, high, 1000)
-    time.plot(tau, np.sin(tau), color=look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
-    periods_ticks(time, low, high)
-    name_axes(time, None, "xi")
-    letter(phase, 0)
-    letter(time, 1)
-    note(phase, shared_by([motion]))
-    explain(fig)
+    time.plot(tau, np.sin(tau), color=style.look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
+    style.periods_ticks(time, low, high)
+    style.name_axes(time, None, "xi")
+    style.letter(phase, 0)
+    style.letter(time, 1)
+    style.note(phase, shared_by([motion]))
+    style.explain(fig)
     return fig
 
 
-@styled
+@style.styled
 def coexisting(session: Session) -> Figure:
     """Which of the n coexisting solutions each start leads to, named by its shift."""
     results = session.results("coexisting")
@@ -125,39 +104,24 @@ def coexisting(session: Session) -> Figure:
     rho, shift = deviation(base.points, results.section)
     named = np.where(rho < SETTLED, shift, np.nan)
     (y, heights), (x, widths) = results.axes.items()
-    fig, axes = new(1, 1, height=3.8)
+    fig, axes = style.new(1, 1, height=3.8)
     ax = axes[0, 0]
-    tones = [look().density(0.75 * (1 - s / max(1, base.n - 1))) for s in range(base.n)]
+    tones = [style.look().density(0.75 * (1 - s / max(1, base.n - 1))) for s in range(base.n)]
     extent = (widths[0], widths[-1], heights[0], heights[-1])
-    ax.imshow(
-        np.ma.masked_invalid(named),
-        extent=extent,
-        origin="lower",
-        aspect="auto",
-        cmap=ListedColormap(tones),
-        vmin=-0.5,
-        vmax=base.n - 0.5,
-        interpolation="nearest",
-    )
+    colours = {"cmap": ListedColormap(tones), "vmin": -0.5, "vmax": base.n - 0.5, "interpolation": "nearest"}
+    ax.imshow(np.ma.masked_invalid(named), extent=extent, origin="lower", aspect="auto", **colours)
     labels = [rf"shifted by ${s}\cdot 2\pi$" if s else "not shifted" for s in range(base.n)]
     key = [Patch(fc=tone, ec=INK, lw=0.5, label=label) for tone, label in zip(tones, labels, strict=True)]
     if np.isnan(named).any():
-        ax.set_facecolor(ELSEWHERE)
-        key.append(Patch(fc=ELSEWHERE, ec=INK, lw=0.5, label="not settled on it"))
-    name_axes(ax, x, y)
-    note(ax, conditions(of_sweep(results), results.axes, section=False))
-    explain(fig, key)
+        ax.set_facecolor(NOT_SETTLED)
+        key.append(Patch(fc=NOT_SETTLED, ec=INK, lw=0.5, label="not settled on it"))
+    style.name_axes(ax, x, y)
+    style.note(ax, conditions(of_sweep(results), results.axes, section=False))
+    style.explain(fig, key)
     return fig
 
 
-ELSEWHERE = "#fff3b0"
-"""Of starts that have led to none of the solutions: a tone that they do not have."""
-
-SETTLED = 1e-6
-"""A motion this close to the orbit has arrived."""
-
-
-@styled
+@style.styled
 def grid(session: Session) -> Figure:
     """After how many periods the motion comes back, and after how many the grid nearly closes.
 
@@ -165,32 +129,32 @@ def grid(session: Session) -> Figure:
     """
     results = session.results("grid")
     steps = results.axes["dtau"]
-    fig, axes = new(2, 1, height=5.8, height_ratios=[1.4, 1.0])
+    fig, axes = style.new(2, 1, height=5.8, height_ratios=[1.4, 1.0])
     over, one = axes[:, 0]
     closes = [closing_periods(step) for step in steps]
     returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
-    circle = {"mfc": "none", "mec": look().other, "mew": 0.5}
+    circle = {"mfc": "none", "mec": style.look().other, "mew": 0.5}
     over.plot(steps, closes, "o", ms=5, **circle, label="a: the grid closes (convergent $q$)")
-    over.plot(steps, returns, ".", ms=3.2, mew=0, color=look().main, label="a: the motion comes back")
+    over.plot(steps, returns, ".", ms=3.2, mew=0, color=style.look().main, label="a: the motion comes back")
     over.set_ylim(0, LAGS + 1)
     over.margins(x=0.01)
-    over.set_xlabel(symbol("dtau"))
+    over.set_xlabel(style.symbol("dtau"))
     over.set_ylabel("periods $m$")
-    letter(over, 0)
-    note(over, conditions(of_sweep(results), results.axes))
+    style.letter(over, 0)
+    style.note(over, conditions(of_sweep(results), results.axes))
 
     motion = session.motions("fig12")[0]
     step = motion.arguments["dtau"]
     m = np.arange(1, LAGS + 1)
     itself = {"lw": 0.6, "ms": 5, "mew": 0, "label": "b: distance of the motion from itself"}
-    one.semilogy(m, returning(motion.section, LAGS), ".-", color=look().main, **itself)
+    one.semilogy(m, returning(motion.section, LAGS), ".-", color=style.look().main, **itself)
     grid = {"lw": 0.5, "ms": 4, "mfc": "white", "mew": 0.5, "label": r"b: distance of $m\cdot2\pi$ from the grid"}
-    one.semilogy(m, closing(step, LAGS), "o--", color=look().other, **grid)
+    one.semilogy(m, closing(step, LAGS), "o--", color=style.look().other, **grid)
     one.set_xlim(0, LAGS + 1)
     one.set_xlabel("periods $m$")
     one.set_ylabel("distance")
-    letter(one, 1, equation("dtau", step))
-    explain(fig)
+    style.letter(one, 1, style.equation("dtau", step))
+    style.explain(fig)
     return fig
 
 
@@ -198,7 +162,7 @@ def _axis_values(session: Session, name: str) -> list[str]:
     """What distinguishes the points of a configuration, as titles."""
     plan = session.config(name).plan()
     index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
-    return [", ".join(equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
+    return [", ".join(style.equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
 
 
 class Drawing(NamedTuple):
@@ -207,15 +171,15 @@ class Drawing(NamedTuple):
 
 
 FIGURES = {
-    "fig01": Drawing("mass, vibrating incline and obstacle", fig01),
+    "fig01": Drawing("mass, vibrating incline and obstacle", lambda session: drawing()),
     "fig02": Drawing("scheme of states", fig02),
     "fig03": Drawing("bifurcation diagram, undisturbed", _diagram("fig03")),
     "fig04": Drawing("non-unique solutions", fig04),
-    "fig05": Drawing("non-bifurcated solution, physical disturbance", fig05),
-    "fig06": Drawing("Poincaré sections, physical disturbance", fig06),
+    "fig05": Drawing("non-bifurcated solution, physical disturbance", _phase_curves("fig05")),
+    "fig06": Drawing("Poincaré sections, physical disturbance", _sections("fig06")),
     "fig07": Drawing("bifurcation diagrams, undisturbed and disturbed", _diagram("fig07")),
-    "fig08": Drawing("non-bifurcated solution, constant step", fig08),
-    "fig09": Drawing("Poincaré sections, constant step", fig09),
+    "fig08": Drawing("non-bifurcated solution, constant step", _phase_curves("fig08")),
+    "fig09": Drawing("Poincaré sections, constant step", _sections("fig09")),
     "fig10": Drawing("bifurcation diagram, constant step", _diagram("fig10")),
     "fig11": Drawing("phase curves, exact and with a constant step", fig11),
     "fig12": Drawing("basic and transient motions", fig12),

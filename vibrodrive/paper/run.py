@@ -12,12 +12,7 @@ from vibrodrive import __version__
 from vibrodrive.figures.style import drawn_as, save
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
-from vibrodrive.paper import (  # noqa: F401 (they register their claims)
-    claims_grid,
-    claims_limits,
-    claims_physical,
-    claims_undisturbed,
-)
+from vibrodrive.paper import claims_grid, claims_limits, claims_physical, claims_undisturbed  # noqa: F401 (register)
 from vibrodrive.paper.claim import CLAIMS, claims_page, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
@@ -43,16 +38,14 @@ def _prepare(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-    data = [folder / f"{path.stem}{ending}" for path in configurations().glob("*.toml") for ending in DATA]
-    others = [folder / f"{name}{ending}" for name in FIGURES for ending in (".png", ".pdf")]
-    for path in (*data, *others, folder / "claims.json", folder / "claims.md"):
-        check_place("output", path, renamed=True)
-        if path in data:
-            refuse_foreign(path)
-
-
-DATA = (".h5", "_switches.h5")
-"""Endings of what is computed from a configuration."""
+    computed = [
+        f"{path.stem}{ending}" for path in configurations().glob("*.toml") for ending in (".h5", "_switches.h5")
+    ]
+    drawn = [f"{name}{ending}" for name in FIGURES for ending in (".png", ".pdf")]
+    for name in (*computed, *drawn, "claims.json", "claims.md"):
+        check_place("output", folder / name, renamed=True)
+        if name in computed:
+            refuse_foreign(folder / name)
 
 
 def run_paper(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -65,32 +66,28 @@ class Session:
             self._kept[key] = make()
         return self._kept[key]
 
-    def _sweep(self, name: str) -> Results:
+    def _origin(self, name: str) -> Origin:
         wanted = self.config(name)
+        return Origin(wanted.text, wanted.overrides, wanted.title)
+
+    def _sweep(self, name: str) -> Results:
         path = self.out / f"{name}.h5"
-        origin = Origin(wanted.text, wanted.overrides, wanted.title)
-        writer = open_writer(path, wanted.plan(), origin, overwrite=True)
-        try:
+        with closing(open_writer(path, self.config(name).plan(), self._origin(name), overwrite=True)) as writer:
             for block in run_blocks(writer.plan, threads=self.threads):
                 writer.write(block)
-        finally:
-            writer.close()
         self.files.append(path)
         return load(path)
 
     def _follow(self, name: str) -> list[Trajectory]:
-        plan = self.config(name).plan()
-        motions = [simulate(**arguments) for arguments in points(plan)]
+        motions = [simulate(**arguments) for arguments in points(self.config(name).plan())]
         path = self.out / f"{name}_switches.h5"
-        wanted = self.config(name)
         with new_file(path, seal=True) as file:
-            file.attrs.update(about("switches", Origin(wanted.text, wanted.overrides, wanted.title)))
+            file.attrs.update(about("switches", self._origin(name)))
             for k, motion in enumerate(motions):
                 group = file.create_group(f"motion_{k}")
                 group.create_dataset("switches", data=motion.switches, fletcher32=True, chunks=True)
                 group.create_dataset("section", data=motion.section, fletcher32=True, chunks=True)
-                for key, value in motion.arguments.items():
-                    group.attrs[key] = value
+                group.attrs.update(motion.arguments)
         self.files.append(path)
         return motions
 
