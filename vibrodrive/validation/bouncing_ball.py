@@ -139,10 +139,14 @@ class Approach:
         return np.abs((self.found - self.law.limit - self.law.factor / self.B) / self.law.limit)
 
     @property
+    def off(self) -> tuple[float, float]:
+        """Differences of the slope from -1, and of the factor, relatively, from the derived one."""
+        return abs(self.slope + 1.0), abs(self.factor / self.law.factor - 1.0)
+
+    @property
     def holds(self) -> bool:
         """Whether the error falls as 1/B, with the derived factor."""
-        rate = abs(self.slope + 1.0) <= SLOPE_WITHIN
-        return rate and abs(self.factor / self.law.factor - 1.0) <= FACTOR_WITHIN
+        return self.off[0] <= SLOPE_WITHIN and self.off[1] <= FACTOR_WITHIN
 
 
 def approach(B: Sequence[float] = DECADES) -> list[Approach]:
@@ -156,11 +160,9 @@ def findings() -> list[Finding]:
     """The two numbers that judge each law."""
     out = []
     for a in approach():
-        out.append(
-            Finding(f"{a.law.quantity}: |slope of log(error) over log(B) + 1|", abs(a.slope + 1.0), SLOPE_WITHIN)
-        )
-        off = abs(a.factor / a.law.factor - 1.0)
-        out.append(Finding(f"{a.law.quantity}: error × B, off the first order by", off, FACTOR_WITHIN))
+        slope, factor = a.off
+        out.append(Finding(f"{a.law.quantity}: |slope of log(error) over log(B) + 1|", slope, SLOPE_WITHIN))
+        out.append(Finding(f"{a.law.quantity}: error × B, off the first order by", factor, FACTOR_WITHIN))
     return out
 
 

@@ -22,7 +22,6 @@ BUDGET = 3000
 """Switches of a period, for scenes that chatter."""
 
 DRAWN = 60
-"""Scenes drawn by `vibrodrive validate`."""
 
 WITHIN = 1000.0
 """How much larger than the error the bound may be, in half of the scenes."""
@@ -93,8 +92,10 @@ def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
     return Held(motion, pairs, others)
 
 
-def _of_paper(draw: np.random.Generator) -> Scene:
-    return {"A": draw.uniform(1.12, 3.25), "periods": 60}
+def _thrown(draw: np.random.Generator) -> Scene:
+    scene = {"tau0": draw.choice([-1.0, 1.0]) * 10.0 ** draw.uniform(-6.0, 1.0)} if draw.random() < 0.5 else {}
+    scene |= {"xi0": draw.uniform(0.0, 5.0)} if draw.random() < 0.5 else {}
+    return scene | ({"dxi0": 3.0 * draw.normal()} if draw.random() < 0.5 else {})
 
 
 def _undisturbed(draw: np.random.Generator) -> Scene:
@@ -102,27 +103,9 @@ def _undisturbed(draw: np.random.Generator) -> Scene:
     return scene | _thrown(draw)
 
 
-def _thrown(draw: np.random.Generator) -> Scene:
-    scene = {"tau0": draw.choice([-1.0, 1.0]) * 10.0 ** draw.uniform(-6.0, 1.0)} if draw.random() < 0.5 else {}
-    scene |= {"xi0": draw.uniform(0.0, 5.0)} if draw.random() < 0.5 else {}
-    return scene | ({"dxi0": 3.0 * draw.normal()} if draw.random() < 0.5 else {})
-
-
-def _long(draw: np.random.Generator) -> Scene:
-    return {"A": draw.uniform(3.0, 9.0), "B": draw.choice([0.1, 0.6]), "periods": 120}
-
-
-def _violent(draw: np.random.Generator) -> Scene:
-    return {"A": 10.0 ** draw.uniform(1.0, 6.0), "B": draw.choice([0.0, 0.1, 0.6]), "periods": 10}
-
-
 def _onset(draw: np.random.Generator) -> Scene:
     b = draw.choice([0.0, 0.1, 0.6])
     return {"A": (1.0 + b) * (1.0 + 10.0 ** draw.uniform(-8.0, -1.0)), "B": b, "periods": 10}
-
-
-def _disturbed(draw: np.random.Generator) -> Scene:
-    return {"A": draw.uniform(1.2, 9.0), "eps": 10.0 ** draw.uniform(-6.0, -2.5), "periods": 5}
 
 
 def _any_disturbance(draw: np.random.Generator) -> Scene:
@@ -143,10 +126,8 @@ def _ripple(draw: np.random.Generator) -> Scene:
 
 def _fast(draw: np.random.Generator) -> Scene:
     speed = 10.0 ** draw.uniform(1.0, 5.0)
-    return {
-        "A": draw.uniform(1.2, 6.0), "xi0": speed * draw.uniform(0.1, 12.0), "dxi0": -speed * draw.choice([1.0, 0.01]),
-        "eps": draw.choice([0.0, 1e-4]), "periods": 8,
-    }  # fmt: skip
+    scene = {"A": draw.uniform(1.2, 6.0), "xi0": speed * draw.uniform(0.1, 12.0)}
+    return scene | {"dxi0": -speed * draw.choice([1.0, 0.01]), "eps": draw.choice([0.0, 1e-4]), "periods": 8}
 
 
 def _boundary(draw: np.random.Generator) -> Scene:
@@ -164,19 +145,21 @@ def _small_gap(draw: np.random.Generator) -> Scene:
 
 
 BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
-    "from rest, A to 3.25": _of_paper,
+    "from rest, A to 3.25": lambda draw: {"A": draw.uniform(1.12, 3.25), "periods": 60},
     "any start, ε = 0": _undisturbed,
-    "long": _long,
-    "A to 10⁶": _violent,
+    "long": lambda draw: {"A": draw.uniform(3.0, 9.0), "B": draw.choice([0.1, 0.6]), "periods": 120},
+    "A to 10⁶": lambda draw: {"A": 10.0 ** draw.uniform(1.0, 6.0), "B": draw.choice([0.0, 0.1, 0.6]), "periods": 10},
     "next to the onset": _onset,
-    "disturbed, η of the paper": _disturbed,
+    "disturbed, η of the paper": lambda draw: {
+        "A": draw.uniform(1.2, 9.0), "eps": 10.0 ** draw.uniform(-6.0, -2.5), "periods": 5,
+    },
     "disturbed, any η": _any_disturbance,
     "slow disturbance": _slow,
     "ripple, A ε η² to 100 A": _ripple,
     "fast impact": _fast,
     "start where H falls to 1": _boundary,
     "small gap": _small_gap,
-}
+}  # fmt: skip
 """Kinds of scenes, and how one is drawn."""
 
 

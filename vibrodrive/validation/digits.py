@@ -50,20 +50,20 @@ def _error(name: str, found: Agreement) -> Finding:
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
     """Scenes all over the parameters: level to steep, disturbed in every second one, slow and fast, any start."""
     generator = np.random.default_rng(seed)
-    scenes = []
-    for k in range(number):
-        scenes.append(
-            {
-                "A": float(generator.uniform(0.5, 5.0)),
-                "B": float(generator.uniform(0.0, 1.3)),
-                "eps": float(10.0 ** generator.uniform(-6.0, -3.0)) if k % 2 else 0.0,
-                "eta": float(generator.choice([ETA, 10.0 ** generator.uniform(-0.5, 2.3)])),
-                "xi0": float(generator.choice([0.0, generator.uniform(0.0, 5.0)])),
-                "dxi0": float(generator.choice([0.0, generator.uniform(-4.0, 4.0)])),
-                "tau0": float(generator.uniform(0.0, 2.0 * math.pi)),
-            }
-        )
-    return scenes
+
+    def scene(disturbed: bool) -> dict[str, float]:
+        drawn = {
+            "A": generator.uniform(0.5, 5.0),
+            "B": generator.uniform(0.0, 1.3),
+            "eps": 10.0 ** generator.uniform(-6.0, -3.0) if disturbed else 0.0,
+            "eta": generator.choice([ETA, 10.0 ** generator.uniform(-0.5, 2.3)]),
+            "xi0": generator.choice([0.0, generator.uniform(0.0, 5.0)]),
+            "dxi0": generator.choice([0.0, generator.uniform(-4.0, 4.0)]),
+            "tau0": generator.uniform(0.0, 2.0 * math.pi),
+        }
+        return {name: float(value) for name, value in drawn.items()}
+
+    return [scene(k % 2 == 1) for k in range(number)]
 
 
 def drawn_scenes(seed: int) -> list[Finding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -34,16 +35,9 @@ def differing(one: Results, other: Results) -> int:
 def skip_is_literal() -> list[Finding]:
     """Grid points that are skipped carry no switch: the results of visiting every one of them."""
     found = []
+    span: dict[str, Any] = {"A": np.linspace(1.2, 3.25, 40), "eps": [0.0, 2e-4], "transient": 5, "periods": 10}
     for method, dtau in (("fixed", 0.1), ("fixed", 1e-3), ("muller", 0.1), ("muller", 1e-3)):
-        A = np.linspace(1.2, 3.25, 40)
-        run: dict[str, Any] = {
-            "A": A,
-            "eps": [0.0, 2e-4],
-            "method": method,
-            "dtau": dtau,
-            "transient": 5,
-            "periods": 10,
-        }
+        run = span | {"method": method, "dtau": dtau}
         skip, literal = (collect(make_plan({**run, "scan": scan})) for scan in ("skip", "literal"))
         found.append(Finding(f"{method}, Δτ = {dtau:g}: differing values", differing(skip, literal), 0))
     return found
@@ -74,12 +68,9 @@ def resumed_is_uninterrupted() -> list[Finding]:
 
 def _write(path: Path, plan: Plan, which: Iterable[int] | None = None) -> int:
     """Compute blocks of a plan (those that lack, unless given) into a file; returns how many it holds then."""
-    writer = open_writer(path, plan, Origin(""))
-    try:
+    with closing(open_writer(path, plan, Origin(""))) as writer:
         writer.check()
         missing = writer.missing() if which is None else list(which)
         for block in run_blocks(plan, missing):
             writer.write(block)
-    finally:
-        writer.close()
     return int(writer.done.sum())
