@@ -16,6 +16,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
 from difflib import SequenceMatcher
@@ -30,6 +31,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from tests.support import reference as digits50
+from vibrodrive.model.plain import plain
 
 TWO_PI = 2.0 * math.pi
 FAR = 0.5 * math.pi  # switches of the same kind further apart than a quarter period do not correspond
@@ -76,12 +78,10 @@ def environment() -> dict[str, Any]:
     if cpuinfo.exists():
         names = [line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
-    versions: dict[str, str | None] = {}
-    for package in ("vibrodrive", "numpy", "numba", "scipy", "heyoka", "mpmath"):
-        try:
+    versions = dict.fromkeys(("vibrodrive", "numpy", "numba", "scipy", "heyoka", "mpmath"))
+    for package in versions:
+        with suppress(importlib.metadata.PackageNotFoundError):
             versions[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            versions[package] = None
     return {
         "measured": date.today().isoformat(),
         "processor": model,
@@ -94,24 +94,11 @@ def environment() -> dict[str, Any]:
 def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> None:
     """`name`.json and `name`.png into `directory`."""
     directory.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"environment": environment(), **data}, indent=1, default=_plain, allow_nan=False)
+    text = json.dumps(plain({"environment": environment(), **data}), indent=1, allow_nan=False)
     (directory / f"{name}.json").write_text(text + "\n", encoding="utf-8")
     figure.savefig(directory / f"{name}.png")
     plt.close(figure)
     say(f"{name}: written to {name}.json and {name}.png")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    raise TypeError(f"no JSON for {type(value).__name__}")
-
-
-def finite(x: float | None) -> float | None:
-    """JSON has no NaN or inf."""
-    return float(x) if x is not None and math.isfinite(x) else None
 
 
 # -- timing ------------------------------------------------------------------------------------------------
@@ -147,9 +134,7 @@ def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dic
             cpu, wall = time.process_time(), time.perf_counter()
             contestants[name]()
             spent[name].append((time.process_time() - cpu, time.perf_counter() - wall))
-    return {
-        name: Timing(np.array([s[0] for s in rows]), np.array([s[1] for s in rows])) for name, rows in spent.items()
-    }
+    return {name: Timing(*np.array(rows).T) for name, rows in spent.items()}
 
 
 def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False) -> float:
@@ -223,9 +208,7 @@ def rho(section: np.ndarray, points: np.ndarray) -> float:
     """ρ = max_k |x_k − p_(k+s mod n)| with the best shift s. NaN if the section is not complete."""
     n = len(points)
     k = np.arange(len(section))
-    return min(
-        float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n)
-    )  # fmt: skip
+    return min(float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n))
 
 
 # -- pictures ----------------------------------------------------------------------------------------------

@@ -189,7 +189,7 @@ def draw(found: dict[str, Any], directory: Path) -> None:
     ax.set(xlabel="ms from event to painted picture", ylabel="share of frames", ylim=(0, 1))
     ax.set_xlim(left=0)
     ax.legend()
-    write("explorer", json.loads(json.dumps(found)), fig, directory)
+    write("explorer", found, fig, directory)
 
 
 if __name__ == "__main__":

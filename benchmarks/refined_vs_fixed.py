@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import arguments, figure, finite, paired, say, write
+from benchmarks.common import arguments, figure, paired, say, write
+from vibrodrive.model.plain import plain
 from vibrodrive.stability import structure
 
 SECTION_PHASE = 2.0  # the mass slides there at every A considered
@@ -45,7 +46,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
         rows = []
         for dtau in steps(quick):
             s = structure.compare_structure(base, vd.simulate(**window, **method, dtau=float(dtau)))
-            rows.append({"dtau": dtau, "rho": finite(s.rho), "kept": s.kept(CRITERION), "word": s.word})
+            rows.append({"dtau": dtau, "rho": plain(s.rho), "kept": s.kept(CRITERION), "word": s.word})
         found[name] = {"rows": rows}
         for answer in ("kept", "word"):
             found[name][f"{answer}_first_lost"] = min((r["dtau"] for r in rows if not r[answer]), default=None)
@@ -71,7 +72,7 @@ def over_range(quick: bool) -> dict[str, Any]:
                 kept.append(bool(structure.order(points, section[i, k])))
                 far.append(float(structure.deviation(points, section[i, k])[0]))
             share.append(np.mean(kept))
-            median.append(finite(float(np.median(far))))
+            median.append(float(np.median(far)))
         found[name] = {"dtau": steps(quick), "share_kept": share, "median_rho": median}
         say(f"range, {name}: done")
     return found

@@ -153,12 +153,8 @@ def main() -> None:
     options = arguments(__doc__)
     repeats = 1 if options.quick else 5
     data: dict[str, Any] = {}
-    for name, measured in (
-        ("points", over_points),
-        ("periods", over_periods),
-        ("grid", over_grid),
-        ("threads", over_threads),
-    ):
+    measures = {"points": over_points, "periods": over_periods, "grid": over_grid, "threads": over_threads}
+    for name, measured in measures.items():
         data[name] = measured(options.quick, repeats)
         say(f"{name}: done")
     data["memory_mib"] = memory(options.quick)

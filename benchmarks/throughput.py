@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,14 +35,16 @@ def values(n: int) -> np.ndarray:
     return np.linspace(*RANGE, POINTS)[:: max(1, POINTS // n)]
 
 
+@dataclass(frozen=True, eq=False)
 class Contestant:
     """A sweep over `A`, `periods` from rest each, that returns the sections (points, periods, 2) or None."""
 
-    def __init__(self, A: np.ndarray, periods: int, work: Callable[[np.ndarray, int], Any]) -> None:
-        self.A, self.periods, self._work = A, periods, work
+    A: np.ndarray
+    periods: int
+    work: Callable[[np.ndarray, int], Any]
 
     def __call__(self) -> Any:
-        return self._work(self.A, self.periods)
+        return self.work(self.A, self.periods)
 
     @property
     def total(self) -> int:
@@ -165,7 +168,7 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
     def times_faster(fast: str, slow: str) -> float:
         return ratio(times[slow], times[fast], everyone[slow].total, everyone[fast].total)
 
-    rivals = [name for name in (certified_scalar.NAME, scan_newton.NAME, heyoka_events.NAME, scipy_ivp.NAME)]
+    rivals = certified_scalar.NAME, scan_newton.NAME, heyoka_events.NAME, scipy_ivp.NAME
     ratios = {name: times_faster("certified", name) for name in rivals if name in times}
     steps = TWO_PI / 1e-4
     computed = COMPUTED if COMPUTED in rate else "certified"
@@ -186,7 +189,7 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
     }
 
 
-def threads(quick: bool, busy: float | None) -> dict[str, Any]:
+def threads(quick: bool, busy: float) -> dict[str, Any]:
     """Certified on a sweep of mixed ε, one thread and all, wall time."""
     count = os.cpu_count() or 1
     run: dict[str, Any] = {
@@ -201,12 +204,9 @@ def threads(quick: bool, busy: float | None) -> dict[str, Any]:
     return {"threads": count, "speed_up": ratio(times["one"], times["all"], wall=True), "busy_before": busy}
 
 
-def busy_share() -> float | None:
+def busy_share() -> float:
     """Share of the cores busy over the last minute: speed-ups mean little on a busy machine."""
-    try:
-        return min(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-    except OSError:
-        return None
+    return min(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
 
 
 def draw(data: dict[str, Any]):

@@ -24,7 +24,6 @@ from benchmarks.common import (
     Truth,
     arguments,
     figure,
-    finite,
     look,
     orbit,
     paired,
@@ -36,6 +35,7 @@ from benchmarks.common import (
 )
 from benchmarks.peers import certified_scalar, heyoka_events, literal_scan, rk4, scan_newton, scipy_ivp
 from benchmarks.peers.record import Case, Run, Unavailable
+from vibrodrive.model.plain import plain
 
 PERIODS = 20
 SECTION_PHASE = 2.0  # the mass slides there in both orbits: at 0 it rests, and every method is right
@@ -106,7 +106,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     return Point(
         scene.A, scene.eps, family, setting, True, seconds,
         evaluations(t, steps if literal else None),
-        finite(error.largest), error.wrong, error.of, finite(far),
+        plain(error.largest), error.wrong, error.of, plain(far),
     )  # fmt: skip
 
 
@@ -156,8 +156,8 @@ def peer_point(
         far, seconds = rho(long.section, orbit(scene.A, scene.n, SECTION_PHASE)), long.seconds
         notes = long.notes
     return Point(
-        scene.A, scene.eps, family, setting, False, seconds, short.evaluations, finite(error.largest),
-        error.wrong, error.of, finite(far), notes,
+        scene.A, scene.eps, family, setting, False, seconds, short.evaluations, plain(error.largest),
+        error.wrong, error.of, plain(far), notes,
     )  # fmt: skip
 
 

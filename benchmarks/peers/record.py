@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,12 +62,7 @@ class Run:
     section: np.ndarray
     seconds: float = math.nan
     evaluations: float | None = None
-    notes: tuple[str, ...] = field(default_factory=tuple)
-
-    @property
-    def tau(self) -> np.ndarray:
-        """Switching times as plain floats."""
-        return TWO_PI * self.period + self.phase
+    notes: tuple[str, ...] = ()
 
 
 class Recorder:
@@ -119,15 +114,16 @@ class Recorder:
         """The Run of what was recorded, with the time that `work` takes; it gives the completed periods."""
         done = max(work(), 1)
         seconds = cpu_seconds(work, repeats) / done
-        if done < self.case.total:
-            notes = (*notes, f"gave up after {done} of {self.case.total} periods: too many switches")
         per_period = None if evaluations is None else evaluations / done
-        tau = np.array([r[0] for r in self.rows])
-        before = np.array([r[1] for r in self.rows], dtype=np.int8)
-        after = np.array([r[2] for r in self.rows], dtype=np.int8)
+        tau, before, after = np.array(self.rows, float).reshape(-1, 3).T
         period = np.floor(tau / TWO_PI).astype(np.int64)
-        phase = tau - TWO_PI * period
-        return Run(name, self.case, period, phase, before, after, self.section, seconds, per_period, notes)
+        rows = period, tau - TWO_PI * period, before.astype(np.int8), after.astype(np.int8)
+        return Run(name, self.case, *rows, self.section, seconds, per_period, (*notes, *gave_up(self.case, done)))
+
+
+def gave_up(case: Case, done: int) -> list[str]:
+    """A note on a peer that did not come to the end of a case."""
+    return [f"gave up after {done} of {case.total} periods: too many switches"] if done < case.total else []
 
 
 def cpu_seconds(work: Callable[[], object], repeats: int) -> float:
@@ -175,6 +171,5 @@ def run_kernel(
             kernel(*model, *window, *none)
 
     spent = once if once > 10.0 else cpu_seconds(work, repeats) / loops
-    if done < case.total:
-        notes = (*notes, f"gave up after {done} of {case.total} periods: too many switches")
+    notes = (*notes, *gave_up(case, done))
     return Run(name, case, *rows, section, spent / max(done, 1), evaluations / max(done, 1), notes)
