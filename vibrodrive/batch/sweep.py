@@ -195,12 +195,8 @@ def run_blocks(
 ) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
 
-    The consumer works on one wave while the next is computed. Close the generator to stop early.
-
-    Raises
-    ------
-    TypeError, ValueError
-        for a bad number of threads.
+    The consumer works on one wave while the next is computed. Close the generator to stop early. Raises TypeError or
+    ValueError for a bad number of threads.
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
@@ -223,11 +219,6 @@ def run_blocks(
 def _spans(plan: Plan) -> list[Span]:
     """All blocks of a plan, in the order of its points."""
     return [(i, *span) for i, span in enumerate(plan.blocks())]
-
-
-def waves_of(plan: Plan) -> list[tuple[int, int]]:
-    """All points of a plan as (start, stop) of what is computed together."""
-    return [(wave[0][1], wave[-1][2]) for wave in _waves(plan, _spans(plan))]
 
 
 def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
@@ -283,10 +274,7 @@ def collect(
 ) -> Results:
     """All points of a plan, in memory. `progress` is called with the number of points that have been added.
 
-    Raises
-    ------
-    TypeError, ValueError
-        for a bad number of threads or executor, and if the results do not fit the memory.
+    Raises TypeError or ValueError for a bad number of threads or executor, and if the results do not fit the memory.
     """
     tell = progress or (lambda points: None)
     count = check_threads(threads)

@@ -23,14 +23,10 @@ WIDTHS: tuple[Width, ...] = get_args(Width)
 FORMATS = (".png", ".pdf", ".svg")
 
 SECTION_QUANTITIES = ("dxi", "xi")
-
 IMPACT_QUANTITIES = ("impact_phase", "impact_speed")
 DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
-
 OF_SUMMARY = tuple(q.name for q in SUMMARIES)
-
 OF_EVERY_SWEEP = ("status", "margin")
-
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section: over starts, which of the coexisting motions each of them leads to."""
 
@@ -63,20 +59,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
     A quantity of the summary asks for a map, one of the impacts for a bifurcation diagram. Without any wish the section
     is drawn if there is one (kind None: the diagram that suits the axes), else a map of the period, or the phases of
-    the impacts.
-
-    Parameters
-    ----------
-    swept : Plan or Results
-        its axes, scalars and record.
-    kind, quantity : str, optional
-        one of FIGURE_KINDS; one of SECTION_QUANTITIES for a diagram of the section, of IMPACT_QUANTITIES for one of the
-        impacts, of MAP_QUANTITIES for a map.
-
-    Raises
-    ------
-    ValueError
-        for a kind or quantity that is unknown, or was not recorded; and for a map of one motion.
+    the impacts. `swept` is a Plan or Results. Raises ValueError for what is unknown, or was not recorded, and for a map
+    of one motion.
     """
     record = swept.record
     if kind not in (None, *FIGURE_KINDS):

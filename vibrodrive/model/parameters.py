@@ -81,15 +81,7 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
 
 
 def check(name: str, value: object) -> float:
-    """Cast one argument to float64.
-
-    Raises
-    ------
-    TypeError
-        if `value` is no real number.
-    ValueError
-        if it is NaN, infinite or out of range.
-    """
+    """Cast one argument to float64. Raises TypeError for what is no real number, ValueError outside of its range."""
     p = PARAMETERS[name]
     x = real_number(name, value, p.allowed)
     shown = value.item() if hasattr(value, "item") else value

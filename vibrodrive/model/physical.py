@@ -34,7 +34,7 @@ def check_scene(key: str, value: object) -> float:
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
     """μ g cos α, the acceleration of sliding friction (m/s²); numbers, or arrays of one length, to the same bits."""
-    return _at_least_tiny(mu * g * _each(_cosine, alpha))
+    return _at_least_tiny(mu * g * _each(lambda degrees: math.cos(math.radians(degrees)), alpha))
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
@@ -79,7 +79,7 @@ def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
         return B
     if name == "mu":
         return _tangent(known["alpha"]) / B
-    return _each(_angle, B * known["mu"])
+    return _each(lambda tangent: math.degrees(math.atan(tangent)), B * known["mu"])
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
@@ -96,16 +96,8 @@ def _square(x: float) -> float:
     return (x**2 or TINY) if x < 1e150 else math.inf
 
 
-def _cosine(degrees: float) -> float:
-    return math.cos(math.radians(degrees))
-
-
 def _tangent(degrees: float) -> float:
     return math.tan(math.radians(degrees))
-
-
-def _angle(tangent: float) -> float:
-    return math.degrees(math.atan(tangent))
 
 
 def _at_least_tiny(x: Any) -> Any:

@@ -195,12 +195,8 @@ def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
 def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check every argument of a sweep (keys as in `simulate`; sequences become axes) and lay it out.
 
-    In the place of A and B there may be a scene, as in `Scene`: without `a0` it gives B alone.
-
-    Raises
-    ------
-    TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+    In the place of A and B there may be a scene, as in `Scene`: without `a0` it gives B alone. Raises TypeError or
+    ValueError with the one sentence.
     """
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}

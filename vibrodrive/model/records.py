@@ -68,6 +68,8 @@ ERRORS = (
 )
 """NaN on a fixed grid, and where the section was not computed to its end."""
 
+OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
+
 
 def check_record(record: object) -> tuple[str, ...]:
     """What is to be recorded, one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
@@ -84,13 +86,10 @@ def check_record(record: object) -> tuple[str, ...]:
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """The arrays that these records have, beside the section."""
-    some = (SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS), (ERROR, ERRORS)
-    return tuple(quantity for name, known in some if name in record for quantity in known)
+    return tuple(quantity for name, known in OF_RECORD.items() if name in record for quantity in known)
 
 
 def point_bytes(record: tuple[str, ...], periods: int) -> int:
     """Bytes that these records take for each point."""
     size = 16 * periods if SECTION in record else 0
-    size += sum(q.itemsize for q in SUMMARIES) if SUMMARY in record else 0
-    size += sum(q.itemsize for q in ERRORS) if ERROR in record else 0
-    return size + (2 * periods * sum(q.itemsize for q in MAIN_IMPACTS) if IMPACTS in record else 0)
+    return size + sum(q.itemsize * (2 * periods if q.along else 1) for q in quantities(record))

@@ -15,7 +15,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import ERROR, ERRORS, IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY, quantities
+from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.statuses import Statuses, count_statuses
 
@@ -115,13 +115,8 @@ class Results(Described):
         self.scalars = dict(scalars)
         self.settings = settings
         self.title = title
-        self._arrays: dict[str, np.ndarray] = {}
-        self._source: Read
-        if callable(source):
-            self._source = source
-        else:
-            self._arrays.update(source)
-            self._source = _no_more
+        self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
+        self._source: Read = source if callable(source) else _no_more
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
@@ -396,9 +391,7 @@ class Results(Described):
         return {"fixed": numbers({name: value for name, value in self.scalars.items() if name not in self.axes})}
 
 
-_KNOWN = (SUMMARY, SUMMARIES), (IMPACTS, MAIN_IMPACTS), (ERROR, ERRORS)
-
-_WHERE = {q.name: record for record, known in _KNOWN for q in known}
+_WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 
 def _no_more(name: str, index: Index) -> np.ndarray:
@@ -408,7 +401,8 @@ def _no_more(name: str, index: Index) -> np.ndarray:
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
     """The values of `source` at `inner`, an index over the axes that `chosen` left."""
-    return source(name, _within(chosen, inner))
+    rest = iter(inner)
+    return source(name, tuple(next(rest) if isinstance(c, slice) else c for c in chosen))
 
 
 ROUNDING = 4
@@ -443,9 +437,3 @@ def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> i
             allowed = f"within {reach:g} of {allowed}, of which the nearest is {axis[at].item()!r}"
         raise ValueError(bad(name, value, allowed))
     return at
-
-
-def _within(chosen: Index, inner: Index) -> Index:
-    """`inner`, an index over the axes that `chosen` left, as an index over all of them."""
-    rest = iter(inner)
-    return tuple(next(rest) if isinstance(c, slice) else c for c in chosen)

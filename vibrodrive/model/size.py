@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import sys
@@ -42,32 +43,28 @@ def available_memory() -> int:
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
+def _bytes_of_a_point(plan: Plan) -> int:
+    return point_bytes(plan.record, plan.settings.periods) + POINT_BYTES
+
+
 def result_bytes(plan: Plan) -> int:
     """Bytes of all arrays of a Results."""
-    return plan.n_points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)
+    return plan.n_points * _bytes_of_a_point(plan)
 
 
 def file_bytes(plan: Plan) -> int:
     """Bytes of a result file, within about 1 %: every chunk is stored whole, edges included."""
-    chunk = plan.chunk or (1,)
-    chunks, points = 1, 1
-    for n, c in zip(plan.shape or (1,), chunk, strict=True):
-        chunks *= -(-n // c)
-        points *= c
-    rows = chunks * points
+    chunks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
+    rows = chunks * math.prod(plan.chunk)
     per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
     tables = 40_000 + 3_200 * len(quantities(plan.record))
-    per_point = point_bytes(plan.record, plan.settings.periods) + POINT_BYTES
-    return rows * per_point + chunks * per_chunk + axes + tables
+    return rows * _bytes_of_a_point(plan) + chunks * per_chunk + axes + tables
 
 
 def block_bytes(plan: Plan) -> int:
     """Bytes of one block in memory."""
-    points = 1
-    for c in plan.chunk:
-        points *= c
-    return points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)
+    return math.prod(plan.chunk) * _bytes_of_a_point(plan)
 
 
 def working_bytes(plan: Plan, remote: bool = False) -> int:
@@ -77,7 +74,7 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     if remote:
         return IN_FLIGHT * block + block // 2
     points = min(plan.n_points, plan.wave_points)
-    return 2 * max(block, points * (point_bytes(plan.record, plan.settings.periods) + POINT_BYTES)) + block // 2
+    return 2 * max(block, points * _bytes_of_a_point(plan)) + block // 2
 
 
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
