@@ -168,7 +168,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
             at[key] = name
             arguments[key] = _argument(name, key, value, at)
     physical = _take_scene(tables.get("physical", {}), arguments) if scene else None
-    extras = {name: {k: keys[k](v) for k, v in tables.get(name, {}).items()} for name, keys in _EXTRAS.items()}
+    extras = {name: {k: _extra(name, k, v) for k, v in tables.get(name, {}).items()} for name in _EXTRAS}
     return Config(text, overrides, arguments, title, physical, **extras)
 
 
@@ -215,23 +215,22 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
     return physical
 
 
-def _check(key: str, value: object) -> float:
-    return check_scene(key, value) if key in SCENE_AXES else check(key, value)
+def _check(key: str, value: object, place: str) -> float:
+    """Check one value of an axis; `place` is the name by which a refusal calls it."""
+    try:
+        return check_scene(key, value) if key in SCENE_AXES else check(key, value)
+    except (TypeError, ValueError) as error:
+        raise type(error)(str(error).replace(key, place, 1)) from None
 
 
 def _axis(key: str, value: object) -> float | np.ndarray:
     if isinstance(value, dict):
         return _range(key, value)
     if not isinstance(value, list):
-        return _check(key, value)
+        return _check(key, value, key)
     if not value:
         raise ValueError(bad(f"sweep.{key}", value, "a list with at least one value"))
-    for i, v in enumerate(value):
-        try:
-            _check(key, v)
-        except (TypeError, ValueError) as error:
-            raise type(error)(str(error).replace(key, f"{key}[{i}]", 1)) from None
-    return np.array([float(v) for v in value])
+    return np.array([_check(key, v, f"{key}[{i}]") for i, v in enumerate(value)])
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
@@ -260,12 +259,7 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     for k in keys[:3]:
         if k not in table:
             raise ValueError(f"{where}.{k} is missing: a range must give start, stop and num")
-    ends = []
-    for k in ("start", "stop"):
-        try:
-            ends.append(_check(key, table[k]))
-        except (TypeError, ValueError) as error:
-            raise type(error)(str(error).replace(key, f"{where}.{k}", 1)) from None
+    ends = [_check(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
@@ -279,55 +273,56 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
     return np.geomspace(ends[0], ends[1], num)
 
 
-def _choice(key: str, *names: str) -> Callable[[object], object]:
-    def checked(value: object) -> object:
-        if value not in names:
-            raise ValueError(bad(key, value, "one of " + ", ".join(names)))
-        return value
-
-    return checked
-
-
-def _limits(value: object) -> tuple[float, float]:
+def _limits(key: str, value: object) -> tuple[float, float]:
     numbers = isinstance(value, list) and all(
         isinstance(v, (int, float)) and not isinstance(v, bool) and np.isfinite(v) for v in value
     )
     if not numbers or len(value) != 2 or not value[0] < value[1]:  # type: ignore[arg-type, index]
-        raise ValueError(bad("figure.limits", value, "two numbers, the lower one first"))
+        raise ValueError(bad(key, value, "two numbers, the lower one first"))
     return (float(value[0]), float(value[1]))  # type: ignore[index]
 
 
-def _curves(value: object) -> list[str]:
+def _curves(key: str, value: object) -> list[str]:
     names = ("phase", "time", "velocity", "section")
     if not isinstance(value, list) or not value or any(v not in names for v in value):
-        raise ValueError(bad("trajectory.curves", value, "a list of some of " + ", ".join(names)))
+        raise ValueError(bad(key, value, "a list of some of " + ", ".join(names)))
     return value
 
 
-def _text(key: str) -> Callable[[object], str]:
-    def checked(value: object) -> str:
-        if not isinstance(value, str):
-            raise TypeError(bad(key, value, "a text"))
-        return value
-
-    return checked
+def _text(key: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(bad(key, value, "a text"))
+    return value
 
 
-_EXTRAS: dict[str, dict[str, Callable[[Any], Any]]] = {
+def _count(key: str, value: object) -> int:
+    return check_count(key, value, 1)
+
+
+_EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
     "figure": {
-        "kind": _choice("figure.kind", *FIGURE_KINDS),
-        "quantity": _choice("figure.quantity", *DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
-        "x": _choice("figure.x", *ALONG),
-        "y": _choice("figure.y", *ALONG),
+        "kind": FIGURE_KINDS,
+        "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
+        "x": ALONG,
+        "y": ALONG,
         "limits": _limits,
-        "style": _choice("figure.style", *STYLES),
-        "width": _choice("figure.width", *WIDTHS),
+        "style": STYLES,
+        "width": WIDTHS,
     },
-    "trajectory": {"periods": lambda v: check_count("trajectory.periods", v, 1), "curves": _curves},
-    "limits": {"quantity": _choice("limits.quantity", "k2", "k1", "ku"), "criterion": _text("limits.criterion")},
-    "orbits": {"max_period": lambda v: check_count("orbits.max_period", v, 1)},
+    "trajectory": {"periods": _count, "curves": _curves},
+    "limits": {"quantity": ("k2", "k1", "ku"), "criterion": _text},
+    "orbits": {"max_period": _count},
 }
-"""Tables of which each belongs to one command, and the checks of their keys."""
+"""Tables of which each belongs to one command: for each key the choices, or a check of its value."""
+
+
+def _extra(table: str, key: str, value: Any) -> Any:
+    allowed, place = _EXTRAS[table][key], f"{table}.{key}"
+    if callable(allowed):
+        return allowed(place, value)
+    if value not in allowed:
+        raise ValueError(bad(place, value, "one of " + ", ".join(allowed)))
+    return value
 
 
 def _override(tables: dict[str, Any], option: str) -> None:
