@@ -10,10 +10,9 @@ import vibrodrive.kernels
 from vibrodrive.kernels import codes, lane
 
 SHARED = {
-    "a search is begun in switching.py and advanced by the module that searches": [
-        "CURSOR", "OTHER", "SIG", "SPAN", "LAST_NONNEGATIVE", "DIP_DENOMINATOR", "VALUE", "BEFORE",
-    ],
-    "a search by steps begins in switching.py, one in a bracket in undisturbed.py": ["SEARCH"],
+    "a search begins in first_zero.py or undisturbed.py, and each way to search moves its cursor": ["CURSOR"],
+    "and both sides of a wait": ["SIG", "SEARCH"],
+    "a literal scan knows where it has been": ["LAST_NONNEGATIVE"],
     "each way to search tells what it met": ["OUTCOME"],
     "each evaluation is counted where it is made": ["WORK"],
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrodrive.kernels.certainty import Errors
+from vibrodrive.kernels.outputs import Errors
 from vibrodrive.model.choices import Method
 from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 

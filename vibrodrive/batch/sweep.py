@@ -23,10 +23,10 @@ from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import as_quantities, new_errors
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
-from vibrodrive.kernels.certainty import Errors
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import LANES, new_lanes
+from vibrodrive.kernels.outputs import Errors
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
@@ -108,7 +108,7 @@ def fill(
     """Compute points (rows of COLUMNS) into arrays with a row for each.
 
     section float64 (points, periods, 2), or None where it is not wanted.
-    impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/impacts.py).
+    impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/record.py).
     summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
     errors: bounds of what each motion is off by, where they are wanted (kernels/certainty.py); such motions are
     followed one by one, not in lanes.
@@ -126,7 +126,9 @@ def fill(
     history, totals = new_history(threads, summary is not None)
     results = status, margin, counts, np.empty(n)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0)) if summary is None else summary
-    more = (np.empty(0, SWITCH), np.zeros(1, np.int64), np.empty((0, 3)), *(errors or ())) if alone else ()
+    more = (
+        (np.empty(0, SWITCH), np.zeros(1, np.int64), np.empty((0, 3)), *(errors[:2] if errors else ())) if alone else ()
+    )
 
     def each(order: np.ndarray) -> list[Arguments]:
         """Arguments for each thread: memory of its own, and one counter for all."""

@@ -302,11 +302,10 @@ class Trajectory:
         state = np.empty(total, np.int8)
         w, k = new_lanes(1)
         point, under_way = self._plan.points(0, 1), np.array([0, -1])
+        sampling = np.array([settings.method, settings.transient, count], np.int64)
 
         def advance(instants: int) -> bool:
-            return sample_segments(
-                w[0], k[0], point, rows, settings.method, settings.transient, count, instants, under_way, out, state
-            )  # fmt: skip
+            return sample_segments(w[0], k[0], point, rows, sampling, instants, under_way, out, state)
 
         in_slices(advance)
         tau = self.arguments["tau0"] + TWO_PI * (settings.transient + np.arange(total) / count)

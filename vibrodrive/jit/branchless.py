@@ -14,6 +14,8 @@ from llvmlite import ir
 from numba import config, types
 from numba.extending import intrinsic
 
+from vibrodrive.jit.compile import inline
+
 _INT = ir.IntType(64)
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
@@ -113,3 +115,12 @@ wide: Any = _prefer_wide if COMPILED else _nothing
 """wide(): the function around this is compiled for the widest registers there are. The default on processors that
 have them is half that, out of care for code around that is not vectorised; loops over lanes are. What does not fit them
 is kept on a stack that is aligned for them: each access then stays in one line of the cache."""
+
+
+@inline
+def full(n):
+    """Return how many lanes to go over where n are in use: whole registers, as a few left over cost more than eight.
+
+    Lanes from n on are padding; their contents are ignored.
+    """
+    return (n + 7) & -8 if COMPILED and n > 3 else n

@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 from numba.core import ir, typed_passes, types, untyped_passes
@@ -22,9 +23,10 @@ from numba.core.ir_utils import build_definitions
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _Constants(FunctionPass):
-    """An argument that is known is put in as a constant: branches that depend on it are cut before they are compiled.
+    """Put in what is known as constants, so that branches that depend on it are cut before they are compiled.
 
-    Numba does that itself for None and for what a function takes from around it, not for arguments.
+    These are arguments that are literals, and attributes of modules, which are then as good as globals. Numba does so
+    for None and for what a function takes from around it.
     """
 
     _name = "vibrodrive_constants"
@@ -33,11 +35,18 @@ class _Constants(FunctionPass):
         FunctionPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
+        modules: dict[str, Any] = {}
         for block in state.func_ir.blocks.values():
-            for statement in block.find_insts(ir.Assign):
+            for statement in list(block.find_insts(ir.Assign)):
                 given = statement.value
                 if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
                     statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
+                elif isinstance(given, ir.Global) and isinstance(given.value, ModuleType):
+                    modules[statement.target.name] = given.value
+                    block.remove(statement)
+                elif isinstance(given, ir.Expr) and given.op == "getattr" and given.value.name in modules:
+                    value = getattr(modules[given.value.name], given.attr)
+                    statement.value = ir.Global(given.attr, value, given.loc)
         state.func_ir._definitions = build_definitions(state.func_ir.blocks)
         return True
 

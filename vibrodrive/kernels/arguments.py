@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
-from vibrodrive.kernels.lane import LANES
+from vibrodrive.kernels import lane as r
 
 if TYPE_CHECKING:
     from vibrodrive.model.names import Settings
@@ -37,7 +37,7 @@ class Arguments(NamedTuple):
     section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
     status int8 (n,), margin float64 (n,), counts int64 (n, 5)
     work float64 (n,): evaluations of switching functions
-    impacts float64 (n, 2 periods, 4): main impacts (impacts.py), NaN behind the last; not recorded where (n, 0, 4)
+    impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN behind the last; not recorded where (n, 0, 4)
     history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): summary of each motion; not computed where totals is (LANES, 0)
     rows SWITCH (cap,), stored int64 (1,): the last switch before the record and those of the record, as many as fit,
@@ -69,7 +69,7 @@ class Arguments(NamedTuple):
     until: np.ndarray | None = None
 
 
-def numbers_of(settings: Settings, lanes: int = LANES) -> np.ndarray:
+def numbers_of(settings: Settings, lanes: int = r.LANES) -> np.ndarray:
     """Return what kernels read of the settings of a plan, and the lanes that a thread may use, as `numbers`."""
     s = settings
     return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)

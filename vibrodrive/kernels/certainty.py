@@ -17,21 +17,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import lane as r
+from vibrodrive.kernels import margins, motion, switch
 from vibrodrive.kernels.codes import CERTIFIED, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE, UP
-from vibrodrive.kernels.margins import (
-    ROUNDING,
-    gap_rounding_beside,
-    magnitude_scale,
-    velocity_rounding_beside,
-    wait_end_distance,
-)
-from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, state_at
-from vibrodrive.kernels.switch import direction, smaller, waits
 
 HALF_LAST_BIT = 2.0**-51
 """Half the last bit of a phase: what is lost where φ is rounded."""
@@ -39,17 +29,6 @@ HALF_LAST_BIT = 2.0**-51
 
 UNDERFLOW = 1e-300
 """More than is lost where a gap or a velocity is too small for a double to have all its bits."""
-
-
-class Errors(NamedTuple):
-    """Where bounds are written.
-
-    section float64 (n, periods, 2): of ξ and ξ' at each section point; (n, 1, 2): the largest of the record
-    until float64 (n,): the period from which on nothing is certain; inf where all is
-    """
-
-    section: np.ndarray
-    until: np.ndarray
 
 
 class End(NamedTuple):
@@ -67,6 +46,13 @@ class End(NamedTuple):
     jump: float
 
 
+class Off(NamedTuple):
+    """What a number is off by: its share of the common cause, and a bound of the rest."""
+
+    share: float
+    more: float
+
+
 NO_END = End(*8 * [0.0])
 LOST = End(*8 * [INFINITY])
 
@@ -78,11 +64,12 @@ def certain(w, i):
 
 
 @inline
-def start_errors(w, i):
+def start_errors(w, k, i):
     """A motion begins where it is told to: nothing is off."""
     for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BEGUN_LATE, r.BEGUN_JUMP):
         w[row + i] = 0.0
     w[r.CERTAIN_UNTIL + i] = INFINITY
+    heed_status(w, k, i)
 
 
 @inline
@@ -122,8 +109,8 @@ def change_of_force(w, i):
 def change_nearby(w, i, p, pf, d):
     """A bound of |H'| within d of an instant at which A cos φ = p and AF cos θ = pf."""
     eta, most = w[r.ETA + i], change_of_force(w, i)
-    here = fma(ROUNDING, most, abs(fma(eta, pf, p)))
-    return smaller(most, fma(fma(w[r.AF + i] * eta, eta, w[r.A + i]), d, here))
+    here = fma(margins.ROUNDING, most, abs(fma(eta, pf, p)))
+    return switch.smaller(most, fma(fma(w[r.AF + i] * eta, eta, w[r.A + i]), d, here))
 
 
 @inline
@@ -133,13 +120,15 @@ def rounding_of_slide(w, i, h):
     With a disturbance its slow part is as small as h, however large ηh, where margins.py allows for the whole of A.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
-        return gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, velocity_rounding_beside(w, i, h, 0.0) + UNDERFLOW
+        return margins.gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_beside(
+            w, i, h, 0.0
+        ) + UNDERFLOW
     fast = w[r.AF + i] * w[r.INVERSE + i]
-    slow = 2.0 * w[r.A + i] * smaller(h, 1.0)
+    slow = 2.0 * w[r.A + i] * switch.smaller(h, 1.0)
     pull = abs(w[r.L + i]) + 1.0 + w[r.B + i]
     speed = abs(w[r.V0 + i]) + w[r.A + i] + fast
     gap = fma(fma(pull, h, speed), h, abs(w[r.X0 + i]) + slow + 3.0 * fast * w[r.INVERSE + i])
-    return ROUNDING * gap, ROUNDING * (fma(pull, h, abs(w[r.V0 + i])) + slow + 2.0 * fast)
+    return margins.ROUNDING * gap, margins.ROUNDING * (fma(pull, h, abs(w[r.V0 + i])) + slow + 2.0 * fast)
 
 
 @inline
@@ -149,20 +138,26 @@ def velocity_error(w, k, i, h):
     What started at the end of a wait is computed from the instant at which H is ±1 (`begin`), SHIFT off at most. On a
     grid its ξ'' may be put right by the slope.
     """
-    turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
-    bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
+    turned = (
+        switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
+        * w[r.SHIFT + i]
+    )
+    bent = abs(w[r.L + i] + (w[r.B + i] + switch.direction(k[r.STATE + i])))
     _, rounding = rounding_of_slide(w, i, h)
-    return w[r.V_SHARE + i], w[r.V_MORE + i] + turned + bent * h + rounding
+    return Off(w[r.V_SHARE + i], w[r.V_MORE + i] + turned + bent * h + rounding)
 
 
 @inline
 def gap_error(w, k, i, h):
     """(share, bound of the rest) of what ξ is off by at h after the last switch, sliding."""
-    turned = smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, magnitude_scale(w, i)) * w[r.SHIFT + i]
-    bent = abs(w[r.L + i] + (w[r.B + i] + direction(k[r.STATE + i])))
+    turned = (
+        switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
+        * w[r.SHIFT + i]
+    )
+    bent = abs(w[r.L + i] + (w[r.B + i] + switch.direction(k[r.STATE + i])))
     off = w[r.X_MORE + i] + (w[r.V_MORE + i] + turned + 0.5 * bent * h) * h
     rounding, _ = rounding_of_slide(w, i, h)
-    return fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), off + rounding
+    return Off(fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), off + rounding)
 
 
 @part
@@ -172,7 +167,7 @@ def judge_tangency(w, k, i):
     Twice the error: how far a dip stayed from 0 is known from close by, not from its bottom.
     """
     under = w[r.DIP_DENOMINATOR + i]
-    if certain(w, i) and under > 0.0 and not waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
+    if certain(w, i) and under > 0.0 and not switch.waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
         share, more = velocity_error(w, k, i, w[r.CURSOR + i])
         if w[r.DIP_NUMERATOR + i] <= 2.0 * (abs(share) + more) * under:
             lose_certainty(w, k, i)
@@ -182,10 +177,10 @@ def judge_tangency(w, k, i):
 def end_of_record(w, k, i):
     """What the record's end is off by, if the state may have ended just before it."""
     heed_status(w, k, i)
-    if not certain(w, i) or waits(k[r.STATE + i]):
+    if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
     h = w[r.LEFT + i]
-    x, v = state_at(w, i, h, w[r.AF + i] > 0.0)
+    x, v = motion.state_at(w, i, h, w[r.AF + i] > 0.0)
     v_share, v_more = velocity_error(w, k, i, h)
     x_share, x_more = gap_error(w, k, i, h)
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
@@ -193,46 +188,79 @@ def end_of_record(w, k, i):
         return NO_END
     if w[r.V0 + i] == 0.0:  # whatever has happened since it was at rest
         late = h + w[r.BEGUN_LATE + i]
-        return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * magnitude_scale(w, i) * late)
+        return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)
 
 
-@part
-def end_of_segment(w, k, i, method, event, h, x, v, side, there):
-    """What the state under way is off by where it ends, at h, with ξ = x and ξ' = v as computed; `there` is where.
+@inline
+def heed(w, k, i, errors):
+    """`heed_status`, where errors are wanted."""
+    if errors is not None:
+        heed_status(w, k, i)
 
-    Whether it ends there at all, and whether what follows is certain, is judged by that: before anything is committed.
+
+@inline
+def record_end(w, k, i, errors):
+    """`end_of_record`, where errors are wanted."""
+    if errors is not None:
+        return end_of_record(w, k, i)
+    return NO_END
+
+
+@inline
+def segment_end(w, k, i, method, event, h, side, there, errors):
+    """`end_of_segment`, where errors are wanted."""
+    if errors is not None:
+        return end_of_segment(w, k, i, method, event, h, side, there)
+    return NO_END
+
+
+@inline
+def pass_on(w, k, i, method, event, end, errors):
+    """`pass_errors_on`, where errors are wanted."""
+    if errors is not None:
+        pass_errors_on(w, k, i, method, event, end)
+
+
+@part
+def end_of_segment(w, k, i, method, event, h, side, there):
+    """Return what the state under way is off by at its end, h, with ξ and ξ' as computed in `there`.
+
+    By that is judged, before anything is committed, if it ends there at all and if what follows is certain.
     """
     heed_status(w, k, i)
     if not certain(w, i):
         return LOST
-    if waits(k[r.STATE + i]):
+    if switch.waits(k[r.STATE + i]):
         return end_of_wait(w, k, i, method, event, h, side, there)
-    v_share, v_more = velocity_error(w, k, i, h)
-    x_share, x_more = gap_error(w, k, i, h)
-    force = adhesive_force(w, i, there.q, there.qf)
+    v = there.v
+    v_off, x_off = velocity_error(w, k, i, h), gap_error(w, k, i, h)
+    force = motion.adhesive_force(w, i, there.q, there.qf)
     if event == S1:
-        return end_by_impact(w, k, i, x, v, abs(v_share) + v_more, x_share, x_more, force, there)
+        return end_by_impact(w, k, i, v_off, x_off, force, there)
     if event >= S2:
-        return end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force, there)
+        return end_by_reversal(w, k, i, event, v_off, x_off, force, there)
     rounded = choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
-    a = abs(force - direction(k[r.STATE + i]))
+    a = abs(force - switch.direction(k[r.STATE + i]))
     return End(
-        0.0, v_share, fma(a, rounded, v_more), abs(x_share) + x_more, abs(v_share) + v_more, x_share,
-        fma(abs(v), rounded, x_more), 0.0,
+        0.0, v_off.share, fma(a, rounded, v_off.more), abs(x_off.share) + x_off.more, abs(v_off.share) + v_off.more,
+        x_off.share, fma(abs(v), rounded, x_off.more), 0.0,
     )  # fmt: skip
 
 
 @inline
-def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force, there):
-    """ξ' is off by `wrong` at most. What is left of all that is the instant."""
-    off = abs(x_share) + x_more + abs(x)
+def end_by_impact(w, k, i, v_off, x_off, force, there):
+    """A slide ends by an impact: what is left of all that ξ and ξ' are off by is the instant."""
+    x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
+    off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
-    usual = magnitude_scale(w, i)
+    usual = margins.magnitude_scale(w, i)
     bend = usual
     if speed > 0.0:
         # as far as the zero can be from there, if |ξ''| is no more than this
-        bend = smaller(usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + ROUNDING * usual))
+        bend = switch.smaller(
+            usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + margins.ROUNDING * usual)
+        )
     late = delay(off, speed, bend) + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
     if not is_decided(w, i, abs(force - 1.0), late, there):
         return lose_certainty(w, k, i)
@@ -241,10 +269,12 @@ def end_by_impact(w, k, i, x, v, wrong, x_share, x_more, force, there):
 
 
 @inline
-def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, force, there):
+def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
     """A slide ends by ξ' = 0, in the air."""
-    a = force - direction(k[r.STATE + i])
-    steep = abs(a) - ROUNDING * magnitude_scale(w, i)
+    x, v = there.x, there.v
+    (v_share, v_more), (x_share, x_more) = v_off, x_off
+    a = force - switch.direction(k[r.STATE + i])
+    steep = abs(a) - margins.ROUNDING * margins.magnitude_scale(w, i)
     off = abs(v_share) + v_more + abs(v)
     # as far as the zero can be from there, if |H'| is no more than this
     bend = change_nearby(w, i, there.p, there.pf, choose(steep > 0.0, 2.0 * off / choose(steep > 0.0, steep, 1.0), 1.0))
@@ -264,7 +294,7 @@ def end_by_reversal(w, k, i, event, x, v, v_share, v_more, x_share, x_more, forc
 def is_decided(w, i, distance, late, there):
     """Whether H, at a distance from its boundary, is on the same side of it at any instant that close."""
     change = change_nearby(w, i, there.p, there.pf, late)
-    return late < INFINITY and distance > fma(change, late, ROUNDING * magnitude_scale(w, i))
+    return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 
 
 @inline
@@ -292,17 +322,17 @@ def end_of_wait(w, k, i, method, event, h, side, there):
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
         return End(0.0, 0.0, 0.0, abs(x_share) + x_more, 0.0, x_share, x_more, 0.0)
-    usual = magnitude_scale(w, i)
+    usual = margins.magnitude_scale(w, i)
     if method == CERTIFIED and w[r.AF + i] == 0.0:
-        if h <= 0.0 or wait_end_distance(w, i, side > 0.0) <= ROUNDING * usual:
+        if h <= 0.0 or margins.wait_end_distance(w, i, side > 0.0) <= margins.ROUNDING * usual:
             return lose_certainty(w, k, i)
         late = 2.0 * HALF_LAST_BIT + delay(lost_bits(w[r.A + i], w[r.B + i], side > 0.0), abs(there.p), w[r.A + i])
     else:
         period = k[r.PERIOD + i] + int(there.turned)
-        p, q, _, pf, qf = evaluate_excitation(w, i, period, there.phi, there.low)
-        off = abs(adhesive_force(w, i, q, qf) + choose(side > 0.0, 1.0, -1.0)) + ROUNDING * usual
+        p, q, _, pf, qf = motion.evaluate_excitation(w, i, period, there.phi, there.low)
+        off = abs(motion.adhesive_force(w, i, q, qf) + choose(side > 0.0, 1.0, -1.0)) + margins.ROUNDING * usual
         rate = change_of_force(w, i)
-        steep = abs(p + w[r.ETA + i] * pf) - ROUNDING * rate
+        steep = abs(p + w[r.ETA + i] * pf) - margins.ROUNDING * rate
         late = delay(off, steep, fma(w[r.AF + i] * w[r.ETA + i], w[r.ETA + i], w[r.A + i]))
     if late == INFINITY:
         return lose_certainty(w, k, i)
@@ -320,13 +350,13 @@ def pass_errors_on(w, k, i, method, event, end):
     if event == STRETCHED:
         w[r.V_SHARE + i], w[r.V_MORE + i] = end.share, end.more
         return
-    if waits(k[r.STATE + i]):
+    if switch.waits(k[r.STATE + i]):
         return
     late = end.late
     bend = change_nearby(w, i, w[r.P + i], w[r.PF + i], late)
     second = 0.5 * bend * late * late
     a = w[r.A0 + i]
-    w[r.V_MORE + i] = second + choose(event >= S4, 0.0, ROUNDING * magnitude_scale(w, i) * late)
+    w[r.V_MORE + i] = second + choose(event >= S4, 0.0, margins.ROUNDING * margins.magnitude_scale(w, i) * late)
     if event >= S4:
         w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
     elif event == S1:  # from now on its instant is the common cause
@@ -346,16 +376,16 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
     x = v = INFINITY
     if certain(w, i):
         x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0
-        usual, moved = magnitude_scale(w, i), ROUNDING * (2.0 + hs)
-        if not waits(k[r.STATE + i]):
+        usual, moved = margins.magnitude_scale(w, i), margins.ROUNDING * (2.0 + hs)
+        if not switch.waits(k[r.STATE + i]):
             x_share, x_more = gap_error(w, k, i, hs)
             v_share, v_more = velocity_error(w, k, i, hs)
             # the closed form of `section_at`, and hs itself, are rounded as if hs were not small
             fast = w[r.AF + i] * w[r.INVERSE + i]
             wave = w[r.A + i] + fast
             speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs
-            x = abs(x_share) + x_more + ROUNDING * fma(fast, w[r.INVERSE + i], w[r.A + i]) + speed * moved
-            v = abs(v_share) + v_more + ROUNDING * wave + usual * moved
+            x = abs(x_share) + x_more + margins.ROUNDING * fma(fast, w[r.INVERSE + i], w[r.A + i]) + speed * moved
+            v = abs(v_share) + v_more + margins.ROUNDING * wave + usual * moved
         if hs <= w[r.BEGUN_LATE + i] + moved:
             v += w[r.BEGUN_JUMP + i]
             x += 2.0 * w[r.BEGUN_JUMP + i] * (w[r.BEGUN_LATE + i] + moved)
@@ -370,8 +400,9 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 
 @inline
-def write_switch_error(w, i, row, before, end, off):
+def write_switch_error(w, i, row, before, end, errors):
     """The bounds of a switch in a row of `single`: `end` is that of the state that it has ended."""
+    off = errors.rows
     if row < off.shape[0]:
         known = certain(w, i)
         off[row, 0] = choose(known, end.late + HALF_LAST_BIT, INFINITY)

@@ -51,5 +51,9 @@ DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
 to be written, a recurrence to be looked for (recurrence.py), a switch to be kept (`keep_switch` in history.py)."""
 
 
+ENDED_EARLY = -1.0
+"""What is left of the record of a trajectory of which nothing more is to be known."""
+
+
 OF_THE_RECORD, ALL, NONE = 0, 1, 2
 """Which switches of a trajectory are kept for its summary (history.py)."""

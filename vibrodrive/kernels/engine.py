@@ -14,35 +14,25 @@ from __future__ import annotations
 from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
-from vibrodrive.jit.compile import inline, jit, part_each
-from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.arguments import arguments_at
-from vibrodrive.kernels.codes import (
-    AT_ONCE,
-    CERTIFIED,
-    CHECK_RECURRENCE,
-    FIXED,
-    FIXED_BRACKETED,
-    KEEP_SWITCH,
-    MULLER_BRACKETED,
-    STEPPED,
-    UNUSUAL,
-    ZERO,
+from vibrodrive.jit.compile import inline, inline_each, jit, part_each
+from vibrodrive.kernels import (
+    arguments,
+    codes,
+    event,
+    first_zero,
+    history,
+    record,
+    recurrence,
+    setup,
+    switch,
+    switch_disturbed,
+    switch_grid,
+    switch_grid_disturbed,
+    switch_undisturbed,
+    undisturbed,
 )
-from vibrodrive.kernels.event import begin_search, process_event
-from vibrodrive.kernels.first_zero import search_on_grid, search_stepwise
-from vibrodrive.kernels.history import assign_slots, keep_switch, leave_slot
-from vibrodrive.kernels.impacts import keep_impact
-from vibrodrive.kernels.lane import ROWS_K, ROWS_W, STRIDE
-from vibrodrive.kernels.record import finish
-from vibrodrive.kernels.recurrence import ENDED_EARLY, detect_recurrence
-from vibrodrive.kernels.setup import load
-from vibrodrive.kernels.switch import has_rows, leave_over, write_points
-from vibrodrive.kernels.switch_disturbed import apply_switches_disturbed, mark_points, write_ahead
-from vibrodrive.kernels.switch_grid import apply_switches_on_grid
-from vibrodrive.kernels.switch_grid_disturbed import apply_switches_on_grid_disturbed
-from vibrodrive.kernels.switch_undisturbed import apply_switches_undisturbed
-from vibrodrive.kernels.undisturbed import search_brackets, set_search_mode
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels.outputs import Extent, Outcome, Recorder
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
 """Steps of a search, with a disturbance and without one, before its outcome is looked at: most have ended by then, and
@@ -52,39 +42,39 @@ looking costs more than a step."""
 @part_each("grid")
 def search_undisturbed(w, k, n, grid):
     """Advance the searches in the lanes 0..n-1 at ε = 0: those with a bracket as a batch, the others one by one."""
-    if search_brackets(w, k, n, EVALUATIONS) < n:
+    if undisturbed.search_brackets(w, k, n, EVALUATIONS) < n:
         for i in range(n):
-            if w[r.SEARCH_MODE + i] == STEPPED:
+            if w[r.SEARCH_MODE + i] == codes.STEPPED:
                 if grid:
-                    search_on_grid(w[i:], 1, False, 1)
+                    first_zero.search_on_grid(w[i:], 1, False, 1)
                 else:
-                    search_stepwise(w[i:], 1, 1)
-            elif w[r.SEARCH_MODE + i] == AT_ONCE:
-                w[r.OUTCOME + i] = ZERO
+                    first_zero.search_stepwise(w[i:], 1, 1)
+            elif w[r.SEARCH_MODE + i] == codes.AT_ONCE:
+                w[r.OUTCOME + i] = codes.ZERO
 
 
 @part_each("fast")
-def follow_up(
-    w, k, n, fast, on_grid, transient, periods, budget, section, impacts, history, totals, summary
-):  # fmt: skip
-    """What a batch of switches leaves to be done: section points that were passed, what is kept, recurrences.
+def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
+    """Do what a batch of switches has left: section points that were passed, what is kept, recurrences.
 
     Returns how many trajectories have ended by that.
     """
     ended = 0
-    points = summary is None or has_rows(section, summary)
+    points = recorder is None or switch.has_rows(section, recorder.summary)
     for i in range(n):
         if points and not fast:
-            write_points(w, k, i, section)
-        if totals is not None and k[r.LEFT_OVER + i] & KEEP_SWITCH:
+            switch.write_points(w, k, i, section)
+        if recorder is not None and k[r.LEFT_OVER + i] & codes.KEEP_SWITCH:
             if impacts.shape[1] > 0:
-                keep_impact(w, k, i, transient, impacts)
-            if totals.shape[1] > 0:
-                keep_switch(w, k, i, on_grid, transient, history, totals)
-        if not fast and k[r.LEFT_OVER + i] & CHECK_RECURRENCE and not detect_recurrence(
-            w, k, i, not on_grid, transient, periods, budget, section, impacts, history, totals, summary
-        ):  # fmt: skip
-            leave_over(k, i, UNUSUAL)
+                record.keep_impact(w, k, i, extent.transient, impacts)
+            if recorder.totals.shape[1] > 0:
+                history.keep_switch(w, k, i, on_grid, extent.transient, recorder)
+        if (
+            not fast
+            and k[r.LEFT_OVER + i] & codes.CHECK_RECURRENCE
+            and not recurrence.detect_recurrence(w, k, i, not on_grid, extent, section, impacts, recorder)
+        ):
+            switch.leave_over(k, i, codes.UNUSUAL)
             ended += 1
     return ended
 
@@ -95,7 +85,45 @@ def list_unusual(k, todo, n):
     m = 0
     for i in range(n):
         todo[m] = i
-        m += 1 if k[r.LEFT_OVER + i] == UNUSUAL else 0
+        m += 1 if k[r.LEFT_OVER + i] == codes.UNUSUAL else 0
+
+
+@inline_each("grid", "disturbed", "fixed")
+def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
+    """Advance the searches in the lanes 0..n-1, and apply the ordinary switches found. Returns how many are not."""
+    if not disturbed:
+        search_undisturbed(w, k, n, grid)
+        if grid:
+            return switch_grid.apply_switches_on_grid(w, k, n, fixed, extent)
+        return switch_undisturbed.apply_switches_undisturbed(w, k, n, extent)
+    if grid:
+        first_zero.search_on_grid(w, n, True, STEPS_ON_GRID)
+    else:
+        first_zero.search_stepwise(w, n, STEPS)
+    switch_disturbed.mark_points(w, k, n, extent)
+    switch_disturbed.write_ahead(w, k, n, extent.transient, section)
+    if grid:
+        return switch_grid_disturbed.apply_switches_on_grid_disturbed(w, k, n, fixed, extent)
+    return switch_disturbed.apply_switches_disturbed(w, k, n, extent)
+
+
+@inline
+def close_gaps(w, k, n, todo, ended):
+    """Move lanes into those that have ended, the first `ended` in `todo`. Returns how many lanes are in use then.
+
+    It begins at the back, so that the lane moved in is never one of the gaps itself.
+    """
+    for j in range(ended - 1, -1, -1):
+        i = todo[j]
+        n -= 1
+        if i != n:
+            slot = k[r.HISTORY_SLOT + i]
+            for row in range(r.ROWS_W):
+                w[row * r.STRIDE + i] = w[row * r.STRIDE + n]
+            for row in range(r.ROWS_K):
+                k[row * r.STRIDE + i] = k[row * r.STRIDE + n]
+            history.leave_slot(k, n, slot)
+    return n
 
 
 @cache
@@ -105,85 +133,57 @@ def batch(method: int, disturbed: bool, recorded: bool):
     Each is compiled when it is first called, from what it needs alone. `recorded`: whether it writes impacts and
     summaries, where they are wanted; a kernel that writes sections alone is faster.
     """
-    grid, fixed = method != CERTIFIED, method == FIXED
+    grid, fixed = method != codes.CERTIFIED, method == codes.FIXED
     if grid and not disturbed:
-        method = FIXED_BRACKETED if fixed else MULLER_BRACKETED
+        method = codes.FIXED_BRACKETED if fixed else codes.MULLER_BRACKETED
     bracketed = grid and not disturbed
     repeats = not (disturbed or fixed)
 
     @jit(_nrt=False)
     def run(address):
         """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
-        a = arguments_at(address)
+        a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
-        halt, points, order, counter = a.halt, a.points, a.order, a.counter
-        transient, periods, budget, lanes = a.numbers[0], a.numbers[1], a.numbers[2], a.numbers[4]
-        section, status, margin, counts, work = a.section, a.status, a.margin, a.counts, a.work
+        points, order, lanes = a.points, a.order, a.numbers[4]
+        extent = Extent(a.numbers[0], a.numbers[1], a.numbers[2], switch.SEARCH_PRICE)
+        section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
         if recorded:
-            impacts, history, totals, summary = a.impacts, a.history, a.totals, a.summary
+            impacts, recorder = a.impacts, Recorder(a.history, a.totals, a.summary)
         else:
-            impacts = history = totals = summary = None
-        assign_slots(k)
-        n, c = 0, next_index(counter)
-        while not is_set(halt):
+            impacts = recorder = None
+        history.assign_slots(k)
+        n, c = 0, next_index(a.counter)
+        while not is_set(a.halt):
             while c < order.shape[0] and n < lanes:
-                if load(w, k, n, points, order[c], method, transient, periods, section, None, None, None, None):
+                if setup.load(w, k, n, points, order[c], method, extent, section, None, None):
                     n += 1
                 else:
-                    finish(w, k, n, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-                c = next_index(counter)
+                    record.finish(w, k, n, extent.transient, section, impacts, recorder, outcome)
+                c = next_index(a.counter)
             if n == 0:
                 return 0
-            if disturbed:
-                if grid:
-                    search_on_grid(w, n, True, STEPS_ON_GRID)
-                else:
-                    search_stepwise(w, n, STEPS)
-                mark_points(w, k, n, transient, periods)
-                write_ahead(w, k, n, transient, section)
-                if grid:
-                    m = apply_switches_on_grid_disturbed(w, k, n, fixed, transient, periods, budget)
-                else:
-                    m = apply_switches_disturbed(w, k, n, transient, periods, budget)
-            else:
-                search_undisturbed(w, k, n, grid)
-                if grid:
-                    m = apply_switches_on_grid(w, k, n, fixed, transient, periods, budget)
-                else:
-                    m = apply_switches_undisturbed(w, k, n, transient, periods, budget)
+            m = take_switches(w, k, n, grid, disturbed, fixed, extent, section)
             if not disturbed or recorded:
-                m += follow_up(
-                    w, k, n, disturbed, grid, transient, periods, budget, section, impacts, history, totals, summary
-                )  # fmt: skip
+                m += follow_up(w, k, n, disturbed, grid, extent, section, impacts, recorder)
             if m > 0:
                 list_unusual(k, todo, n)
             ended = 0
             for j in range(m):
                 i = todo[j]
-                if bracketed and w[r.SEARCH_MODE + i] != STEPPED and w[r.LEFT + i] != ENDED_EARLY:
+                if bracketed and w[r.SEARCH_MODE + i] != codes.STEPPED and w[r.LEFT + i] != codes.ENDED_EARLY:
                     # what was tried in vain is free, or the budget would end sooner
                     w[r.WORK + i] = w[r.WORK_BOOKED + i]
-                    begin_search(w, k, i, k[r.STATE + i], False, method)
-                    set_search_mode(w, i, True, STEPPED)
+                    event.begin_search(w, k, i, k[r.STATE + i], False, method)
+                    undisturbed.set_search_mode(w, i, True, codes.STEPPED)
                     continue
-                if not process_event(
-                    w, k, i, method, repeats, False, transient, periods, budget, section, impacts, history, totals,
-                    summary, None, None, None, None,
-                ):  # fmt: skip
-                    finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                going = event.process_event(w, k, i, method, extent, section, impacts, recorder, None, None)
+                if repeats and going and k[r.LEFT_OVER + i] == codes.CHECK_RECURRENCE:
+                    going = recurrence.detect_recurrence(w, k, i, not grid, extent, section, impacts, recorder)
+                if not going:
+                    record.finish(w, k, i, extent.transient, section, impacts, recorder, outcome)
                     todo[ended] = i  # never ahead of j
                     ended += 1
-            # close the gaps from the back, so that the lane moved in is never one of the gaps itself
-            for j in range(ended - 1, -1, -1):
-                i = todo[j]
-                n -= 1
-                if i != n:
-                    slot = k[r.HISTORY_SLOT + i]
-                    for row in range(ROWS_W):
-                        w[row * STRIDE + i] = w[row * STRIDE + n]
-                    for row in range(ROWS_K):
-                        k[row * STRIDE + i] = k[row * STRIDE + n]
-                    leave_slot(k, n, slot)
+            n = close_gaps(w, k, n, todo, ended)
         return 0
 
     return run

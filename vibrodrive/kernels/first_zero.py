@@ -1,4 +1,14 @@
-"""Finding the first zero of a switching function, and never another.
+"""Searching the first zero of a switching function S1-S5, eq. (8), and never another.
+
+Each switching function is positive while its state lasts and is searched for its first zero:
+
+    S1 =  ξ          sliding down ends in an impact
+    S2 = -ξ'         sliding down ends in the air
+    S3 =  ξ'         sliding up ends
+    S4 = 1 ∓ H       sticking ends (two sides, searched in turn)
+    S5 = 1 - H       resting at the obstacle ends
+
+As shapes (motion.py) they are  BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
 
 **Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
 |g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum
@@ -33,76 +43,166 @@ above its rounding.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.branchless import ROUND, choose, fma, wide
+from vibrodrive.jit.branchless import ROUND, choose, fma, full, wide
 from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.jit.trig import PI, TWO_PI, arc, arc_of_product, dot
-from vibrodrive.kernels.codes import (
-    BOTH,
-    FALLEN,
-    INFINITY,
-    LEAVING,
-    LIMIT_MET,
-    NOTHING,
-    S4,
-    UNKNOWN,
-    ZERO,
-)
-from vibrodrive.kernels.lane import (
-    AL,
-    ALF,
-    BASE,
-    BE,
-    BEF,
-    BEFORE,
-    C0,
-    C1,
-    C2,
-    CURSOR,
-    D1,
-    D2,
-    DIP_DENOMINATOR,
-    DIP_NUMERATOR,
-    DTAU,
-    ETA,
-    FALL_TOLERANCE,
-    FAST_AMPLITUDE,
-    LAST_NONNEGATIVE,
-    LIMIT,
-    M2_SLOW,
-    M3,
-    NOISE,
-    OTHER,
-    OUTCOME,
-    PHI,
-    PHI_DOWN,
-    PHI_UP,
-    REFINEMENT,
-    SEARCH,
-    SIG,
-    SPAN,
-    SPAN0,
-    V0,
-    VALUE,
-    WATCHED_GAP,
-    WORK,
-    WORK_BOOKED,
-    XALF,
-    XBEF,
-    XC1,
-    XC2,
-    XD2,
-    P,
-    Q,
-    full,
-)
-from vibrodrive.kernels.motion import derivatives, fast_part, shape, state_at
-from vibrodrive.kernels.undisturbed import (
-    TINY,
-    householder_series,
-)
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels import motion
+from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
+
+NOISE_SHARE = 1e-13
+"""Values of a switching function below this share of its terms are not trusted to have a sign when grid
+points are skipped. Four hundred times the rounding of one term: a larger share only costs a few more visits."""
+
+LATE_SHARE = 4e-3
+"""What the rounding of a grid point's time does to the fast part, a η ulp(h), in units of NOISE_SHARE."""
+
+
+class Search(NamedTuple):
+    """A switching function as a shape, sig · (…) + base, and what its search needs: the amplitude of its fast part,
+    bounds of its second (without that part) and third derivatives, the first span to try (first_zero.py), and the
+    value below which no grid point is skipped."""
+
+    form: motion.Form
+    alf: float
+    bef: float
+    base: float
+    sig: float
+    fast: float
+    m2: float
+    m3: float
+    span: float
+    noise: float
+
+
+@inline
+def search_shape(w, i, which, limit):
+    """Switching function `which`, eq. (8), of the segment under way in lane i, to be searched up to `limit`."""
+    gap, force = which == S1, which >= S4
+    eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
+    p, q, pf, qf, xalf, xbef, af = (
+        w[r.P + i],
+        w[r.Q + i],
+        w[r.PF + i],
+        w[r.QF + i],
+        w[r.XALF + i],
+        w[r.XBEF + i],
+        w[r.AF + i],
+    )
+    rate = p + eta * pf
+    form = motion.slide_shape(motion.segment_of(w, i), p, q, gap, rate)
+    c0 = choose(force, q + qf - w[r.B + i], form.c0)
+    d1 = choose(force, rate, form.d1)
+    d2 = choose(force, -0.5 * (q + eta * eta * qf), form.d2)
+    c1 = choose(force, 0.0, form.c1)
+    al = choose(force, p, form.al)
+    be = choose(force, -q, form.be)
+    alf = choose(gap, xalf, choose(force, pf, eta * xbef))
+    bef = choose(gap, xbef, choose(force, -qf, -eta * xalf))
+    base = choose(force, 1.0, 0.0)
+    sig = choose(gap | (which == S3), 1.0, -1.0)
+    a = af * choose(gap, inverse * inverse, choose(force, 1.0, inverse))
+    fast = a * eta * eta
+    c2 = form.c2
+    m2 = 2.0 * abs(c2) + w[r.A + i] + 1e-300  # never zero: it divides
+    m3 = w[r.A + i] + fast * eta
+    span = choose(a > 0.0, (w[r.A + i] + fast) / (m3 + 1e-300), 1.0)
+    drift = (abs(c1) + abs(c2) * limit) * limit
+    noise = NOISE_SHARE * (base + abs(c0) + 2.0 * (abs(al) + abs(be) + a) + drift + LATE_SHARE * a * eta * limit)
+    return Search(motion.Form(c0, d1, d2, c1, c2, al, be), alf, bef, base, sig, a, m2, m3, span, noise)
+
+
+@inline
+def set_search(w, k, i, where, which, search, cursor):
+    """Lane i goes on with the search for the first zero of S1 ... S5 from `cursor` on.
+
+    Both sides of S4 = 1 - |H| are searched: the one whose cursor is behind is next.
+
+    While the mass slides down ξ is watched beside S2: it decreases strictly while ξ' < 0, so S1 has a zero before the
+    first zero of S2 exactly when ξ there is not positive, and it is then unique. The watch ends the search early once
+    ξ is further below 0 than any margin met so far: the impact is certain then, and its margin no longer the
+    smallest.
+    """
+    falling = which == S2
+    w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
+    w[r.D1 + i] = choose(where, search.form.d1, w[r.D1 + i])
+    w[r.D2 + i] = choose(where, search.form.d2, w[r.D2 + i])
+    w[r.C1 + i] = choose(where, search.form.c1, w[r.C1 + i])
+    w[r.C2 + i] = choose(where, search.form.c2, w[r.C2 + i])
+    w[r.AL + i] = choose(where, search.form.al, w[r.AL + i])
+    w[r.BE + i] = choose(where, search.form.be, w[r.BE + i])
+    w[r.ALF + i] = choose(where, search.alf, w[r.ALF + i])
+    w[r.BEF + i] = choose(where, search.bef, w[r.BEF + i])
+    w[r.BASE + i] = choose(where, search.base, w[r.BASE + i])
+    w[r.SIG + i] = choose(where, search.sig, w[r.SIG + i])
+    w[r.FAST_AMPLITUDE + i] = choose(where, search.fast, w[r.FAST_AMPLITUDE + i])
+    w[r.M2_SLOW + i] = choose(where, search.m2, w[r.M2_SLOW + i])
+    w[r.M3 + i] = choose(where, search.m3, w[r.M3 + i])
+    w[r.SPAN0 + i] = choose(where, search.span, w[r.SPAN0 + i])
+    w[r.SPAN + i] = choose(where, search.span, w[r.SPAN + i])
+    w[r.NOISE + i] = choose(where, search.noise, w[r.NOISE + i])
+    w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
+    w[r.OTHER + i] = choose(where, choose(which == S4, 0.0, INFINITY), w[r.OTHER + i])
+    w[r.LAST_NONNEGATIVE + i] = choose(where, 0.0, w[r.LAST_NONNEGATIVE + i])
+    w[r.WATCHED_GAP + i] = choose(where, choose(falling, w[r.X0 + i], INFINITY), w[r.WATCHED_GAP + i])
+    w[r.FALL_TOLERANCE + i] = choose(where, choose(falling, w[r.MARGIN + i], INFINITY), w[r.FALL_TOLERANCE + i])
+    w[r.DIP_DENOMINATOR + i] = choose(where, 0.0, w[r.DIP_DENOMINATOR + i])
+    k[r.SEARCH + i] = choose(where, which, k[r.SEARCH + i])
+
+
+@inline
+def form_of(w, i):
+    """The slow part of the switching function searched in lane i."""
+    return motion.Form(
+        w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.C1 + i], w[r.C2 + i], w[r.AL + i], w[r.BE + i]
+    )  # fmt: skip
+
+
+@inline
+def set_limit(w, i, where, limit):
+    """How far the search in lane i may go."""
+    w[r.LIMIT + i] = choose(where, limit, w[r.LIMIT + i])
+
+
+@inline
+def clear_dip(w, i):
+    """No tangency has been met yet."""
+    w[r.DIP_DENOMINATOR + i] = 0.0
+
+
+@inline
+def unknown_values(w, i, where):
+    """No value of the switching function is known at the grid points around the cursor."""
+    w[r.VALUE + i] = choose(where, UNKNOWN, w[r.VALUE + i])
+    w[r.BEFORE + i] = choose(where, UNKNOWN, w[r.BEFORE + i])
+
+
+@inline
+def restart_search(w, k, i, which, limit, cursor):
+    """Begin the search for the first zero of `which` at `cursor` after the present switch, in one lane."""
+    set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
+    unknown_values(w, i, True)
+
+
+@inline
+def start_on_grid(w, i, where, which):
+    """The search that has just begun visits grid points. Both sides of S4 are looked at from the first on, and any ξ
+    below 0 is an impact."""
+    unknown_values(w, i, where)
+    w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
+    w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
+
+
+@inline
+def turn_side(w, i):
+    """Go over to the other side of S4, on a grid."""
+    w[r.SIG + i] = -w[r.SIG + i]
+    unknown_values(w, i, True)
+
 
 BENT = 0.25
 """The share of g' by which it may change on a way d that the series is trusted for. It knows four derivatives, so it
@@ -158,7 +258,7 @@ def zero_free_span(rise, bend, m3):
 @inline
 def first_cursor(search, limit):
     """Where the search for the end of a slide can begin that starts with ξ' = 0."""
-    free = zero_free_span(search.sig * search.d1, 2.0 * search.sig * search.d2, search.m3)
+    free = zero_free_span(search.sig * search.form.d1, 2.0 * search.sig * search.form.d2, search.m3)
     return choose(free > 0.0, choose(free < limit, free, limit), 0.0)
 
 
@@ -168,7 +268,7 @@ def first_grid_point(search, dtau, limit):
 
     What g/s is at least is a concave function of s, least at one end of the way.
     """
-    rise, bend = search.sig * search.d1, 2.0 * search.sig * search.d2
+    rise, bend = search.sig * search.form.d1, 2.0 * search.sig * search.form.d2
     free = zero_free_span(rise, bend, search.m3)
     steps = np.floor(SURELY_FREE * free / dtau)
     steps = choose(steps < limit, steps, limit)
@@ -182,7 +282,7 @@ def first_grid_point(search, dtau, limit):
 @inline
 def peak_cursor(w, i, s, limit):
     """The same at ε = 0: the peak of |ξ'|, where H is back at s."""
-    h = (PI - w[PHI_UP + i] if s > 0.0 else 3.0 * PI - w[PHI_DOWN + i]) - w[PHI + i]
+    h = (PI - w[r.PHI_UP + i] if s > 0.0 else 3.0 * PI - w[r.PHI_DOWN + i]) - w[r.PHI + i]
     if h >= TWO_PI:
         h -= TWO_PI
     return choose(h > 0.0, choose(h < limit, h, limit), 0.0)
@@ -191,11 +291,11 @@ def peak_cursor(w, i, s, limit):
 @inline
 def stay_inside(w, k, i, force):
     """A wait that begins with |H| above 1 by rounding, and falling: it is not to end where it begins."""
-    rise, bend = w[D1 + i], 2.0 * w[D2 + i]
+    rise, bend = w[r.D1 + i], 2.0 * w[r.D2 + i]
     if force > 1.0 and rise < 0.0:
-        w[CURSOR + i] = zero_free_span(-rise, -bend, w[M3 + i])
-    elif k[SEARCH + i] == S4 and force < -1.0 and rise > 0.0:
-        w[OTHER + i] = zero_free_span(rise, bend, w[M3 + i])
+        w[r.CURSOR + i] = zero_free_span(-rise, -bend, w[r.M3 + i])
+    elif k[r.SEARCH + i] == S4 and force < -1.0 and rise > 0.0:
+        w[r.OTHER + i] = zero_free_span(rise, bend, w[r.M3 + i])
 
 
 @part
@@ -207,10 +307,10 @@ def fall_from_nothing(w, i, h):
     low, high = 1e-300, h
     for _ in range(64):
         middle = math.sqrt(low) * math.sqrt(high)
-        x, _ = state_at(w, i, middle, True)
+        x, _ = motion.state_at(w, i, middle, True)
         low = choose(x > 0.0, middle, low)
         high = choose(x > 0.0, high, middle)
-    w[WORK + i] += 64.0
+    w[r.WORK + i] += 64.0
     return high
 
 
@@ -222,12 +322,14 @@ def series(h, u, half, third, fourth, m3, scale, rate):
     and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth; the first one left out is below
     the bound used here. All are far below 1 then: the zero is the only one near.
     """
-    ahead = h - householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
+    ahead = h - motion.householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = fma(abs(m3), scale, abs(half)) * u
     e = abs(m3) * u * u
     t2 = fma(t, t, e)
     q = 0.25 * rate * u
-    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= TINY * h) & (abs(ahead - h) <= h)  # false for what overflows, too
+    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= motion.TINY * h) & (
+        abs(ahead - h) <= h
+    )  # false for what overflows, too
 
 
 @inline
@@ -245,7 +347,7 @@ def step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, noise):
     """
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
     half, third, fourth = 0.5 * ddg, (1.0 / 6.0) * dddg, (1.0 / 24.0) * ddddg
-    way = -householder_series(g * inverse, half * inverse, third * inverse, fourth * inverse)
+    way = -motion.householder_series(g * inverse, half * inverse, third * inverse, fourth * inverse)
     square = way * way
     off = abs(fma(fma(fma(fma(fourth, way, third), way, half), way, dg), way, g))
     off = fma((1.0 / 120.0) * m3 * rate * rate, square * square * way, off) + noise
@@ -253,11 +355,12 @@ def step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, noise):
 
 
 @inline
-def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
-    """(where the cursor goes, whether that is the zero) from g and its derivatives at h, where `step` is safe.
+def advance(h, taylor, m3, scale, rate, step, limit):
+    """(where the cursor goes, whether that is the zero) from g and four derivatives at h, where `step` is safe.
 
     The second derivative may be M3 `scale`, the fourth M3 `rate`.
     """
+    g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
     jump, close = series(
         h, g * inverse, 0.5 * ddg * inverse, dddg * inverse, ddddg * inverse, m3 * inverse, scale, rate
@@ -269,7 +372,7 @@ def advance(h, g, dg, ddg, dddg, ddddg, m3, scale, rate, step, limit):
     trusted = bends_little(way, dg, ddg, m3, rate) & choose(
         past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit)
     )
-    zero = close | ((not trusted) & (past | (step <= TINY * ahead)))
+    zero = close | ((not trusted) & (past | (step <= motion.TINY * ahead)))
     return choose(close | trusted, jump, ahead), zero
 
 
@@ -280,22 +383,23 @@ def search(w, i, fast, grid):
     Without a grid the cursor is a time h after the last switch; on a grid it is a whole number of steps, and a zero is
     met where eq. (10) holds for the step that ends there. A lane that has met something stays as it is.
     """
-    cursor = w[CURSOR + i]
-    dtau = w[DTAU + i]
+    cursor = w[r.CURSOR + i]
+    dtau = w[r.DTAU + i]
     h = cursor * dtau if grid else cursor
-    al, be, c2, sig = w[AL + i], w[BE + i], w[C2 + i], w[SIG + i]
+    form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
     if fast:
-        eta, alf, bef = w[ETA + i], w[ALF + i], w[BEF + i]
+        eta, alf, bef = w[r.ETA + i], w[r.ALF + i], w[r.BEF + i]
         sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
         near = near & near_fast
-    g = shape(near, h, w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], c2, al, be, s, v, ds, dv)
-    dg, slow_ddg, dddg, ddddg = derivatives(h, w[D1 + i], c2, al, be, s, v)
+    g = motion.shape(near, h, form, s, v, ds, dv)
+    dg, slow_ddg, dddg, ddddg = motion.derivatives(h, form.d1, form.c2, form.al, form.be, s, v)
     ddg = slow_ddg
-    p, q = w[P + i], w[Q + i]
-    x = shape(near, h, w[WATCHED_GAP + i], w[V0 + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], -p, q, s, v, ds, dv)
+    p, q = w[r.P + i], w[r.Q + i]
+    gap = motion.Form(w[r.WATCHED_GAP + i], w[r.V0 + i], w[r.XD2 + i], w[r.XC1 + i], w[r.XC2 + i], -p, q)
+    x = motion.shape(near, h, gap, s, v, ds, dv)
     if fast:
-        g += fast_part(near, alf, bef, sf, vf, dsf, dvf)
+        g += motion.fast_part(near, alf, bef, sf, vf, dsf, dvf)
         # the ripple's slope, and its second derivative over η²: minus its value, but for a constant
         cf = 1.0 - vf
         fast_slope, fast_second = eta * dot(alf, cf, bef, sf), dot(bef, cf, -alf, sf)
@@ -304,19 +408,19 @@ def search(w, i, fast, grid):
         ddg = fma(square, fast_second, ddg)
         dddg = fma(-square, fast_slope, dddg)
         ddddg = fma(-square * square, fast_second, ddddg)
-        x += fast_part(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
-    g = w[BASE + i] + sig * g
+        x += motion.fast_part(near, w[r.XALF + i], w[r.XBEF + i], sf, vf, dsf, dvf)
+    g = w[r.BASE + i] + sig * g
     dg = sig * dg
     ddg = sig * ddg
     dddg = sig * dddg
     ddddg = sig * ddddg
-    trusted = g - w[NOISE + i] if grid else g
+    trusted = g - w[r.NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
-    m3, span = w[M3 + i], w[SPAN + i]
+    m3, span = w[r.M3 + i], w[r.SPAN + i]
     if fast:
         # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
-        rf, m2 = w[FAST_AMPLITUDE + i], w[M2_SLOW + i]
-        slow = fma(sig, fast_second, trusted) - (rf + w[NOISE + i])
+        rf, m2 = w[r.FAST_AMPLITUDE + i], w[r.M2_SLOW + i]
+        slow = fma(sig, fast_second, trusted) - (rf + w[r.NOISE + i])
         slow_slope = fma(-sig, fast_slope, dg)
         far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
         slow_bend = curvature_bound(sig * slow_ddg, m2, LEAP)
@@ -333,19 +437,19 @@ def search(w, i, fast, grid):
         # belie it; kept as a fraction, so that no step pays for a division
         over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
         sure = (under > 0.0) & (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
-        first = w[DIP_DENOMINATOR + i] == 0.0
-        nearer = sure & (x > 0.0) & (first | (over * w[DIP_DENOMINATOR + i] < w[DIP_NUMERATOR + i] * under))
-        nearer = nearer & (w[OUTCOME + i] == NOTHING)
-        w[DIP_NUMERATOR + i] = choose(nearer, over, w[DIP_NUMERATOR + i])
-        w[DIP_DENOMINATOR + i] = choose(nearer, under, w[DIP_DENOMINATOR + i])
+        first = w[r.DIP_DENOMINATOR + i] == 0.0
+        nearer = sure & (x > 0.0) & (first | (over * w[r.DIP_DENOMINATOR + i] < w[r.DIP_NUMERATOR + i] * under))
+        nearer = nearer & (w[r.OUTCOME + i] == NOTHING)
+        w[r.DIP_NUMERATOR + i] = choose(nearer, over, w[r.DIP_NUMERATOR + i])
+        w[r.DIP_DENOMINATOR + i] = choose(nearer, under, w[r.DIP_DENOMINATOR + i])
     # the next S: as far as this step went where the root is in sight, further where it is not
-    span = choose(slope > 0.0, step, choose(far, w[SPAN0 + i], 3.0 * span))
+    span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * span))
     if grid:
-        span += 1e-9 * w[SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
+        span += 1e-9 * w[r.SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
     rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
-    limit = w[LIMIT + i]
+    limit = w[r.LIMIT + i]
     if grid:
-        further = step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, w[NOISE + i])
+        further = step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, w[r.NOISE + i])
         step = choose(further > step, further, step)
         reach = cursor + (step / dtau if trusted > 0.0 else 0.0)
         reach = reach if reach < limit else limit
@@ -360,30 +464,28 @@ def search(w, i, fast, grid):
         met = BOTH if zero & fallen else met
         ahead = cursor if met != NOTHING else ahead
     else:
-        tired = w[WORK + i] - w[WORK_BOOKED + i] > PATIENCE
-        ahead, zero = advance(
-            h, g, dg, ddg, dddg, ddddg, m3, w[SPAN0 + i], rate, step, choose(tired, 0.0, limit)
-        )  # fmt: skip
+        tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
+        ahead, zero = advance(h, (g, dg, ddg, dddg, ddddg), m3, w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
         at_limit = ahead >= limit
         ahead = limit if at_limit else ahead
         at_limit = at_limit | tired
         met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
-        met = FALLEN if x < -w[FALL_TOLERANCE + i] else met
+        met = FALLEN if x < -w[r.FALL_TOLERANCE + i] else met
     # a search of two sides goes on with the one that is behind
-    other = w[OTHER + i]
+    other = w[r.OTHER + i]
     turn = ahead > other
     if grid:
         next_one = choose((ahead == cursor + 1.0) & (not turn), g, UNKNOWN)
-        w[BEFORE + i] = choose(ahead == cursor, w[BEFORE + i], next_one)
-        w[VALUE + i] = choose(turn, UNKNOWN, g)
-    on = w[OUTCOME + i] == NOTHING
-    w[LAST_NONNEGATIVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[LAST_NONNEGATIVE + i])
-    w[CURSOR + i] = choose(on, choose(turn, other, ahead), cursor)
-    w[OTHER + i] = choose(on & turn, ahead, other)
-    w[SIG + i] = choose(on & turn, -sig, sig)
-    w[OUTCOME + i] = choose(on, choose(turn, NOTHING, met), w[OUTCOME + i])
-    w[SPAN + i] = choose(on, choose(turn, w[SPAN0 + i], span), w[SPAN + i])
-    w[WORK + i] += choose(on, 1.0, 0.0)
+        w[r.BEFORE + i] = choose(ahead == cursor, w[r.BEFORE + i], next_one)
+        w[r.VALUE + i] = choose(turn, UNKNOWN, g)
+    on = w[r.OUTCOME + i] == NOTHING
+    w[r.LAST_NONNEGATIVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[r.LAST_NONNEGATIVE + i])
+    w[r.CURSOR + i] = choose(on, choose(turn, other, ahead), cursor)
+    w[r.OTHER + i] = choose(on & turn, ahead, other)
+    w[r.SIG + i] = choose(on & turn, -sig, sig)
+    w[r.OUTCOME + i] = choose(on, choose(turn, NOTHING, met), w[r.OUTCOME + i])
+    w[r.SPAN + i] = choose(on, choose(turn, w[r.SPAN0 + i], span), w[r.SPAN + i])
+    w[r.WORK + i] += choose(on, 1.0, 0.0)
 
 
 @part_each("fast")
@@ -392,7 +494,7 @@ def search_on_grid(w, n, fast, steps):
     wide()
     m = full(n)
     for i in range(m):
-        w[OUTCOME + i] = choose(w[REFINEMENT + i] >= LEAVING, w[OUTCOME + i], NOTHING)
+        w[r.OUTCOME + i] = choose(w[r.REFINEMENT + i] >= LEAVING, w[r.OUTCOME + i], NOTHING)
     for _ in range(steps):
         for i in range(m):
             search(w, i, fast, True)
@@ -408,7 +510,7 @@ def search_stepwise(w, n, steps):
     wide()
     m = full(n)
     for i in range(m):
-        w[OUTCOME + i] = NOTHING
+        w[r.OUTCOME + i] = NOTHING
     for _ in range(steps):
         for i in range(m):
             search(w, i, True, False)

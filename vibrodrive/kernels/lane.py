@@ -10,9 +10,6 @@ import math
 
 import numpy as np
 
-from vibrodrive.jit.branchless import COMPILED
-from vibrodrive.jit.compile import inline
-
 LANES = 64
 """Wide enough to hide latency, small enough for the rows to stay in the first-level cache (72 × 101 × 8 B = 58 kB,
 of which a search touches a quarter; the last eight rows belong to single trajectories alone)."""
@@ -40,7 +37,7 @@ LINE = 64
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
-    # the switching function searched, as a shape, and the bounds of its derivatives (see switching.py); where the end
+    # the switching function searched, as a shape, and the bounds of its derivatives (see first_zero.py); where the end
     # of a wait is known beforehand only SIG is set, the side of S4
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2_SLOW, FAST_AMPLITUDE, SPAN, SPAN0, NOISE,
@@ -61,7 +58,7 @@ LINE = 64
     POINT_X, POINT_V,
     # where a motion at ε = 0 may come back to: what decides what follows, and its cost so far (see recurrence.py)
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
-    # where a batch of switches has come to, and the last main impact at the reference (see impacts.py)
+    # where a batch of switches has come to, and the last main impact at the reference (see record.py)
     END_PHI, END_GAP, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
     # what the segment under way is off by from its start on, and from which period on that is not known
     # (see certainty.py)
@@ -76,20 +73,11 @@ LINE = 64
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
     # switches so far into each of the five states, in the order of `State`, and how many there were at the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
-    # what has ended in a batch of switches, and when; main impacts written, and at the reference (impacts.py)
+    # what has ended in a batch of switches, and when; main impacts written, and at the reference (record.py)
     ENDED, END_PERIOD, IMPACTS, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
     # where it keeps its switches, which, how many, of which added to its totals, and at the reference (history.py)
     HISTORY_SLOT, HISTORY_KEEPS, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
-
-
-@inline
-def full(n):
-    """How many lanes to go over where n are in use: whole registers of them, for a few left over cost more than eight.
-
-    What the idle lanes behind n hold is of no account.
-    """
-    return (n + 7) & -8 if COMPILED and n > 3 else n
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,36 +11,14 @@ the one that skipping evaluates. So the two agree to the bit.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from vibrodrive.jit.branchless import fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import arc, arc_of_product, dot
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels import motion, muller
 from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S1, S2, S4, ZERO
-from vibrodrive.kernels.lane import (
-    AF,
-    AL,
-    ALF,
-    BASE,
-    BE,
-    BEF,
-    C0,
-    C1,
-    CURSOR,
-    DTAU,
-    ETA,
-    LAST_NONNEGATIVE,
-    LIMIT,
-    NOISE,
-    OUTCOME,
-    SEARCH,
-    SIG,
-    WORK,
-    X0,
-    XC1,
-    XC2,
-    A,
-)
-from vibrodrive.kernels.motion import state_at
-from vibrodrive.kernels.muller import value
 
 BLOCK = 896
 """Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
@@ -68,32 +46,42 @@ def turned(a, b, rate, h):
     return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
 
 
-@inline
-def tabled(table, j, c0, c1, al, be):
-    """The slow part of value j of a block."""
-    return fma(al, table[j], fma(be, table[BLOCK + j], fma(c1, table[4 * BLOCK + j], c0)))
+class Block(NamedTuple):
+    """The coefficients of a switching function over a block: c0', c1, α', β', and of its fast part."""
+
+    c0: float
+    c1: float
+    al: float
+    be: float
+    alf: float
+    bef: float
 
 
 @inline
-def tabled_ripple(table, j, alf, bef, g):
-    """The fast part added to g."""
-    return fma(alf, table[2 * BLOCK + j], fma(bef, table[3 * BLOCK + j], g))
+def tabled(table, j, f):
+    """The slow part of value j of a block; `f` is a Block."""
+    return fma(f.al, table[j], fma(f.be, table[BLOCK + j], fma(f.c1, table[4 * BLOCK + j], f.c0)))
+
+
+@inline
+def tabled_ripple(table, j, f):
+    """The same with the fast part."""
+    return fma(f.alf, table[2 * BLOCK + j], fma(f.bef, table[3 * BLOCK + j], tabled(table, j, f)))
 
 
 @part
-def suspects(table, n, bound, two_sided, c0, c1, al, be, alf, bef, fast):
+def suspects(table, n, bound, two_sided, f, fast):
     """How many of the block's first n values lie below `bound` (two-sided: how many |values| above it)."""
     count = 0
     if two_sided:
         for j in range(n):
-            g = tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be))
-            count += 1 if abs(g) > bound else 0
+            count += 1 if abs(tabled_ripple(table, j, f)) > bound else 0
     elif fast:
         for j in range(n):
-            count += 1 if tabled_ripple(table, j, alf, bef, tabled(table, j, c0, c1, al, be)) < bound else 0
+            count += 1 if tabled_ripple(table, j, f) < bound else 0
     else:
         for j in range(n):
-            count += 1 if tabled(table, j, c0, c1, al, be) < bound else 0
+            count += 1 if tabled(table, j, f) < bound else 0
     return count
 
 
@@ -102,12 +90,12 @@ CLOSE = 16
 
 
 @inline
-def clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast):
+def clear_values(table, n, bound, two_sided, f, fast):
     """How many values of a block, less than CLOSE of the most, come before the first that is suspect: by halving."""
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
-        if suspects(table, half, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast) > 0:
+        if suspects(table, half, bound, two_sided, f, fast) > 0:
             n = half
         else:
             clear = half
@@ -123,8 +111,8 @@ def least_clear_gap(w, i, first, n, dtau):
     the most that its second derivative can be.
     """
     h = (first + float(n)) * dtau
-    rounding = 1e-12 * (w[X0 + i] + w[A + i] + (abs(w[XC1 + i]) + abs(w[XC2 + i]) * h) * h)
-    third = w[A + i] + w[AF + i] * w[ETA + i]
+    rounding = 1e-12 * (w[r.X0 + i] + w[r.A + i] + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h)
+    third = w[r.A + i] + w[r.AF + i] * w[r.ETA + i]
     return rounding + float(n) * dtau * (third * dtau * dtau * 0.125)
 
 
@@ -135,7 +123,7 @@ def clear_gaps(w, i, first, n, dtau, fast):
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
-        x, _ = state_at(w, i, (first + float(half)) * dtau, fast)
+        x, _ = motion.state_at(w, i, (first + float(half)) * dtau, fast)
         if x > margin:
             clear = half
         else:
@@ -146,60 +134,61 @@ def clear_gaps(w, i, first, n, dtau, fast):
 @part
 def scan(w, k, i, table):
     """Search lane i by visiting every grid point from its cursor on: sets OUTCOME, and CURSOR to where it was met."""
-    which = k[SEARCH + i]
-    dtau, limit, noise = w[DTAU + i], w[LIMIT + i], w[NOISE + i]
-    eta, base = w[ETA + i], w[BASE + i]
+    which = k[r.SEARCH + i]
+    dtau, limit, noise = w[r.DTAU + i], w[r.LIMIT + i], w[r.NOISE + i]
+    eta, base = w[r.ETA + i], w[r.BASE + i]
     fast = eta > 0.0
     two_sided = which == S4
-    sig = 1.0 if two_sided else w[SIG + i]
+    sig = 1.0 if two_sided else w[r.SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[CURSOR + i] if which == S1 else 1.0  # where grid points are skipped the others may begin later
+    first = w[r.CURSOR + i] if which == S1 else 1.0  # where grid points are skipped the others may begin later
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
         h = (first - 1.0) * dtau
-        slow, al, be = turned(w[AL + i], w[BE + i], 1.0, h)
-        quick, alf, bef = turned(w[ALF + i], w[BEF + i], eta, h)
-        c1 = w[C1 + i]
-        c0 = offset + sig * (w[C0 + i] + c1 * h + slow + quick)
-        count = suspects(table, n, bound, two_sided, c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef, fast)
+        slow, al, be = turned(w[r.AL + i], w[r.BE + i], 1.0, h)
+        quick, alf, bef = turned(w[r.ALF + i], w[r.BEF + i], eta, h)
+        c1 = w[r.C1 + i]
+        c0 = offset + sig * (w[r.C0 + i] + c1 * h + slow + quick)
+        f = Block(c0, sig * c1, sig * al, sig * be, sig * alf, sig * bef)
+        count = suspects(table, n, bound, two_sided, f, fast)
         fallen = False
         if which == S2:
             # ξ falls all through a block in which ξ' is negative: its last value tells of all
-            x, _ = state_at(w, i, (first + float(n - 1)) * dtau, fast)
+            x, _ = motion.state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < least_clear_gap(w, i, first, n, dtau)
         start = n
         if count > 0 or fallen:
             if count > 0:
-                start = clear_values(table, n, bound, two_sided, c0, sig, c1, al, be, alf, bef, fast)
+                start = clear_values(table, n, bound, two_sided, f, fast)
             if which == S2:
                 start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
         for j in range(start, n):
             cursor = first + float(j)
             met = exact(w, i, cursor * dtau, which, fast)
             if met != 0.0:
-                w[OUTCOME + i] = met
-                w[CURSOR + i] = cursor
-                w[LAST_NONNEGATIVE + i] = cursor - 1.0
-                w[WORK + i] += float(j)
+                w[r.OUTCOME + i] = met
+                w[r.CURSOR + i] = cursor
+                w[r.LAST_NONNEGATIVE + i] = cursor - 1.0
+                w[r.WORK + i] += float(j)
                 return
-        w[WORK + i] += float(n)
+        w[r.WORK + i] += float(n)
         first += float(n)
-    w[OUTCOME + i] = LIMIT_MET
-    w[CURSOR + i] = limit
+    w[r.OUTCOME + i] = LIMIT_MET
+    w[r.CURSOR + i] = limit
 
 
 @inline
 def exact(w, i, h, which, fast):
     """What is met at h, eq. (10) by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
-    g = value(w, i, h)
+    g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
-        w[SIG + i] = -w[SIG + i]
-        g = value(w, i, h)
+        w[r.SIG + i] = -w[r.SIG + i]
+        g = muller.value(w, i, h)
     zero = g < 0.0
     if which == S2:
-        x, _ = state_at(w, i, h, fast)
+        x, _ = motion.state_at(w, i, h, fast)
         if x < 0.0:
             return BOTH if zero else FALLEN
     return ZERO if zero else 0.0

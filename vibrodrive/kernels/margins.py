@@ -14,12 +14,7 @@ from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import (
-    NEVER_LEAVES,
-    OK,
-    S4,
-    TOO_CLOSE,
-)
+from vibrodrive.kernels.codes import NEVER_LEAVES, OK, S4, TOO_CLOSE
 
 ROUNDING = 2.0**-49
 """Eight units in the last place: a distance below this share of the terms it is a difference of may be nothing."""

@@ -29,37 +29,7 @@ import numpy as np
 from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot, sincos, turns, two_product
-from vibrodrive.kernels.lane import (
-    A0,
-    AF,
-    COS_S,
-    CURSOR,
-    DTAU,
-    ETA,
-    FRAC,
-    GRID,
-    INVERSE,
-    LOW,
-    PERIOD,
-    PERIOD0,
-    PF,
-    PHI,
-    PHI0,
-    QF,
-    SIN_S,
-    V0,
-    X0,
-    XALF,
-    XBEF,
-    XC1,
-    XC2,
-    XD2,
-    A,
-    B,
-    L,
-    P,
-    Q,
-)
+from vibrodrive.kernels import lane as r
 
 FAR = 0.8
 """From here on a motion is not small beside its terms any more."""
@@ -76,24 +46,24 @@ LONGEST_SCAN = 4194304.0
 @inline
 def longest(w, i):
     """How long a segment may be."""
-    return choose(w[ETA + i] * STRETCH > 1e6, 1e6 * w[INVERSE + i], STRETCH)
+    return choose(w[r.ETA + i] * STRETCH > 1e6, 1e6 * w[r.INVERSE + i], STRETCH)
 
 
 @inline
 def grid_steps(w, i, left):
     """How many steps of its grid a search may take: to the end of the record, `left` away, or of the segment."""
-    steps, last = np.floor(longest(w, i) / w[DTAU + i]), np.ceil(left / w[DTAU + i])
+    steps, last = np.floor(longest(w, i) / w[r.DTAU + i]), np.ceil(left / w[r.DTAU + i])
     steps = choose(steps < LONGEST_SCAN, steps, LONGEST_SCAN)
     steps = choose(steps < last, steps, last)
     return choose(steps > 1.0, steps, 1.0)
 
 
 @inline
-def shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv):
-    """The slow part of a shape; s, v, ds, dv from `arc(h)`."""
-    linear = d1 if near else c1
-    square = d2 if near else c2
-    return c0 + fma(fma(square, h, linear), h, dot(al, ds if near else s, be, dv if near else v))
+def shape(near, h, form, s, v, ds, dv):
+    """The slow part of a shape; `form` has its coefficients; s, v, ds, dv from `arc(h)`."""
+    linear = form.d1 if near else form.c1
+    square = form.d2 if near else form.c2
+    return form.c0 + fma(fma(square, h, linear), h, dot(form.al, ds if near else s, form.be, dv if near else v))
 
 
 @inline
@@ -104,10 +74,42 @@ def derivatives(h, d1, c2, al, be, s, v):
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
 
 
+TINY = 1.2e-16
+"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+
+
+@inline
+def householder_series(u, a2, a3, a4):
+    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
+    square = a2 * a2
+    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
+
+
 @inline
 def fast_part(near, alf, bef, s, v, ds, dv):
     """The fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
     return dot(alf, ds if near else s, bef, dv if near else v)
+
+
+class Form(NamedTuple):
+    """The coefficients of the slow part of a shape: c0, d1 and d2 where h is small, c1 and c2 elsewhere, α, β."""
+
+    c0: float
+    d1: float
+    d2: float
+    c1: float
+    c2: float
+    al: float
+    be: float
+
+
+class Field(NamedTuple):
+    """The excitation at the beginning of a segment: A cos φ, A sin φ, AF cos θ, AF sin θ."""
+
+    p: float
+    q: float
+    pf: float
+    qf: float
 
 
 class Segment(NamedTuple):
@@ -128,14 +130,15 @@ class Segment(NamedTuple):
 def segment_of(w, i):
     """The segment under way in lane i."""
     return Segment(
-        w[X0 + i], w[V0 + i], w[A0 + i], w[L + i], w[XD2 + i], w[XC1 + i], w[XC2 + i], w[XALF + i], w[XBEF + i]
+        w[r.X0 + i], w[r.V0 + i], w[r.A0 + i], w[r.L + i],
+        w[r.XD2 + i], w[r.XC1 + i], w[r.XC2 + i], w[r.XALF + i], w[r.XBEF + i],
     )  # fmt: skip
 
 
 @inline
 def slide_shape(segment, p, q, gap, rate):
-    """(c0, d1, d2, c1, c2, α, β) of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
-    return (
+    """The form of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
+    return Form(
         choose(gap, segment.x, segment.v), choose(gap, segment.v, segment.a0), choose(gap, segment.xd2, 0.5 * rate),
         choose(gap, segment.xc1, segment.slope), choose(gap, segment.xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
     )  # fmt: skip
@@ -144,32 +147,32 @@ def slide_shape(segment, p, q, gap, rate):
 @inline
 def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
     """The slow part of (ξ, ξ') at h, sliding: eqs. (4), (5) and their derivative; s, v, ds, dv from `arc(h)`."""
-    x = shape(near, h, *slide_shape(segment, p, q, True, rate), s, v, ds, dv)
-    return x, shape(near, h, *slide_shape(segment, p, q, False, rate), s, v, ds, dv)
+    x = shape(near, h, slide_shape(segment, p, q, True, rate), s, v, ds, dv)
+    return x, shape(near, h, slide_shape(segment, p, q, False, rate), s, v, ds, dv)
 
 
 @inline
 def state_at(w, i, h, fast):
     """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5), (9) and their derivative."""
-    eta, p = w[ETA + i], w[P + i]
+    eta, p = w[r.ETA + i], w[r.P + i]
     s, v, ds, dv, near = arc(h)
     if fast:
         sf, vf, dsf, dvf, near_fast = arc_of_product(eta, h)
         near = near & near_fast
-    x, dx = slide_at(segment_of(w, i), p, w[Q + i], p + eta * w[PF + i], near, h, s, v, ds, dv)
+    x, dx = slide_at(segment_of(w, i), p, w[r.Q + i], p + eta * w[r.PF + i], near, h, s, v, ds, dv)
     if fast:
-        x += fast_part(near, w[XALF + i], w[XBEF + i], sf, vf, dsf, dvf)
-        dx += fast_part(near, eta * w[XBEF + i], -eta * w[XALF + i], sf, vf, dsf, dvf)
+        x += fast_part(near, w[r.XALF + i], w[r.XBEF + i], sf, vf, dsf, dvf)
+        dx += fast_part(near, eta * w[r.XBEF + i], -eta * w[r.XALF + i], sf, vf, dsf, dvf)
     return x, dx
 
 
 @inline
 def section_at(w, i, h):
     """(ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
-    linear = fma(w[XC2 + i], h, w[XC1 + i])
+    linear = fma(w[r.XC2 + i], h, w[r.XC1 + i])
     return (
-        w[X0 + i] + fma(linear, h, w[Q + i] - w[SIN_S + i]),
-        w[V0 + i] + fma(w[L + i], h, w[P + i] - w[COS_S + i]),
+        w[r.X0 + i] + fma(linear, h, w[r.Q + i] - w[r.SIN_S + i]),
+        w[r.V0 + i] + fma(w[r.L + i], h, w[r.P + i] - w[r.COS_S + i]),
     )
 
 
@@ -177,8 +180,10 @@ def section_at(w, i, h):
 def force_at(w, i, h):
     """Adhesive force H at h after the last switch, eq. (2)."""
     s, v, _, _, _ = arc(h)
-    sf, vf, _, _, _ = arc_of_product(w[ETA + i], h)
-    return (w[Q + i] + w[QF + i] - w[B + i]) + (dot(w[P + i], s, -w[Q + i], v) + dot(w[PF + i], sf, -w[QF + i], vf))
+    sf, vf, _, _, _ = arc_of_product(w[r.ETA + i], h)
+    return (w[r.Q + i] + w[r.QF + i] - w[r.B + i]) + (
+        dot(w[r.P + i], s, -w[r.Q + i], v) + dot(w[r.PF + i], sf, -w[r.QF + i], vf)
+    )
 
 
 @inline
@@ -212,17 +217,17 @@ def advance_phase(phi, low, h):
 @inline
 def fast_excitation(w, i, period, phi, low):
     """(θ, AF cos θ, AF sin θ) at (period, φ + low)."""
-    theta = fast_phase(w[ETA + i], w[FRAC + i], period, phi, low)
-    pf, qf = excitation(w[AF + i], theta, 0.0)
+    theta = fast_phase(w[r.ETA + i], w[r.FRAC + i], period, phi, low)
+    pf, qf = excitation(w[r.AF + i], theta, 0.0)
     return theta, pf, qf
 
 
 @inline
 def evaluate_excitation(w, i, period, phi, low):
     """(A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at (period, φ + low), with a disturbance or without."""
-    p, q = excitation(w[A + i], phi, low)
+    p, q = excitation(w[r.A + i], phi, low)
     theta, pf, qf = 0.0, 0.0, 0.0
-    if w[AF + i] > 0.0:
+    if w[r.AF + i] > 0.0:
         theta, pf, qf = fast_excitation(w, i, float(period), phi, low)
     return p, q, theta, pf, qf
 
@@ -230,7 +235,7 @@ def evaluate_excitation(w, i, period, phi, low):
 @inline
 def adhesive_force(w, i, q, qf):
     """H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms."""
-    return q + qf - w[B + i]
+    return q + qf - w[r.B + i]
 
 
 class Arrival(NamedTuple):
@@ -273,7 +278,7 @@ def arrive_far(segment, a, phi, low, p, q, h):
 @inline
 def propagate_undisturbed(w, i, h):
     """Where h >= FAR leads lane i at ε = 0."""
-    return arrive_far(segment_of(w, i), w[A + i], w[PHI + i], w[LOW + i], w[P + i], w[Q + i], h)
+    return arrive_far(segment_of(w, i), w[r.A + i], w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i], h)
 
 
 @inline
@@ -294,9 +299,9 @@ def advance_phase_short(phi, low, h):
 def propagate_disturbed(w, k, i, h):
     """Where h leads with a disturbance."""
     x, v = state_at(w, i, h, True)
-    turned, phi, low = advance_phase(w[PHI + i], w[LOW + i], h)
-    p, q = excitation(w[A + i], phi, low)
-    theta, pf, qf = fast_excitation(w, i, float(k[PERIOD + i]) + turned, phi, low)
+    turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
+    p, q = excitation(w[r.A + i], phi, low)
+    theta, pf, qf = fast_excitation(w, i, float(k[r.PERIOD + i]) + turned, phi, low)
     return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
@@ -315,7 +320,7 @@ def on_boundary(w, i, where, there, level, h):
     Time does not run back: the wait, which took h, ends no earlier than it began; and φ is the double next to φ + low,
     so that what follows at once is not recorded before it.
     """
-    eta = w[ETA + i]
+    eta = w[r.ETA + i]
     rate = there.p + eta * there.pf
     inverse = 1.0 / choose(rate == 0.0, 1e-300, rate)
     shift = (level - adhesive_force(w, i, there.q, there.qf)) * inverse
@@ -328,7 +333,7 @@ def on_boundary(w, i, where, there, level, h):
         fma(-there.q, shift, there.p), fma(there.p, shift, there.q), there.theta + fast,
         fma(-there.qf, fast, there.pf), fma(there.pf, fast, there.qf),
     )  # fmt: skip
-    return moved, choose(where, (1.0 + w[A + i] + w[AF + i] + w[B + i]) * abs(inverse), 0.0)
+    return moved, choose(where, (1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]) * abs(inverse), 0.0)
 
 
 @part
@@ -337,44 +342,44 @@ def propagate(w, k, i, wait_ends, level):
 
     ξ and ξ' are those of a slide; they mean nothing in a wait.
     """
-    h = w[CURSOR + i]
-    if w[AF + i] > 0.0:
+    h = w[r.CURSOR + i]
+    if w[r.AF + i] > 0.0:
         return on_boundary(w, i, wait_ends, propagate_disturbed(w, k, i, h), level, h)
     there = propagate_undisturbed(w, i, h)
     if h < FAR or there.phi < 0.0 or there.phi >= TWO_PI:
-        there = arrive(segment_of(w, i), w[A + i], w[PHI + i], w[LOW + i], w[P + i], w[Q + i], h)
+        there = arrive(segment_of(w, i), w[r.A + i], w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i], h)
     return there, 0.0
 
 
 @inline
 def arrive_later(w, k, i, x, v, h):
     """Where h leads on a grid whose points count from the last switch; at ε = 0 φ has no low-order part."""
-    turned, phi, low = advance_phase(w[PHI + i], w[LOW + i], h)
-    low = low if w[AF + i] > 0.0 else 0.0
-    return Arrival(x, v, turned, phi, low, *evaluate_excitation(w, i, k[PERIOD + i] + int(turned), phi, low))
+    turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
+    low = low if w[r.AF + i] > 0.0 else 0.0
+    return Arrival(x, v, turned, phi, low, *evaluate_excitation(w, i, k[r.PERIOD + i] + int(turned), phi, low))
 
 
 @inline
 def grid_time(w, k, i, steps):
     """(period, φ, low) of grid point number `steps`: τ = τ0 + kΔτ from the integer k, never accumulated."""
-    p, e = two_product(float(steps), w[DTAU + i])
+    p, e = two_product(float(steps), w[r.DTAU + i])
     n, phi, low = turns(p, e)
-    more, phi, low = advance_phase(w[PHI0 + i], low, phi)
-    return k[PERIOD0 + i] + int(n + more), phi, low
+    more, phi, low = advance_phase(w[r.PHI0 + i], low, phi)
+    return k[r.PERIOD0 + i] + int(n + more), phi, low
 
 
 @inline
 def commit_grid(k, i, where, steps):
     """Lane i has come to grid point number `steps`."""
-    k[GRID + i] = choose(where, steps, k[GRID + i])
+    k[r.GRID + i] = choose(where, steps, k[r.GRID + i])
 
 
 @inline
 def arrive_on_grid(w, k, i, x, v, steps):
     """Where `steps` grid steps lead."""
-    commit_grid(k, i, True, k[GRID + i] + int(steps))
-    period, phi, low = grid_time(w, k, i, k[GRID + i])
-    return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
+    commit_grid(k, i, True, k[r.GRID + i] + int(steps))
+    period, phi, low = grid_time(w, k, i, k[r.GRID + i])
+    return Arrival(x, v, float(period - k[r.PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
 
 
 @inline
@@ -382,9 +387,9 @@ def propagate_on_grid(w, k, i, h, steps):
     """Where h leads with a disturbance, to grid point number `steps`."""
     x, v = state_at(w, i, h, True)
     period, phi, low = grid_time(w, k, i, steps)
-    p, q = excitation(w[A + i], phi, low)
+    p, q = excitation(w[r.A + i], phi, low)
     theta, pf, qf = fast_excitation(w, i, float(period), phi, low)
-    return Arrival(x, v, float(period - k[PERIOD + i]), phi, low, p, q, theta, pf, qf)
+    return Arrival(x, v, float(period - k[r.PERIOD + i]), phi, low, p, q, theta, pf, qf)
 
 
 @inline
@@ -396,4 +401,4 @@ def time_between(period, phi, low, to_period, to_phase):
 @inline
 def time_until(w, k, i, period, phase):
     """h from the present time to (period, phase)."""
-    return time_between(k[PERIOD + i], w[PHI + i], w[LOW + i], period, phase)
+    return time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], period, phase)

@@ -4,42 +4,12 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.branchless import choose, wide
+from vibrodrive.jit.branchless import choose, full, wide
 from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import arc, arc_of_product
+from vibrodrive.kernels import first_zero, motion
+from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import BOTH, CLOSING_IN, COMPLETE, LEAVING, NONE_BEGUN, ZERO
-from vibrodrive.kernels.lane import (
-    AL,
-    ALF,
-    BASE,
-    BE,
-    BEF,
-    BEFORE,
-    C0,
-    C1,
-    C2,
-    CURSOR,
-    D1,
-    D2,
-    DTAU,
-    ETA,
-    EVALUATED,
-    LOWER,
-    NEWEST,
-    OLD,
-    OLD_VALUE,
-    OLDER,
-    OLDER_VALUE,
-    OUTCOME,
-    REFINEMENT,
-    SIG,
-    TOL,
-    UPPER,
-    VALUE,
-    WORK,
-    full,
-)
-from vibrodrive.kernels.motion import fast_part, shape
 
 ITERATIONS = 100
 """Bisection alone halves any bracket to nothing in this many steps, so the loop always ends by itself."""
@@ -53,20 +23,19 @@ def function_at(w, i, h, fast):
     """The switching function searched in lane i, at h after the last switch, with a disturbance (`fast`) or without."""
     s, v, ds, dv, near = arc(h)
     if fast:
-        sf, vf, dsf, dvf, near_fast = arc_of_product(w[ETA + i], h)
+        sf, vf, dsf, dvf, near_fast = arc_of_product(w[r.ETA + i], h)
         near = near & near_fast
-    c0, d1, d2, c1, c2 = w[C0 + i], w[D1 + i], w[D2 + i], w[C1 + i], w[C2 + i]
-    g = shape(near, h, c0, d1, d2, c1, c2, w[AL + i], w[BE + i], s, v, ds, dv)
+    g = motion.shape(near, h, first_zero.form_of(w, i), s, v, ds, dv)
     if fast:
-        g += fast_part(near, w[ALF + i], w[BEF + i], sf, vf, dsf, dvf)
-    return w[BASE + i] + w[SIG + i] * g
+        g += motion.fast_part(near, w[r.ALF + i], w[r.BEF + i], sf, vf, dsf, dvf)
+    return w[r.BASE + i] + w[r.SIG + i] * g
 
 
 @part
 def value(w, i, h):
     """The same, disturbed or not; it is counted."""
-    w[WORK + i] += 1.0
-    if w[ETA + i] > 0.0:
+    w[r.WORK + i] += 1.0
+    if w[r.ETA + i] > 0.0:
         return function_at(w, i, h, True)
     return function_at(w, i, h, False)
 
@@ -121,13 +90,13 @@ def refine(w, i, low, high):
     when the step is below `tol`.
     """
     x0, x1 = low, high
-    g0, g1 = w[BEFORE + i], w[VALUE + i]  # where the scan has been there already
+    g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # where the scan has been there already
     g0 = g0 if g0 == g0 else value(w, i, low)
     g1 = g1 if g1 == g1 else value(w, i, high)
     x2, leaving = begin_between(low, high, g0, g1)
     for _ in range(ITERATIONS):
         g2 = value(w, i, x2)
-        low, high, leaving, x3, done = close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, w[TOL + i])
+        low, high, leaving, x3, done = close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, w[r.TOL + i])
         if done:
             return x3
         x0, g0 = x1, g1
@@ -139,7 +108,7 @@ def refine(w, i, low, high):
 @inline
 def under_way(w, i):
     """Whether lane i is between two steps of `refine`."""
-    return w[REFINEMENT + i] >= LEAVING
+    return w[r.REFINEMENT + i] >= LEAVING
 
 
 @inline
@@ -148,37 +117,39 @@ def begin_refinement(w, i):
 
     Where the segment begins the value is the constant of the shape; `refine` evaluates it, so it counts as evaluated.
     """
-    met, cursor, dtau = w[OUTCOME + i], w[CURSOR + i], w[DTAU + i]
+    met, cursor, dtau = w[r.OUTCOME + i], w[r.CURSOR + i], w[r.DTAU + i]
     on, first = not under_way(w, i), cursor == 1.0
     low, high = (cursor - 1.0) * dtau, cursor * dtau
-    g0, g1 = choose(first, w[BASE + i] + w[SIG + i] * w[C0 + i], w[BEFORE + i]), w[VALUE + i]
+    g0, g1 = choose(first, w[r.BASE + i] + w[r.SIG + i] * w[r.C0 + i], w[r.BEFORE + i]), w[r.VALUE + i]
     known = ((met == ZERO) | (met == BOTH)) & (g0 == g0) & (g1 == g1)
     newest, leaving = begin_between(low, high, g0, g1)
-    w[REFINEMENT + i] = choose(on, choose(known, choose(leaving, LEAVING, CLOSING_IN), NONE_BEGUN), w[REFINEMENT + i])
-    w[LOWER + i], w[UPPER + i] = choose(on, low, w[LOWER + i]), choose(on, high, w[UPPER + i])
-    w[OLDER + i], w[OLDER_VALUE + i] = choose(on, low, w[OLDER + i]), choose(on, g0, w[OLDER_VALUE + i])
-    w[OLD + i], w[OLD_VALUE + i] = choose(on, high, w[OLD + i]), choose(on, g1, w[OLD_VALUE + i])
-    w[NEWEST + i] = choose(on, newest, w[NEWEST + i])
-    w[EVALUATED + i] = choose(on, choose(first, 1.0, 0.0), w[EVALUATED + i])
+    w[r.REFINEMENT + i] = choose(
+        on, choose(known, choose(leaving, LEAVING, CLOSING_IN), NONE_BEGUN), w[r.REFINEMENT + i]
+    )
+    w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
+    w[r.OLDER + i], w[r.OLDER_VALUE + i] = choose(on, low, w[r.OLDER + i]), choose(on, g0, w[r.OLDER_VALUE + i])
+    w[r.OLD + i], w[r.OLD_VALUE + i] = choose(on, high, w[r.OLD + i]), choose(on, g1, w[r.OLD_VALUE + i])
+    w[r.NEWEST + i] = choose(on, newest, w[r.NEWEST + i])
+    w[r.EVALUATED + i] = choose(on, choose(first, 1.0, 0.0), w[r.EVALUATED + i])
 
 
 @inline
 def refine_once(w, i):
     """One step of `refine` in lane i, if it is under way there."""
     on = under_way(w, i)
-    x0, g0, x1, g1, x2 = w[OLDER + i], w[OLDER_VALUE + i], w[OLD + i], w[OLD_VALUE + i], w[NEWEST + i]
+    x0, g0, x1, g1, x2 = w[r.OLDER + i], w[r.OLDER_VALUE + i], w[r.OLD + i], w[r.OLD_VALUE + i], w[r.NEWEST + i]
     g2 = function_at(w, i, x2, True)
     low, high, leaving, x3, done = close_in(
-        w[LOWER + i], w[UPPER + i], w[REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[TOL + i]
+        w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[EVALUATED + i] >= ITERATIONS  # which is more than a batch of switches may take
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # which is more than a batch of switches may take
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
-    w[REFINEMENT + i] = choose(on, stage, w[REFINEMENT + i])
-    w[LOWER + i], w[UPPER + i] = choose(on, low, w[LOWER + i]), choose(on, high, w[UPPER + i])
-    w[OLDER + i], w[OLDER_VALUE + i] = choose(on, x1, x0), choose(on, g1, g0)
-    w[OLD + i], w[OLD_VALUE + i] = choose(on, x2, x1), choose(on, g2, g1)
-    w[NEWEST + i] = choose(on, x3, x2)
-    w[EVALUATED + i] += choose(on, 1.0, 0.0)
+    w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
+    w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
+    w[r.OLDER + i], w[r.OLDER_VALUE + i] = choose(on, x1, x0), choose(on, g1, g0)
+    w[r.OLD + i], w[r.OLD_VALUE + i] = choose(on, x2, x1), choose(on, g2, g1)
+    w[r.NEWEST + i] = choose(on, x3, x2)
+    w[r.EVALUATED + i] += choose(on, 1.0, 0.0)
 
 
 @part
@@ -202,5 +173,5 @@ def refine_abreast(w, n):
 @inline
 def refined(w, i, otherwise):
     """(whether `refine` is at its end in lane i, where or else `otherwise`, evaluations that it took)."""
-    done = w[REFINEMENT + i] == COMPLETE
-    return done, choose(done, w[NEWEST + i], otherwise), w[EVALUATED + i]
+    done = w[r.REFINEMENT + i] == COMPLETE
+    return done, choose(done, w[r.NEWEST + i], otherwise), w[r.EVALUATED + i]

@@ -3,6 +3,15 @@
 A section point is written by `emit_sections` here, one lane at a time; in batches ahead of a switch by `write_ahead`
 (switch_disturbed.py) or behind it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
 What is never reached, `finish` sets to NaN.
+
+**Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed one lands once. Main is an
+impact that no faster one follows or precedes within half an excitation period: an impact within π of the last one
+written takes its place if it is faster, and is a touch beside it if it is not. So a record of P periods has at most 2P
+main impacts.
+
+Written are its time (period, phase), its speed, and how many switches of the record came before it. A batch of
+switches notes what ends in each lane, when and how fast, and the impacts are written when it is known which switches
+were taken. A motion that repeats itself (recurrence.py) has its impacts copied with its sections.
 """
 
 from __future__ import annotations
@@ -10,24 +19,114 @@ from __future__ import annotations
 import math
 
 from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.trig import PI
+from vibrodrive.kernels import certainty, history, motion, switch
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.certainty import write_section_error, write_switch_error
-from vibrodrive.kernels.codes import (
-    DOWN,
-    IMPACT,
-    INFINITY,
-    UP,
-)
-from vibrodrive.kernels.history import end_history, keeps, write_switch
-from vibrodrive.kernels.impacts import count_switches, end_impacts, write_impact
-from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.motion import section_at, state_at
-from vibrodrive.kernels.switch import (
-    count_into,
-    in_record,
-    section_due,
-    section_row,
-)
+from vibrodrive.kernels.codes import DOWN, IMPACT, INFINITY, S1, UP
+
+TIME, PHASE, SPEED, BEFORE = 0, 1, 2, 3
+"""Columns of an impact: its whole periods since τ = 0 and its phase, its speed -ξ', the switches before it."""
+
+
+@inline
+def count_switches(k, i, row):
+    """Switches into all five states that are counted from `row` on."""
+    total = 0
+    for state in range(5):
+        total += k[row + state * r.STRIDE + i]
+    return total
+
+
+@inline
+def write_impact(k, i, period, phi, speed, before, impacts):
+    """An impact of the record: a new main one, or one in the place of the last, or a touch beside it."""
+    row, slot = k[r.POINT + i], k[r.IMPACTS + i]
+    if slot > 0:
+        since = motion.time_between(int(impacts[row, slot - 1, TIME]), impacts[row, slot - 1, PHASE], 0.0, period, phi)
+        if since <= PI:
+            slot -= 1
+            if speed <= impacts[row, slot, SPEED]:
+                return
+    if slot < impacts.shape[1]:
+        impacts[row, slot, TIME] = float(period)
+        impacts[row, slot, PHASE] = phi
+        impacts[row, slot, SPEED] = speed
+        impacts[row, slot, BEFORE] = float(before)
+        k[r.IMPACTS + i] = slot + 1
+
+
+@inline
+def keep_impact(w, k, i, transient, impacts):
+    """Write the impact, if it is one of the record, with which a batch has taken lane i over a switch."""
+    period, phi = k[r.END_PERIOD + i], w[r.END_PHI + i]
+    if k[r.ENDED + i] == S1 and switch.in_record(w, k, i, period, phi, transient):
+        waited = period != k[r.PERIOD + i] or phi != w[r.PHI + i]
+        before = count_switches(k, i, r.SWITCHES) - (3 if waited else 2)
+        write_impact(k, i, period, phi, w[r.END_SPEED + i], before, impacts)
+
+
+@inline
+def set_reference_impact(w, k, i, impacts):
+    """The last main impact so far belongs to the state of reference (recurrence.py)."""
+    row, count = k[r.POINT + i], k[r.IMPACTS + i]
+    k[r.REFERENCE_IMPACTS + i] = count
+    if count > 0:
+        k[r.REFERENCE_IMPACT_PERIOD + i] = int(impacts[row, count - 1, TIME])
+        w[r.REFERENCE_IMPACT_PHI + i] = impacts[row, count - 1, PHASE]
+        w[r.REFERENCE_IMPACT_SPEED + i] = impacts[row, count - 1, SPEED]
+
+
+@inline
+def impacts_repeat(w, k, i, cycle, impacts):
+    """Whether the main impacts go on as they have since the reference, `cycle` periods ago.
+
+    They do if the last of them is then and now the same, for it decides which of the next ones is main; or if there
+    was none.
+    """
+    landed = k[r.SWITCHES + IMPACT * r.STRIDE + i] > k[r.REFERENCE_SWITCHES + IMPACT * r.STRIDE + i]
+    if impacts.shape[1] == 0 or not landed:
+        return True
+    row, last = k[r.POINT + i], k[r.IMPACTS + i] - 1
+    return (
+        k[r.REFERENCE_IMPACTS + i] > 0
+        and int(impacts[row, last, TIME]) - k[r.REFERENCE_IMPACT_PERIOD + i] == cycle
+        and impacts[row, last, PHASE] == w[r.REFERENCE_IMPACT_PHI + i]
+        and impacts[row, last, SPEED] == w[r.REFERENCE_IMPACT_SPEED + i]
+    )
+
+
+@inline
+def copy_impacts(k, i, cycles, cycle, switches, impacts):
+    """Repeat the main impacts since the reference `cycles` times; `switches` is how many switches a cycle has.
+
+    The last one written may yet be replaced by a faster one. It moves on by all cycles; what became of it at the
+    reference takes its place.
+    """
+    row, count = k[r.POINT + i], k[r.IMPACTS + i]
+    more = count - k[r.REFERENCE_IMPACTS + i]
+    if impacts.shape[1] == 0 or more == 0:
+        return
+    last = min(count - 1 + cycles * more, impacts.shape[1] - 1)
+    period, phase, speed, before = impacts[row, count - 1]
+    for slot in range(count - 1, last):
+        impacts[row, slot, TIME] = impacts[row, slot - more, TIME] + float(cycle)
+        impacts[row, slot, PHASE] = impacts[row, slot - more, PHASE]
+        impacts[row, slot, SPEED] = impacts[row, slot - more, SPEED]
+        impacts[row, slot, BEFORE] = impacts[row, slot - more, BEFORE] + float(switches)
+    impacts[row, last, TIME] = period + float(cycles * cycle)
+    impacts[row, last, PHASE] = phase
+    impacts[row, last, SPEED] = speed
+    impacts[row, last, BEFORE] = before + float(cycles * switches)
+    k[r.IMPACTS + i] = last + 1
+
+
+@inline
+def end_impacts(k, i, impacts):
+    """NaN behind the last main impact."""
+    row = k[r.POINT + i]
+    for slot in range(k[r.IMPACTS + i], impacts.shape[1]):
+        for column in range(4):
+            impacts[row, slot, column] = math.nan
 
 
 @inline
@@ -36,10 +135,10 @@ def write_point(w, k, i, count, hs, section):
     x, v = w[r.X0 + i], 0.0
     if k[r.STATE + i] == UP or k[r.STATE + i] == DOWN:
         if w[r.AF + i] > 0.0:
-            x, v = state_at(w, i, hs, True)
+            x, v = motion.state_at(w, i, hs, True)
         else:
-            x, v = section_at(w, i, hs)
-    row = section_row(k, i, section)
+            x, v = motion.section_at(w, i, hs)
+    row = switch.section_row(k, i, section)
     section[row, count, 0] = x
     section[row, count, 1] = v
 
@@ -49,12 +148,12 @@ def emit_sections(w, k, i, h, transient, section, errors, end):
     """Write the section points that lie within h of the present time; the state ends there, off by `end`."""
     count = k[r.SECTIONS + i]
     while count < section.shape[1]:
-        hs = section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
+        hs = switch.section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
         if hs > h:
             break
         write_point(w, k, i, count, hs, section)
         if errors is not None:
-            write_section_error(w, k, i, count, hs, h, end, errors)
+            certainty.write_section_error(w, k, i, count, hs, h, end, errors)
         count += 1
     k[r.SECTIONS + i] = count
 
@@ -66,52 +165,53 @@ def emit_rest(w, k, i, transient, section, errors, end):
 
 
 @inline
-def write_row(w, k, i, row, before, after, x, v, rows):
+def write_row(w, k, i, row, event, rows):
+    """Write a switch at the present time, if there is room."""
     if row < rows.shape[0]:
         rows[row]["period"] = k[r.PERIOD + i]
         rows[row]["phase"] = w[r.PHI + i]
-        rows[row]["before"] = before
-        rows[row]["after"] = after
-        rows[row]["xi"] = x
-        rows[row]["dxi"] = v
+        rows[row]["before"] = event.before
+        rows[row]["after"] = event.after
+        rows[row]["xi"] = event.x
+        rows[row]["dxi"] = event.v
 
 
 @inline
-def record(
-    w, k, i, before, after, x, v, transient, impacts, history, totals, rows, off, stored, end
-):  # fmt: skip
+def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
     """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
 
     Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
     """
-    recorded = in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
+    recorded = switch.in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
-        if impacts is not None and after == IMPACT and impacts.shape[1] > 0:
-            write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -v, count_switches(k, i, r.SWITCHES), impacts)
-        count_into(k, i, after)
-    if totals is not None and totals.shape[1] > 0 and keeps(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient):
-        write_switch(w, k, i, k[r.PERIOD + i], w[r.PHI + i], before, after, x, v, history, totals)
-    if rows is not None:
-        row = stored[0] if recorded else 0
-        write_row(w, k, i, row, before, after, x, v, rows)
-        if off is not None:
-            write_switch_error(w, i, row, before, end, off)
-        stored[0] += 1 if recorded else 0
+        if impacts is not None and event.after == IMPACT and impacts.shape[1] > 0:
+            write_impact(k, i, k[r.PERIOD + i], w[r.PHI + i], -event.v, count_switches(k, i, r.SWITCHES), impacts)
+        switch.count_into(k, i, event.after)
+    if recorder is not None:
+        period, phi = k[r.PERIOD + i], w[r.PHI + i]
+        if recorder.totals.shape[1] > 0 and history.keeps(w, k, i, period, phi, transient):
+            history.write_switch(w, k, i, period, phi, event, recorder)
+    if log is not None:
+        row = log.stored[0] if recorded else 0
+        write_row(w, k, i, row, event, log.rows)
+        if errors is not None:
+            certainty.write_switch_error(w, i, row, event.before, end, errors)
+        log.stored[0] += 1 if recorded else 0
 
 
 @part
-def finish(w, k, i, transient, section, impacts, history, totals, summary, status, margin, counts, work):
+def finish(w, k, i, transient, section, impacts, recorder, outcome):
     """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
-    row, line = k[r.POINT + i], section_row(k, i, section)
+    row, line = k[r.POINT + i], switch.section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan
         section[line, m, 1] = math.nan
     if impacts is not None:
         end_impacts(k, i, impacts)
-    if totals is not None:
-        end_history(w, k, i, transient, history, totals, summary)
+    if recorder is not None:
+        history.end_history(w, k, i, transient, recorder)
     for state in range(5):
-        counts[row, state] = k[r.SWITCHES + state * STRIDE + i]
-    status[row] = k[r.STATUS + i]
-    margin[row] = w[r.MARGIN + i]
-    work[row] = w[r.WORK + i]
+        outcome.counts[row, state] = k[r.SWITCHES + state * r.STRIDE + i]
+    outcome.status[row] = k[r.STATUS + i]
+    outcome.margin[row] = w[r.MARGIN + i]
+    outcome.work[row] = w[r.WORK + i]

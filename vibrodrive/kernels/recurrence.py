@@ -22,20 +22,11 @@ phase, not at a known one. On a fixed grid what follows depends on the number of
 from __future__ import annotations
 
 from vibrodrive.jit.compile import inline, part
+from vibrodrive.kernels import codes, history, motion, record, switch, undisturbed
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import NONE
-from vibrodrive.kernels.history import count_cycles, has_cycle, keep_all, set_reference_history, summarise_cycle
-from vibrodrive.kernels.impacts import copy_impacts, count_switches, impacts_repeat, set_reference_impact
-from vibrodrive.kernels.lane import STRIDE
-from vibrodrive.kernels.motion import time_between
-from vibrodrive.kernels.switch import count_more, has_rows, in_record, section_row
-from vibrodrive.kernels.undisturbed import LEAST_FALL, clear_guesses
 
 FIRST_WINDOW = 16
 """Departures after which the first reference is replaced, unless the mass rests earlier."""
-
-ENDED_EARLY = -1.0
-"""What is left of the record of a trajectory of which nothing more is to be known."""
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
@@ -45,7 +36,7 @@ DECISIVE = (r.PHI, r.A0, *GUESSES)
 @inline
 def clear_reference(w, k, i):
     """A motion begins: there is no reference yet."""
-    clear_guesses(w, i)
+    undisturbed.clear_guesses(w, i)
     w[r.REFERENCE_PHI + i] = -1.0  # no phase
     k[r.SINCE + i] = 0
     k[r.WINDOW + i] = FIRST_WINDOW
@@ -56,28 +47,45 @@ def at_reference(w, i, guessed):
     """Whether everything that decides what follows is as it was at the reference."""
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
-        same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * STRIDE + i]
+        same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * r.STRIDE + i]
     return same
 
 
 @inline
-def set_reference(w, k, i, impacts):
+def set_reference(w, k, i, impacts, recorder):
     """The present state is the reference from now on."""
     for n in range(len(DECISIVE)):
-        w[r.REFERENCE_PHI + n * STRIDE + i] = w[DECISIVE[n] + i]
+        w[r.REFERENCE_PHI + n * r.STRIDE + i] = w[DECISIVE[n] + i]
     for state in range(5):
-        k[r.REFERENCE_SWITCHES + state * STRIDE + i] = k[r.SWITCHES + state * STRIDE + i]
+        k[r.REFERENCE_SWITCHES + state * r.STRIDE + i] = k[r.SWITCHES + state * r.STRIDE + i]
     w[r.REFERENCE_WORK + i] = w[r.WORK + i]
     k[r.REFERENCE_PERIOD + i] = k[r.PERIOD + i]
     k[r.REFERENCE_SECTIONS + i] = k[r.SECTIONS + i]
     k[r.SINCE + i] = 0
     if impacts is not None:
-        set_reference_impact(w, k, i, impacts)
-    set_reference_history(k, i)
+        record.set_reference_impact(w, k, i, impacts)
+    if recorder is not None:
+        history.set_reference_history(k, i)
+
+
+@inline
+def copy_cycles(k, i, cycles, cycle, section, impacts):
+    """Copy section points, impacts and numbers of switches of the cycle since the reference, of `cycle` points."""
+    row, count = switch.section_row(k, i, section), k[r.SECTIONS + i]
+    for m in range(count, count + cycles * cycle):
+        section[row, m, 0] = section[row, m - cycle, 0]
+        section[row, m, 1] = section[row, m - cycle, 1]
+    k[r.SECTIONS + i] += cycles * cycle
+    if impacts is not None:
+        switches = record.count_switches(k, i, r.SWITCHES) - record.count_switches(k, i, r.REFERENCE_SWITCHES)
+        record.copy_impacts(k, i, cycles, cycle, switches, impacts)
+    for state in range(5):
+        more = k[r.SWITCHES + state * r.STRIDE + i] - k[r.REFERENCE_SWITCHES + state * r.STRIDE + i]
+        switch.count_more(k, i, state, cycles * more)
 
 
 @part
-def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, impacts, history, totals, summary):
+def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
     """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
 
     guessed: whether the bits of a switch depend on where its search began. False when all that was asked for is known.
@@ -86,54 +94,45 @@ def detect_recurrence(w, k, i, guessed, transient, periods, budget, section, imp
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
-            set_reference(w, k, i, impacts)
+            set_reference(w, k, i, impacts, recorder)
         return True
-    start = k[r.PERIOD0 + i] + transient
-    end = start + periods
+    start = k[r.PERIOD0 + i] + extent.transient
+    end = start + extent.periods
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
     cycles = 0
     # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
     # a hundredth of its evaluations, are less than three times these
-    known = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i]) < float(budget) and 1.0 - w[r.B + i] >= LEAST_FALL
+    cost = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i])
+    known = cost < float(extent.budget) and 1.0 - w[r.B + i] >= undisturbed.LEAST_FALL
     summarised = True
-    if totals is not None:
-        summarised = totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == NONE
-        if known and not summarised and has_cycle(w, k, i, cycle, transient, periods, history):
-            nothing_else = impacts.shape[1] == 0 and not has_rows(section, summary)
+    if recorder is not None:
+        summarised = recorder.totals.shape[1] == 0 or k[r.HISTORY_KEEPS + i] == codes.NONE
+        if known and not summarised and history.has_cycle(w, k, i, cycle, extent, recorder.history):
+            nothing_else = impacts.shape[1] == 0 and not switch.has_rows(section, recorder.summary)
             if nothing_else:
-                count_cycles(w, k, i, cycle, transient, periods, history)
-            summarise_cycle(w, k, i, cycle, end, history, totals, summary)
+                history.count_cycles(w, k, i, cycle, extent, recorder.history)
+            history.summarise_cycle(w, k, i, cycle, end, recorder)
             summarised = True
             if nothing_else:
-                k[r.SECTIONS + i] = periods
-                w[r.LEFT + i] = ENDED_EARLY
+                k[r.SECTIONS + i] = extent.periods
+                w[r.LEFT + i] = codes.ENDED_EARLY
                 return False
     if known and period < start:
         cycles = (start - 1 - period) // cycle
-        if totals is not None:
-            keep_all(k, i, cycle, periods, totals)
+        if recorder is not None:
+            history.keep_all(k, i, cycle, extent.periods, recorder)
     elif (
         known
         and points == cycle
-        and in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], transient)
-        and (impacts is None or impacts_repeat(w, k, i, cycle, impacts))
+        and switch.in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], extent.transient)
+        and (impacts is None or record.impacts_repeat(w, k, i, cycle, impacts))
         and summarised
     ):
         cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
-        row = section_row(k, i, section)
-        for m in range(count, count + cycles * cycle):
-            section[row, m, 0] = section[row, m - cycle, 0]
-            section[row, m, 1] = section[row, m - cycle, 1]
-        k[r.SECTIONS + i] += cycles * cycle
-        switches = count_switches(k, i, r.SWITCHES) - count_switches(k, i, r.REFERENCE_SWITCHES)
-        if impacts is not None:
-            copy_impacts(k, i, cycles, cycle, switches, impacts)
-        for state in range(5):
-            more = k[r.SWITCHES + state * STRIDE + i] - k[r.REFERENCE_SWITCHES + state * STRIDE + i]
-            count_more(k, i, state, cycles * more)
+        copy_cycles(k, i, cycles, cycle, section, impacts)
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle
-    w[r.LEFT + i] = time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
-    set_reference(w, k, i, impacts)
+    w[r.LEFT + i] = motion.time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], end, w[r.PHI0 + i])
+    set_reference(w, k, i, impacts, recorder)
     return True

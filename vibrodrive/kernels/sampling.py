@@ -5,38 +5,23 @@ from __future__ import annotations
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import (
-    CERTIFIED,
-    DOWN,
-    IMPACT,
-    REST,
-    STICK,
-    UP,
-)
-from vibrodrive.kernels.motion import adhesive_force, evaluate_excitation, force_at, state_at, time_until
-from vibrodrive.kernels.setup import set_parameters
-from vibrodrive.kernels.switch import (
-    begin,
-    commit_segment,
-    commit_segment_fast,
-    commit_state,
-    commit_time,
-    commit_time_fast,
-    direction,
-)
+from vibrodrive.kernels import motion, setup, switch
+from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, REST, STICK, UP
 
 
 @jit(_nrt=False)
-def sample_segments(lanes_w, lanes_k, points, rows, method, transient, per_period, count, under_way, out, state):
+def sample_segments(lanes_w, lanes_k, points, rows, sampling, count, under_way, out, state):
     """The closed form between the switches `rows` (SWITCH, as written by `run`), at the next `count` instants.
 
+    sampling int64 (3,): method, transient, instants a period
     under_way int64 (2,): the next instant and the row of its segment, at first 0 and -1.
     out float64 (n, 3): ξ, ξ', H; state int8 (n,). Returns whether all is done.
     """
     w, k = lanes_w[0], lanes_k[0]
+    method, transient, per_period = sampling[0], sampling[1], sampling[2]
     first, row = under_way[0], under_way[1]
     if first == 0:
-        set_parameters(w, k, 0, points, 0, method)
+        setup.set_parameters(w, k, 0, points, 0, method)
     start, phi0 = k[r.PERIOD0] + transient, w[r.PHI0]
     last = min(first + count, out.shape[0])
     for m in range(first, last):
@@ -54,26 +39,26 @@ def sample_segments(lanes_w, lanes_k, points, rows, method, transient, per_perio
             at_obstacle = before == IMPACT or now == IMPACT or now == REST
             x = 0.0 if at_obstacle else rows[row]["xi"]
             v = rows[row]["dxi"] if before == now and row == 0 else 0.0
-            p, q, theta, pf, qf = evaluate_excitation(w, 0, period, phase, 0.0)
-            commit_time(w, k, 0, True, period, phase, 0.0, 0.0, p, q)
-            commit_time_fast(w, 0, True, theta, pf, qf, 0.0)
-            force = adhesive_force(w, 0, q, qf)
+            p, q, theta, pf, qf = motion.evaluate_excitation(w, 0, period, phase, 0.0)
+            switch.commit_time(w, k, 0, True, period, phase, 0.0, 0.0, p, q)
+            switch.commit_time_fast(w, 0, True, theta, pf, qf, 0.0)
+            force = motion.adhesive_force(w, 0, q, qf)
             left = method == CERTIFIED and (before == STICK or before == REST)
-            segment = begin(
-                direction(now), x, v, force, left, method != CERTIFIED,
-                w[r.B], w[r.INVERSE], p, q, pf, qf,
+            segment = switch.begin(
+                switch.direction(now), x, v, force, left, method != CERTIFIED,
+                w[r.B], w[r.INVERSE], motion.Field(p, q, pf, qf),
             )  # fmt: skip
-            commit_segment(w, 0, True, segment, 0.0, 0.0)
-            commit_segment_fast(w, 0, True, segment)
-            commit_state(k, 0, True, now)
-        h = time_until(w, k, 0, n, phi)
+            switch.commit_segment(w, 0, True, segment, 0.0, 0.0)
+            switch.commit_segment_fast(w, 0, True, segment)
+            switch.commit_state(k, 0, True, now)
+        h = motion.time_until(w, k, 0, n, phi)
         now = k[r.STATE]
         x, v = w[r.X0], 0.0
         if now == UP or now == DOWN:
-            x, v = state_at(w, 0, h, w[r.AF] > 0.0)
+            x, v = motion.state_at(w, 0, h, w[r.AF] > 0.0)
         out[m, 0] = x
         out[m, 1] = v
-        out[m, 2] = force_at(w, 0, h)
+        out[m, 2] = motion.force_at(w, 0, h)
         state[m] = now
     under_way[0], under_way[1] = last, row
     return last == out.shape[0]

@@ -10,18 +10,21 @@ from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
+from vibrodrive.kernels import (
+    arguments,
+    certainty,
+    event,
+    first_zero,
+    history,
+    literal_scan,
+    record,
+    setup,
+    switch,
+    undisturbed,
+)
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.arguments import arguments_at
-from vibrodrive.kernels.certainty import Errors, end_errors
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
-from vibrodrive.kernels.event import process_event
-from vibrodrive.kernels.first_zero import search
-from vibrodrive.kernels.history import assign_slots
-from vibrodrive.kernels.literal_scan import fill_tables
-from vibrodrive.kernels.literal_scan import scan as scan_every
-from vibrodrive.kernels.record import finish
-from vibrodrive.kernels.setup import load
-from vibrodrive.kernels.undisturbed import search_one_bracket
+from vibrodrive.kernels.outputs import Errors, Extent, Log, Outcome, Recorder
 
 MOST = 1000
 """Steps of a search after which a kernel looks whether it is to end early."""
@@ -34,10 +37,10 @@ def follow_certified(w, k):
     if w[r.SEARCH_MODE] == AT_ONCE:
         w[r.OUTCOME] = ZERO
     elif w[r.SEARCH_MODE] == BRACKETED:
-        search_one_bracket(w, k, 0, MOST)
+        undisturbed.search_one_bracket(w, k, 0, MOST)
     else:
         for _ in range(MOST):
-            search(w, 0, True, False)
+            first_zero.search(w, 0, True, False)
             if w[r.OUTCOME] != NOTHING:
                 return
 
@@ -47,7 +50,7 @@ def follow_on_grid(w, fast):
     """The same on a grid, with a disturbance (`fast`) or without."""
     w[r.OUTCOME] = NOTHING
     for _ in range(MOST):
-        search(w, 0, fast, True)
+        first_zero.search(w, 0, fast, True)
         if w[r.OUTCOME] != NOTHING:
             return
 
@@ -58,7 +61,7 @@ def follow(w, k, table, method, literal):
     if method == CERTIFIED:
         follow_certified(w, k)
     elif literal:
-        scan_every(w, k, 0, table)
+        literal_scan.scan(w, k, 0, table)
     elif w[r.AF] > 0.0:
         follow_on_grid(w, True)
     else:
@@ -76,48 +79,34 @@ def single(method: int, recorded: bool, bounded: bool):
     @jit(_nrt=False)
     def run(address):
         """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
-        a = arguments_at(address)
+        a = arguments.arguments_at(address)
         w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
-        halt, points, order, counter = a.halt, a.points, a.order, a.counter
-        transient, periods, budget, literal = a.numbers[0], a.numbers[1], a.numbers[2], a.numbers[3] != 0
-        section, status, margin, counts, work = a.section, a.status, a.margin, a.counts, a.work
-        impacts, rows, stored = a.impacts, a.rows, a.stored
-        if recorded:
-            history, totals, summary = a.history, a.totals, a.summary
-        else:
-            history = totals = summary = None
-        if bounded:
-            off, errors = a.off, Errors(a.bounds, a.until)
-        else:
-            off = errors = None
-        assign_slots(k)
+        literal = a.numbers[3] != 0
+        price = switch.SCAN_PRICE if literal else switch.SEARCH_PRICE
+        extent = Extent(a.numbers[0], a.numbers[1], a.numbers[2], price)
+        section, impacts, outcome = a.section, a.impacts, Outcome(a.status, a.margin, a.counts, a.work)
+        log = Log(a.rows, a.stored)
+        recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
+        errors = Errors(a.bounds, a.until, a.off) if bounded else None
+        history.assign_slots(k)
         under_way = False
-        while not is_set(halt):
+        while not is_set(a.halt):
             if not under_way:
-                c = next_index(counter)
-                if c >= order.shape[0]:
+                c = next_index(a.counter)
+                if c >= a.order.shape[0]:
                     return 0
-                if not load(
-                    w, k, 0, points, order[c], method, transient, periods, section, rows, off, stored, errors,
-                ):  # fmt: skip
-                    finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
-                    if bounded:
-                        end_errors(w, k, 0, periods, errors)
+                under_way = setup.load(w, k, 0, a.points, a.order[c], method, extent, section, log, errors)
+                if under_way and method != CERTIFIED and literal:
+                    literal_scan.fill_tables(table, w[r.DTAU], w[r.ETA])
+            if under_way:
+                follow(w, k, table, method, literal)
+                if w[r.OUTCOME] == NOTHING:
                     continue
-                under_way = True
-                if method != CERTIFIED and literal:
-                    fill_tables(table, w[r.DTAU], w[r.ETA])
-            follow(w, k, table, method, literal)
-            if w[r.OUTCOME] == NOTHING:
-                continue
-            under_way = process_event(
-                w, k, 0, method, False, literal, transient, periods, budget, section, impacts, history, totals, summary,
-                rows, off, stored, errors,
-            )  # fmt: skip
+                under_way = event.process_event(w, k, 0, method, extent, section, impacts, recorder, log, errors)
             if not under_way:
-                finish(w, k, 0, transient, section, impacts, history, totals, summary, status, margin, counts, work)
+                record.finish(w, k, 0, extent.transient, section, impacts, recorder, outcome)
                 if bounded:
-                    end_errors(w, k, 0, periods, errors)
+                    certainty.end_errors(w, k, 0, extent.periods, errors)
         return 0
 
     return run
@@ -134,18 +123,16 @@ def next_switches(lanes_w, lanes_k, points, states, periods, section, rows, stor
     ends int64 (n, 2): period and next state, or -1 where there is no such switch; phases float64 (n,)
     """
     w, k = lanes_w[0], lanes_k[0]
+    extent, log = Extent(0, periods, rows.shape[0], switch.SEARCH_PRICE), Log(rows, stored)
     for n in range(points.shape[0]):
-        going = load(w, k, 0, points, n, CERTIFIED, 0, periods, section, rows, None, stored, None)
+        going = setup.load(w, k, 0, points, n, CERTIFIED, extent, section, log, None)
         ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0
         row = 1
         while going and row < rows.shape[0]:
             follow_certified(w, k)
             if w[r.OUTCOME] == NOTHING:
                 continue
-            going = process_event(
-                w, k, 0, CERTIFIED, False, False, 0, periods, rows.shape[0], section, None, None, None, None,
-                rows, None, stored, None,
-            )  # fmt: skip
+            going = event.process_event(w, k, 0, CERTIFIED, extent, section, None, None, log, None)
             while row < min(stored[0], rows.shape[0]):
                 if rows[row]["before"] == states[n]:
                     ends[n, 0], ends[n, 1] = rows[row]["period"], rows[row]["after"]

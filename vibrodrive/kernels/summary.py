@@ -18,18 +18,19 @@ later; any other from the first switch recorded to the last. Every segment in be
   A wait ends at a known phase: behind it δφ = 0. From impact to impact this is the derivative of the impact-phase map,
   and the mean of log |δφ₁ / δφ₀| a period the Lyapunov exponent (ε = 0).
 
-Main impacts are those of impacts.py; the first and the last of a record are left out, as what comes before and behind
+Main impacts are those of record.py; the first and the last of a record are left out, as what comes before and behind
 them is not known.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
+from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
-from vibrodrive.kernels.motion import fast_phase
 
 PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 """Columns of a switch: those of `Trajectory.switches`."""
@@ -68,6 +69,16 @@ REACH = 1024
 
 SAME = 1e-6
 """How far two switches a period apart may differ in time, ξ and ξ'. Motions come to their orbit as |multiplier|ⁿ."""
+
+
+class Drive(NamedTuple):
+    """Parameters of a motion: A, B, A ε η², η and the fraction of η."""
+
+    a: float
+    b: float
+    af: float
+    eta: float
+    frac: float
 
 
 @inline
@@ -115,13 +126,14 @@ def begin_totals(rows, row, totals):
 
 
 @inline
-def forces(row, rows, a, af, eta, frac):
+def forces(row, rows, drive):
     """(F, -G, -∫G, A cos φ) at a switch, F = A sin φ + AF sin θ."""
     s, c = sincos(rows[row, PHASE])
+    a, af, eta = drive.a, drive.af, drive.eta
     cosine = a * c
     force, first, second = a * s, cosine, a * s
     if af > 0.0:
-        theta = fast_phase(eta, frac, rows[row, PERIOD], rows[row, PHASE], 0.0)
+        theta = motion.fast_phase(eta, drive.frac, rows[row, PERIOD], rows[row, PHASE], 0.0)
         sf, cf = sincos(theta)
         force += af * sf
         first += af * cf / eta
@@ -147,17 +159,18 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 
 
 @part
-def fast_peak(s, row, rows, h, g, slow, a, b, af, eta, frac, least):
+def fast_peak(s, row, rows, h, g, slow, drive, least):
     """The largest s ξ' of a slide from switch `row` with a disturbance, if it is above `least`; or else `least`.
 
     It is looked for, where the slow part comes near enough to its own largest value `slow`, at eight points of each
     fast period, and put right by Newton's method on ξ'' = H - s.
     """
+    a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
     phi = rows[row, PHASE]
     ripple = af / eta
     if slow + ripple <= least:
         return least
-    theta = fast_phase(eta, frac, rows[row, PERIOD], phi, 0.0)
+    theta = motion.fast_phase(eta, drive.frac, rows[row, PERIOD], phi, 0.0)
     step = TWO_PI / (8.0 * max(eta, 1.0))
     count = int(h / step) + 1
     at, best = 0.0, -INFINITY
@@ -177,7 +190,7 @@ def fast_peak(s, row, rows, h, g, slow, a, b, af, eta, frac, least):
 
 
 @part
-def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
+def add_segment(rows, row0, row1, drive, totals):
     """Add what happens from a switch to the next one, that one included."""
     state, h = int(rows[row0, AFTER]), between(rows, row0, row1)
     if state == IMPACT:
@@ -193,20 +206,20 @@ def add_segment(rows, row0, row1, a, b, af, eta, frac, totals):
         return
     s = 1.0 if state == UP else -1.0
     v = rows[row1, DXI]
-    slope = b + s
+    slope = drive.b + s
     if totals[AT] == time_of(rows, row0):
         f0, g0, i0 = totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL]
     else:
-        f0, g0, i0, _ = forces(row0, rows, a, af, eta, frac)
-    f1, g1, i1, cosine = forces(row1, rows, a, af, eta, frac)
+        f0, g0, i0, _ = forces(row0, rows, drive)
+    f1, g1, i1, cosine = forces(row1, rows, drive)
     totals[AT] = time_of(rows, row1)
     totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
     totals[FRICTION] += abs(x1 - x0)
     totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - slope * (i1 - i0)
     peak = slow_peak(s, rows[row0, PHASE], h, g0, cosine, slope, totals)
     fastest = totals[MOST] if s > 0.0 else -totals[LEAST]
-    if af > 0.0:
-        peak = fast_peak(s, row0, rows, h, g0, peak, a, b, af, eta, frac, fastest)
+    if drive.af > 0.0:
+        peak = fast_peak(s, row0, rows, h, g0, peak, drive, fastest)
     fastest = max(fastest, peak)
     totals[MOST] = fastest if s > 0.0 else totals[MOST]
     totals[LEAST] = totals[LEAST] if s > 0.0 else -fastest
@@ -418,29 +431,29 @@ def leaves(state, a, b, af):
 
 
 @part
-def add_switches(rows, first, end, a, b, af, eta, frac, totals):
+def add_switches(rows, first, end, drive, totals):
     """Add the switches first … end - 1 of a record. Row 0 begins it, unless totals were added before."""
     if first == 0 and end > 0:
-        clear_totals(totals, a, b)
+        clear_totals(totals, drive.a, drive.b)
         add_gap(rows, 0, totals)
         begin_totals(rows, 0, totals)
     for k in range(max(first, 1), end):
         add_gap(rows, k, totals)
-        add_segment(rows, k - 1, k, a, b, af, eta, frac, totals)
+        add_segment(rows, k - 1, k, drive, totals)
 
 
 @part
-def summarise(rows, added, count, state, x, a, b, af, eta, frac, totals, out):
+def summarise(rows, added, count, state, x, drive, totals, out):
     """The summary of a motion whose switches are the rows 0 … count - 1, or the last of them.
 
     What lies before row `added`, and before row 0 then, is in `totals` already. state, x: the one the motion ends in,
     and ξ where that began.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
-    resting = (state == STICK or state == REST) and not leaves(state, a, b, af)
+    resting = (state == STICK or state == REST) and not leaves(state, drive.a, drive.b, drive.af)
     if resting:
         n = 1
-        clear_totals(totals, a, b)
+        clear_totals(totals, drive.a, drive.b)
         totals[HIGHEST], totals[LEAST], totals[MOST] = x, 0.0, 0.0
         totals[state], totals[GROWTH] = TWO_PI, -INFINITY
         totals[FIRST], totals[LAST] = 0.0, TWO_PI
@@ -453,20 +466,20 @@ def summarise(rows, added, count, state, x, a, b, af, eta, frac, totals, out):
                 break
         gaps = gap_cycle_of_period(rows, last, switches, n, totals)
         sequence = sequence_number(rows, last, switches)
-        clear_totals(totals, a, b)
+        clear_totals(totals, drive.a, drive.b)
         begin_totals(rows, last - switches, totals)
         for k in range(last - switches + 1, last + 1):
-            add_segment(rows, k - 1, k, a, b, af, eta, frac, totals)
+            add_segment(rows, k - 1, k, drive, totals)
     elif not resting:
         if count == 0:
-            clear_totals(totals, a, b)
-        add_switches(rows, added, count, a, b, af, eta, frac, totals)
+            clear_totals(totals, drive.a, drive.b)
+        add_switches(rows, added, count, drive, totals)
         gaps = gap_cycle(totals)
     duration = float(n)
     if n == 0:
         duration = totals[TIME_UP] + totals[TIME_DOWN] + totals[TIME_STICK] + totals[TIME_REST]
         duration = duration / TWO_PI if duration > 0.0 else UNKNOWN
-    write_summary(n, sequence, gaps, duration, af, totals, out)
+    write_summary(n, sequence, gaps, duration, drive.af, totals, out)
 
 
 @inline

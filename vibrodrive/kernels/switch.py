@@ -11,26 +11,8 @@ from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import (
-    DOWN,
-    IMPACT,
-    REST,
-    S1,
-    S2,
-    S3,
-    S4,
-    S5,
-    STICK,
-    UP,
-    WRITE_POINT,
-)
-from vibrodrive.kernels.lane import (
-    AF,
-    STRIDE,
-    A,
-    B,
-)
-from vibrodrive.kernels.motion import Segment, time_between
+from vibrodrive.kernels import motion
+from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
 """What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
@@ -70,10 +52,10 @@ def direction(state):
 
 
 @inline
-def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
+def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
     """The segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
 
-    b = B, inverse = 1/η (0 without a disturbance); p, q, pf, qf are A cos φ, A sin φ and the same of the disturbance.
+    b = B, inverse = 1/η (0 without a disturbance); `field` has p, q, pf, qf: A cos φ, A sin φ, and of the disturbance.
     It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its own
     direction, or not at all: it begins with exactly ξ'' = 0 where a wait has ended (`at_boundary`: H = ±1 by
     definition), and where it would accelerate the other way by rounding, or on a grid (`on_grid`) because the wait has
@@ -83,10 +65,11 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, p, q, pf, qf):
     from_rest = v == 0.0
     a0 = force - s
     a0 = choose(from_rest & (at_boundary | (a0 * s < 0.0)), 0.0, a0)
-    slope = choose(from_rest & (on_grid | (inverse == 0.0)), a0 - q - qf, -(b + s))
+    slope = choose(from_rest & (on_grid | (inverse == 0.0)), a0 - field.q - field.qf, -(b + s))
     square = inverse * inverse
-    return Segment(
-        x, v, a0, slope, 0.5 * a0, v + (p + pf * inverse), 0.5 * slope, -pf * square, qf * square
+    return motion.Segment(
+        x, v, a0, slope, 0.5 * a0, v + (field.p + field.pf * inverse), 0.5 * slope,
+        -field.pf * square, field.qf * square,
     )  # fmt: skip
 
 
@@ -176,14 +159,18 @@ def smaller(a, b):
 @inline
 def terminating_function(state):
     """The switching function whose first zero ends a state; sliding down, the one looked for first."""
-    return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
+    return choose(
+        state == UP,
+        S3,
+        choose(state == DOWN, S2, choose(state == STICK, S4, S5)),
+    )
 
 
 @inline
 def can_leave(w, i, state):
     """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
-    reach = w[A + i] + w[AF + i]
-    return (reach > 1.0 + w[B + i]) | ((state == STICK) & (reach > abs(1.0 - w[B + i])))
+    reach = w[r.A + i] + w[r.AF + i]
+    return (reach > 1.0 + w[r.B + i]) | ((state == STICK) & (reach > abs(1.0 - w[r.B + i])))
 
 
 SECTION_MARGIN = 1e-9
@@ -201,14 +188,14 @@ def in_record(w, k, i, period, phi, transient):
 def section_due(w, k, i, count, period, phi, low, transient):
     """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
     first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
-    return time_between(period, phi, low, first + count, w[r.SECTION + i])
+    return motion.time_between(period, phi, low, first + count, w[r.SECTION + i])
 
 
 @inline
-def point_on_the_way(w, k, i, slot, period, phi, low, h, transient, periods):
+def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
     """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
-    due = section_due(w, k, i, slot, period, phi, low, transient)
-    return due, (due <= h) & (slot < periods), due + TWO_PI > h + SECTION_MARGIN
+    due = section_due(w, k, i, slot, period, phi, low, extent.transient)
+    return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 
 
 @inline
@@ -238,9 +225,22 @@ def leave_over(k, i, what):
 
 
 @inline
+def note_end(w, k, i, which, period, phi, x, v):
+    """The end of a state that a batch comes to in lane i: the switching function `which` is zero there.
+
+    Behind a wait whose end is known beforehand the lane goes on from a later instant.
+    """
+    k[r.ENDED + i] = which
+    k[r.END_PERIOD + i] = period
+    w[r.END_PHI + i] = phi
+    w[r.END_GAP + i] = x
+    w[r.END_SPEED + i] = -v
+
+
+@inline
 def count_more(k, i, to, more):
     """Count so many more switches into `to`."""
-    k[r.SWITCHES + to * STRIDE + i] += more
+    k[r.SWITCHES + to * r.STRIDE + i] += more
 
 
 @inline
@@ -252,11 +252,11 @@ def count_into(k, i, to):
 @inline
 def count_switch(k, i, recorded, impact, to):
     """Count a switch into `to`, and the impact before it if there was one."""
-    k[r.SWITCHES + IMPACT * STRIDE + i] += choose(recorded & impact, 1, 0)
-    k[r.SWITCHES + UP * STRIDE + i] += choose(recorded & (to == UP), 1, 0)
-    k[r.SWITCHES + DOWN * STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
-    k[r.SWITCHES + STICK * STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
-    k[r.SWITCHES + REST * STRIDE + i] += choose(recorded & (to == REST), 1, 0)
+    k[r.SWITCHES + IMPACT * r.STRIDE + i] += choose(recorded & impact, 1, 0)
+    k[r.SWITCHES + UP * r.STRIDE + i] += choose(recorded & (to == UP), 1, 0)
+    k[r.SWITCHES + DOWN * r.STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
+    k[r.SWITCHES + STICK * r.STRIDE + i] += choose(recorded & (to == STICK), 1, 0)
+    k[r.SWITCHES + REST * r.STRIDE + i] += choose(recorded & (to == REST), 1, 0)
 
 
 @inline

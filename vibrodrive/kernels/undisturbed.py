@@ -25,48 +25,12 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.branchless import choose, fma, wide
+from vibrodrive.jit.branchless import choose, fma, full, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, arc, dot
-from vibrodrive.kernels.codes import (
-    BRACKETED,
-    NOTHING,
-    S1,
-    S2,
-    S3,
-    STICK,
-    ZERO,
-)
-from vibrodrive.kernels.lane import (
-    BEGAN_DOWN,
-    BEGAN_UP,
-    CURSOR,
-    HI,
-    LASTED_DOWN,
-    LASTED_UP,
-    LO,
-    OUTCOME,
-    P_DOWN,
-    P_UP,
-    PHI,
-    PHI_DOWN,
-    PHI_UP,
-    RATE_DOWN,
-    RATE_UP,
-    SEARCH,
-    SEARCH_MODE,
-    SIG,
-    WORK,
-    WORK_BOOKED,
-    X0,
-    A,
-    B,
-    L,
-    P,
-    Q,
-    full,
-)
-from vibrodrive.kernels.motion import derivatives, segment_of, shape, slide_shape
+from vibrodrive.kernels import lane as r
+from vibrodrive.kernels import motion
+from vibrodrive.kernels.codes import BRACKETED, NOTHING, S1, S2, S3, STICK, ZERO
 
 LEAST_FALL = 0.01
 """Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
@@ -95,7 +59,7 @@ def release(state, phi, a, b, rises, falls):
 @inline
 def wait_end(w, i, state, phi):
     """`release` in lane i."""
-    return release(state, phi, w[A + i], w[B + i], w[PHI_UP + i], w[PHI_DOWN + i])
+    return release(state, phi, w[r.A + i], w[r.B + i], w[r.PHI_UP + i], w[r.PHI_DOWN + i])
 
 
 @inline
@@ -118,9 +82,9 @@ def bracket(w, i, s, phi, p, slope):
     """(lo, hi, fall, guess): `enclose` in lane i, and where the slide will end, by the last one of its direction."""
     up = s > 0.0
     # read before the choice: a read that depends on it stops vectorising
-    up_began, up_lasted, up_rate = w[BEGAN_UP + i], w[LASTED_UP + i], w[RATE_UP + i]
-    down_began, down_lasted, down_rate = w[BEGAN_DOWN + i], w[LASTED_DOWN + i], w[RATE_DOWN + i]
-    lo, hi, fall = enclose(s, phi, p, slope, w[PHI_UP + i], w[P_UP + i], w[PHI_DOWN + i], w[P_DOWN + i])
+    up_began, up_lasted, up_rate = w[r.BEGAN_UP + i], w[r.LASTED_UP + i], w[r.RATE_UP + i]
+    down_began, down_lasted, down_rate = w[r.BEGAN_DOWN + i], w[r.LASTED_DOWN + i], w[r.RATE_DOWN + i]
+    lo, hi, fall = enclose(s, phi, p, slope, w[r.PHI_UP + i], w[r.P_UP + i], w[r.PHI_DOWN + i], w[r.P_DOWN + i])
     since = phi - choose(up, up_began, down_began)
     guess = choose(up, up_lasted, down_lasted) + choose(up, up_rate, down_rate) * since
     return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, usual_end(lo, hi))
@@ -147,7 +111,7 @@ def gap_guess(x, below, h):
 @inline
 def search_in_bracket(w, k, i, s):
     """Look for the end of a slide that has just begun at rest. Returns how far below zero it would fall."""
-    lo, hi, fall, guess = bracket(w, i, s, w[PHI + i], w[P + i], w[L + i])
+    lo, hi, fall, guess = bracket(w, i, s, w[r.PHI + i], w[r.P + i], w[r.L + i])
     set_bracket(w, k, i, True, choose(s > 0.0, S3, S2), lo, hi, guess)
     set_search_mode(w, i, True, BRACKETED)
     return fall
@@ -156,7 +120,7 @@ def search_in_bracket(w, k, i, s):
 @inline
 def search_impact(w, k, i, h, below):
     """Look for the impact within h, at whose end the gap would be `below`."""
-    set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[X0 + i], below, h))
+    set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[r.X0 + i], below, h))
     set_search_mode(w, i, True, BRACKETED)
 
 
@@ -170,12 +134,12 @@ def rate_of(begin, end):
 def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
     """A slide begun at `phi` has lasted h, and a later one lasts longer by `rate`: where the next one of its direction
     will end is guessed from that. A rest forgets all guesses."""
-    w[BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[BEGAN_UP + i]))
-    w[BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[BEGAN_DOWN + i]))
-    w[LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[LASTED_UP + i]))
-    w[LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[LASTED_DOWN + i]))
-    w[RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[RATE_UP + i]))
-    w[RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[RATE_DOWN + i]))
+    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
+    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
+    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
+    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
+    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
+    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
 
 
 @inline
@@ -185,11 +149,11 @@ def clear_guesses(w, i):
 
 
 @inline
-def householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
+def householder_step(h, lo, hi, form, sig, m, halve):
     """One evaluation in the bracket: (next h, lo, hi, whether the next h is the zero)."""
     s, v, ds, dv, near = arc(h)
-    g = sig * shape(near, h, c0, d1, d2, c1, c2, al, be, s, v, ds, dv)
-    g1, g2, g3, g4 = derivatives(h, d1, c2, al, be, s, v)
+    g = sig * motion.shape(near, h, form, s, v, ds, dv)
+    g1, g2, g3, g4 = motion.derivatives(h, form.d1, form.c2, form.al, form.be, s, v)
     above = g > 0.0
     lo = choose(above, h, lo)
     hi = choose(above, hi, h)
@@ -200,14 +164,14 @@ def householder_step(h, lo, hi, c0, d1, d2, c1, c2, al, be, sig, m, halve):
     a2 = 0.5 * g2 * scaled
     a3 = (1.0 / 6.0) * g3 * scaled
     a4 = (1.0 / 24.0) * g4 * scaled
-    ahead = h - householder_series(u, a2, a3, a4)
+    ahead = h - motion.householder_series(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
     # the terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵, none of them left out
     square = u * u
     e = abs(m * inverse) * square
     t2 = fma(m * inverse, m * inverse * square, 0.5 * e)
-    close = (inside & (dot(t2, t2, (1.0 / 120.0) * square, e) * abs(u) <= TINY * ahead)) | (
-        hi - lo <= 4.0 * TINY * hi + 1e-300
+    close = (inside & (dot(t2, t2, (1.0 / 120.0) * square, e) * abs(u) <= motion.TINY * ahead)) | (
+        hi - lo <= 4.0 * motion.TINY * hi + 1e-300
     )
     return choose(inside, ahead, 0.5 * (lo + hi)), lo, hi, close
 
@@ -217,37 +181,45 @@ def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
     """`householder_step` towards the zero of switching function `which` of a slide, after so many evaluations."""
     sig = choose(which == S2, -1.0, 1.0)
     m = a + 1.0 + b  # more than any derivative of ξ from the second on
-    return householder_step(h, lo, hi, *slide_shape(segment, p, q, which == S1, p), sig, m, evaluations > PATIENCE)
+    form = motion.slide_shape(segment, p, q, which == S1, p)
+    return householder_step(h, lo, hi, form, sig, m, evaluations > PATIENCE)
 
 
 @inline
 def search_bracket(w, k, i):
     """One evaluation in lane i, where there is a bracket and nothing was met yet."""
-    h, lo, hi = w[CURSOR + i], w[LO + i], w[HI + i]
+    h, lo, hi = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i]
     ahead, low, high, found = step_in_bracket(
-        k[SEARCH + i], segment_of(w, i), w[A + i], w[B + i], w[P + i], w[Q + i], h, lo, hi,
-        w[WORK + i] - w[WORK_BOOKED + i],
+        k[r.SEARCH + i], motion.segment_of(w, i), w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i], h, lo, hi,
+        w[r.WORK + i] - w[r.WORK_BOOKED + i],
     )  # fmt: skip
-    on = (w[SEARCH_MODE + i] == BRACKETED) & (w[OUTCOME + i] == NOTHING)
-    w[CURSOR + i] = choose(on, ahead, h)
-    w[LO + i] = choose(on, low, lo)
-    w[HI + i] = choose(on, high, hi)
-    w[OUTCOME + i] = choose(on & found, ZERO, w[OUTCOME + i])
-    w[WORK + i] += choose(on, 1.0, 0.0)
+    on = (w[r.SEARCH_MODE + i] == BRACKETED) & (w[r.OUTCOME + i] == NOTHING)
+    w[r.CURSOR + i] = choose(on, ahead, h)
+    w[r.LO + i] = choose(on, low, lo)
+    w[r.HI + i] = choose(on, high, hi)
+    w[r.OUTCOME + i] = choose(on & found, ZERO, w[r.OUTCOME + i])
+    w[r.WORK + i] += choose(on, 1.0, 0.0)
 
 
 @inline
 def search_one_bracket(w, k, i, most):
     """`most` times `search_bracket` in one lane that has a bracket, or until a zero is met: in registers."""
-    segment, which, a, b, p, q = segment_of(w, i), k[SEARCH + i], w[A + i], w[B + i], w[P + i], w[Q + i]
-    h, lo, hi, before = w[CURSOR + i], w[LO + i], w[HI + i], w[WORK + i] - w[WORK_BOOKED + i]
+    segment, which, a, b, p, q = (
+        motion.segment_of(w, i),
+        k[r.SEARCH + i],
+        w[r.A + i],
+        w[r.B + i],
+        w[r.P + i],
+        w[r.Q + i],
+    )
+    h, lo, hi, before = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i], w[r.WORK + i] - w[r.WORK_BOOKED + i]
     found, steps = False, 0
     while steps < most and not found:
         h, lo, hi, found = step_in_bracket(which, segment, a, b, p, q, h, lo, hi, before + float(steps))
         steps += 1
-    w[CURSOR + i], w[LO + i], w[HI + i] = h, lo, hi
-    w[OUTCOME + i] = ZERO if found else NOTHING
-    w[WORK + i] += float(steps)
+    w[r.CURSOR + i], w[r.LO + i], w[r.HI + i] = h, lo, hi
+    w[r.OUTCOME + i] = ZERO if found else NOTHING
+    w[r.WORK + i] += float(steps)
 
 
 @part
@@ -260,8 +232,8 @@ def search_brackets(w, k, n, evaluations):
     total = 0
     m = full(n)
     for i in range(m):
-        w[OUTCOME + i] = NOTHING
-        total += choose((i < n) & (w[SEARCH_MODE + i] == BRACKETED), 1, 0)
+        w[r.OUTCOME + i] = NOTHING
+        total += choose((i < n) & (w[r.SEARCH_MODE + i] == BRACKETED), 1, 0)
     for _ in range(evaluations):
         for i in range(m):
             search_bracket(w, k, i)
@@ -271,30 +243,19 @@ def search_brackets(w, k, n, evaluations):
 @inline
 def set_bracket(w, k, i, where, which, lo, hi, cursor):
     """Lane i goes on with the search for the only zero of `which` between lo and hi."""
-    w[LO + i] = choose(where, lo, w[LO + i])
-    w[HI + i] = choose(where, hi, w[HI + i])
-    w[CURSOR + i] = choose(where, cursor, w[CURSOR + i])
-    k[SEARCH + i] = choose(where, which, k[SEARCH + i])
+    w[r.LO + i] = choose(where, lo, w[r.LO + i])
+    w[r.HI + i] = choose(where, hi, w[r.HI + i])
+    w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
+    k[r.SEARCH + i] = choose(where, which, k[r.SEARCH + i])
 
 
 @inline
 def set_search_mode(w, i, where, mode):
     """How the end of the state in lane i is found: STEPPED, BRACKETED or AT_ONCE."""
-    w[SEARCH_MODE + i] = choose(where, mode, w[SEARCH_MODE + i])
+    w[r.SEARCH_MODE + i] = choose(where, mode, w[r.SEARCH_MODE + i])
 
 
 @inline
 def set_side(w, i, where, down):
     """The side of S4 that ends a wait whose end is known."""
-    w[SIG + i] = choose(where, choose(down, 1.0, -1.0), w[SIG + i])
-
-
-TINY = 1.2e-16
-"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
-
-
-@inline
-def householder_series(u, a2, a3, a4):
-    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
-    square = a2 * a2
-    return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
+    w[r.SIG + i] = choose(where, choose(down, 1.0, -1.0), w[r.SIG + i])

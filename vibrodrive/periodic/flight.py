@@ -47,7 +47,7 @@ import math
 from vibrodrive.jit.compile import inline, jit
 from vibrodrive.jit.trig import HALF_PI, PI, PI_LOW, TWO_PI, arc, arcsine
 from vibrodrive.kernels.codes import DOWN, S1, S2, S3, STICK, UP
-from vibrodrive.kernels.motion import arrive, excitation, slide_at
+from vibrodrive.kernels.motion import Field, arrive, excitation, slide_at
 from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import begin, decide_after_slide, direction
 from vibrodrive.kernels.undisturbed import enclose, gap_guess, release, step_in_bracket, usual_end
@@ -151,7 +151,7 @@ def flight(psi, A, B, horizon, word, slides):
     count = 0
     while k <= horizon:
         s = direction(state)
-        segment = begin(s, x, 0.0, force, released, False, B, 0.0, p, q, 0.0, 0.0)
+        segment = begin(s, x, 0.0, force, released, False, B, 0.0, Field(p, q, 0.0, 0.0))
         lo, hi, fall = enclose(s, phi, p, segment.slope, up, p_up, down, p_down)
         word = append(word, state + 1)
         which, guess, touches = S3 if state == UP else S2, usual_end(lo, hi), False

@@ -1,6 +1,6 @@
 """Whether a disturbed motion lands as the undisturbed orbit does: order judged at the impacts, on no section.
 
-An n-periodic orbit has m main impacts (kernels/impacts.py) in n excitation periods, at known phases and speeds and
+An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods, at known phases and speeds and
 known whole numbers of periods apart: a cycle. A disturbed motion keeps this structure if there is a speed, the same for
 its whole record, that divides its main impacts from its touches such that
 
