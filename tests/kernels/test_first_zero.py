@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from vibrodrive.kernels.first_zero import LEAST_GAP, advance, parabola, safe_step, zero_free_span
+from vibrodrive.kernels.first_zero import LEAST_GAP, Taylor, advance, parabola, safe_step, zero_free_span
 
 Function = Callable[[float], tuple[float, ...]]
 
@@ -29,7 +29,7 @@ def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> li
 
     `function` gives g and its first four derivatives, |g'''| <= m3; each derivative is at most `rate` times the last.
     The last cursor is the zero, or `limit`, or where patience ended (in the rounding around a zero of high order):
-    the loop of `locate.search` for one function of any shape.
+    the loop of `first_zero.search` for one function of any shape.
     """
     cursors, span = [0.0], limit
     rate = rate or 4 / limit
@@ -37,7 +37,7 @@ def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> li
         t = cursors[-1]
         g, *derivatives = function(t)
         step, slope = safe_step(max(g, 0.0), *derivatives[:2], m3, span)
-        ahead, zero = advance(t, g, *derivatives, m3, 1 / rate, rate, step, limit)
+        ahead, zero = advance(t, Taylor(g, *derivatives), m3, 1 / rate, rate, step, limit)
         span = step if slope > 0 else 3 * span
         cursors.append(min(ahead, limit))
         if zero or ahead >= limit:
@@ -188,7 +188,7 @@ def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, r
     """Beyond the safe step, or back from below zero, only over a way on which g' hardly changes within the bounds."""
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
-    ahead, _ = advance(h, g, dg, ddg, share * m3, -share * m3 * rate, m3, 1 / rate, rate, step, 1e9)
+    ahead, _ = advance(h, Taylor(g, dg, ddg, share * m3, -share * m3 * rate), m3, 1 / rate, rate, step, 1e9)
     if ahead in (h, h + step):
         return
     way = abs(ahead - h)

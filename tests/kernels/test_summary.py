@@ -18,7 +18,7 @@ from vibrodrive.kernels import lane, summary
 from vibrodrive.kernels.arguments import Arguments, numbers_of
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import ROWS, new_history
-from vibrodrive.kernels.summary import OUT, TOTALS, summarise
+from vibrodrive.kernels.summary import OUT, TOTALS, Drive, summarise
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import SUMMARIES
 
@@ -187,7 +187,7 @@ def test_a_motion_that_never_leaves_is_at_rest():
 
 @numba.njit(error_model="numpy")
 def summarised(rows, n, state, x, point, totals, out):
-    summarise(rows, 0, n, state, x, point[0], point[1], point[2], point[3], point[4], totals, out)
+    summarise(rows, 0, n, state, x, Drive(point[0], point[1], point[2], point[3], point[4]), totals, out)
 
 
 def of_switches(motion):
