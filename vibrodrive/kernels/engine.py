@@ -14,6 +14,7 @@ from __future__ import annotations
 from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
+from vibrodrive.jit.branchless import choose, full, wide
 from vibrodrive.jit.compile import inline, inline_each, jit, part_each
 from vibrodrive.kernels import (
     arguments,
@@ -21,6 +22,7 @@ from vibrodrive.kernels import (
     event,
     first_zero,
     history,
+    muller,
     record,
     recurrence,
     setup,
@@ -88,23 +90,40 @@ def list_unusual(k, todo, n):
         m += 1 if k[r.LEFT_OVER + i] == codes.UNUSUAL else 0
 
 
+@part_each("grid", "disturbed", "fixed")
+def apply_switches(w, k, n, grid, disturbed, fixed, extent):
+    """Apply the ordinary ones of the switches found in the lanes 0..n-1. Returns how many are left to `event.py`."""
+    wide()
+    if grid and disturbed and not fixed:
+        muller.refine_abreast(w, n)
+    left = 0
+    for i in range(full(n)):
+        if disturbed:
+            if grid:
+                switch_grid_disturbed.apply_switch_on_grid_disturbed(w, k, i, fixed, extent)
+            else:
+                switch_disturbed.apply_switch_disturbed(w, k, i, extent)
+        elif grid:
+            switch_grid.apply_switch_on_grid(w, k, i, fixed, extent)
+        else:
+            switch_undisturbed.apply_switch_undisturbed(w, k, i, extent)
+        left += choose((i < n) & (k[r.LEFT_OVER + i] == codes.UNUSUAL), 1, 0)
+    return left
+
+
 @inline_each("grid", "disturbed", "fixed")
 def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
     """Advance the searches in the lanes 0..n-1, and apply the ordinary switches found. Returns how many are not."""
-    if not disturbed:
-        search_undisturbed(w, k, n, grid)
+    if disturbed:
         if grid:
-            return switch_grid.apply_switches_on_grid(w, k, n, fixed, extent)
-        return switch_undisturbed.apply_switches_undisturbed(w, k, n, extent)
-    if grid:
-        first_zero.search_on_grid(w, n, True, STEPS_ON_GRID)
+            first_zero.search_on_grid(w, n, True, STEPS_ON_GRID)
+        else:
+            first_zero.search_stepwise(w, n, STEPS)
+        switch_disturbed.mark_points(w, k, n, extent)
+        switch_disturbed.write_ahead(w, k, n, extent.transient, section)
     else:
-        first_zero.search_stepwise(w, n, STEPS)
-    switch_disturbed.mark_points(w, k, n, extent)
-    switch_disturbed.write_ahead(w, k, n, extent.transient, section)
-    if grid:
-        return switch_grid_disturbed.apply_switches_on_grid_disturbed(w, k, n, fixed, extent)
-    return switch_disturbed.apply_switches_disturbed(w, k, n, extent)
+        search_undisturbed(w, k, n, grid)
+    return apply_switches(w, k, n, grid, disturbed, fixed, extent)
 
 
 @inline
@@ -158,7 +177,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
                 if setup.load(w, k, n, points, order[c], method, extent, section, None, None):
                     n += 1
                 else:
-                    record.finish(w, k, n, extent.transient, section, impacts, recorder, outcome)
+                    record.finish(w, k, n, extent, section, impacts, recorder, None, outcome)
                 c = next_index(a.counter)
             if n == 0:
                 return 0
@@ -180,7 +199,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
                 if repeats and going and k[r.LEFT_OVER + i] == codes.CHECK_RECURRENCE:
                     going = recurrence.detect_recurrence(w, k, i, not grid, extent, section, impacts, recorder)
                 if not going:
-                    record.finish(w, k, i, extent.transient, section, impacts, recorder, outcome)
+                    record.finish(w, k, i, extent, section, impacts, recorder, None, outcome)
                     todo[ended] = i  # never ahead of j
                     ended += 1
             n = close_gaps(w, k, n, todo, ended)

@@ -48,12 +48,9 @@ def begin_search(w, k, i, state, from_rest, method):
         if method != codes.CERTIFIED:
             cursor = first_zero.first_grid_point(search, w[r.DTAU + i], limit)
         else:
-            disturbed = w[r.AF + i] > 0.0
-            cursor = (
-                first_zero.first_cursor(search, limit)
-                if disturbed
-                else first_zero.peak_cursor(w, i, switch.direction(state), limit)
-            )
+            cursor = first_zero.peak_cursor(w, i, switch.direction(state), limit)
+            if w[r.AF + i] > 0.0:
+                cursor = first_zero.first_cursor(search, limit)
     first_zero.set_search(w, k, i, True, which, search, cursor)
     if method != codes.CERTIFIED:
         first_zero.start_on_grid(w, i, True, which)
@@ -71,9 +68,8 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
     switch.commit_segment_fast(w, i, True, segment)
     undisturbed.set_search_mode(w, i, True, codes.STEPPED)
     first_zero.clear_dip(w, i)
-    if (method == codes.CERTIFIED or method == codes.MULLER_BRACKETED or method == codes.FIXED_BRACKETED) and w[
-        r.AF + i
-    ] == 0.0:
+    scanned = method == codes.FIXED or method == codes.MULLER
+    if not scanned and w[r.AF + i] == 0.0:
         if s == 0.0:
             h, _, _, down = undisturbed.wait_end(w, i, state, w[r.PHI + i])
             undisturbed.set_bracket(w, k, i, True, switch.terminating_function(state), h, h, h)
@@ -121,18 +117,12 @@ def certified_event(w, k, i, x):
             # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
             if met == codes.ZERO:
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
-            above = w[r.LAST_NONNEGATIVE + i]
-            first_zero.restart_search(
-                w,
-                k,
-                i,
-                codes.S1,
-                h,
-                above if w[r.X0 + i] >= first_zero.LEAST_GAP else first_zero.fall_from_nothing(w, i, h),
-            )
-            first_zero.set_limit(
-                w, i, True, h
-            )  # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
+            start = w[r.LAST_NONNEGATIVE + i]
+            if w[r.X0 + i] < first_zero.LEAST_GAP:
+                start = first_zero.fall_from_nothing(w, i, h)
+            first_zero.restart_search(w, k, i, codes.S1, h, start)
+            # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
+            first_zero.set_limit(w, i, True, h)
             return codes.CONTINUE, h
         if met == codes.ZERO:
             margins.record_margin(w, k, i, x, margins.gap_rounding(w, i, h))

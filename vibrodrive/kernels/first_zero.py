@@ -79,20 +79,31 @@ class Search(NamedTuple):
     noise: float
 
 
+class Taylor(NamedTuple):
+    """A switching function and its first four derivatives at an instant."""
+
+    g: float
+    dg: float
+    ddg: float
+    dddg: float
+    ddddg: float
+
+
+class Ripple(NamedTuple):
+    """Of the fast part of a switching function: its slope, its second derivative over η²; and g" without it."""
+
+    slope: float
+    second: float
+    slow: float
+
+
 @inline
 def search_shape(w, i, which, limit):
     """Switching function `which`, eq. (8), of the segment under way in lane i, to be searched up to `limit`."""
     gap, force = which == S1, which >= S4
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
-    p, q, pf, qf, xalf, xbef, af = (
-        w[r.P + i],
-        w[r.Q + i],
-        w[r.PF + i],
-        w[r.QF + i],
-        w[r.XALF + i],
-        w[r.XBEF + i],
-        w[r.AF + i],
-    )
+    p, q, pf, qf = w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i]
+    xalf, xbef, af = w[r.XALF + i], w[r.XBEF + i], w[r.AF + i]
     rate = p + eta * pf
     form = motion.slide_shape(motion.segment_of(w, i), p, q, gap, rate)
     c0 = choose(force, q + qf - w[r.B + i], form.c0)
@@ -157,9 +168,7 @@ def set_search(w, k, i, where, which, search, cursor):
 @inline
 def form_of(w, i):
     """The slow part of the switching function searched in lane i."""
-    return motion.Form(
-        w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.C1 + i], w[r.C2 + i], w[r.AL + i], w[r.BE + i]
-    )  # fmt: skip
+    return motion.Form(w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.C1 + i], w[r.C2 + i], w[r.AL + i], w[r.BE + i])
 
 
 @inline
@@ -327,9 +336,8 @@ def series(h, u, half, third, fourth, m3, scale, rate):
     e = abs(m3) * u * u
     t2 = fma(t, t, e)
     q = 0.25 * rate * u
-    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= motion.TINY * h) & (
-        abs(ahead - h) <= h
-    )  # false for what overflows, too
+    near = abs(ahead - h) <= h  # false for what overflows, too
+    return ahead, (dot(t2, t2, q * q, e) * abs(u) <= motion.TINY * h) & near
 
 
 @inline
@@ -339,12 +347,13 @@ def bends_little(way, dg, ddg, m3, rate):
 
 
 @inline
-def step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, noise):
+def step_to_zero(taylor, m3, rate, noise):
     """A step to shortly before the zero that g > 0 points to, where g is still above `noise`; 0 if that is not sure.
 
     All the way g' keeps 3/4 of what it is at least, so g falls, and from what its Taylor polynomial and the remainder,
     M5 s⁵/120, are off at the end of the series follows how much sooner to end.
     """
+    g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
     half, third, fourth = 0.5 * ddg, (1.0 / 6.0) * dddg, (1.0 / 24.0) * ddddg
     way = -motion.householder_series(g * inverse, half * inverse, third * inverse, fourth * inverse)
@@ -376,16 +385,12 @@ def advance(h, taylor, m3, scale, rate, step, limit):
     return choose(close | trusted, jump, ahead), zero
 
 
-@inline_each("fast", "grid")
-def search(w, i, fast, grid):
-    """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
+@inline_each("fast")
+def evaluate(w, i, h, fast):
+    """(values at h of the function searched in lane i, ξ there, values of its ripple), with a disturbance or without.
 
-    Without a grid the cursor is a time h after the last switch; on a grid it is a whole number of steps, and a zero is
-    met where eq. (10) holds for the step that ends there. A lane that has met something stays as it is.
+    The ripple: its slope, and its second derivative over η²; the second derivative without it.
     """
-    cursor = w[r.CURSOR + i]
-    dtau = w[r.DTAU + i]
-    h = cursor * dtau if grid else cursor
     form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -398,6 +403,7 @@ def search(w, i, fast, grid):
     p, q = w[r.P + i], w[r.Q + i]
     gap = motion.Form(w[r.WATCHED_GAP + i], w[r.V0 + i], w[r.XD2 + i], w[r.XC1 + i], w[r.XC2 + i], -p, q)
     x = motion.shape(near, h, gap, s, v, ds, dv)
+    fast_slope = fast_second = 0.0
     if fast:
         g += motion.fast_part(near, alf, bef, sf, vf, dsf, dvf)
         # the ripple's slope, and its second derivative over η²: minus its value, but for a constant
@@ -410,67 +416,101 @@ def search(w, i, fast, grid):
         ddddg = fma(-square * square, fast_second, ddddg)
         x += motion.fast_part(near, w[r.XALF + i], w[r.XBEF + i], sf, vf, dsf, dvf)
     g = w[r.BASE + i] + sig * g
-    dg = sig * dg
-    ddg = sig * ddg
-    dddg = sig * dddg
-    ddddg = sig * ddddg
+    return Taylor(g, sig * dg, sig * ddg, sig * dddg, sig * ddddg), x, Ripple(fast_slope, fast_second, slow_ddg)
+
+
+@inline_each("fast")
+def free_step(w, i, taylor, ripple, trusted, fast):
+    """(step, slope) as `safe_step` for the span of lane i, and whether the step is that of the slow part.
+
+    Where the parabola under the slow part is still positive at S, the slow part's step is the longer one.
+    """
+    m3, span = w[r.M3 + i], w[r.SPAN + i]
+    if not fast:
+        step, slope = safe_step(trusted, taylor.dg, taylor.ddg, m3, span)
+        return step, slope, False
+    rf, m2, sig = w[r.FAST_AMPLITUDE + i], w[r.M2_SLOW + i], w[r.SIG + i]
+    slow = fma(sig, ripple.second, trusted) - (rf + w[r.NOISE + i])
+    slow_slope = fma(-sig, ripple.slope, taylor.dg)
+    far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
+    slow_bend = curvature_bound(sig * ripple.slow, m2, LEAP)
+    leap = slow_bend > -m2
+    bend = choose(far, choose(leap, slow_bend, -m2), curvature_bound(taylor.ddg, m3, span))
+    reach = choose(far, choose(leap, LEAP, INFINITY), span)
+    step, slope = parabola(choose(far, slow, trusted), choose(far, slow_slope, taylor.dg), bend, reach)
+    return step, choose(far, 0.0, slope), far
+
+
+@inline
+def note_dip(w, i, h, taylor, x):
+    """Keep the closest the function came to a zero that it does not have.
+
+    It is the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
+    belie it; kept as a fraction, so that no step pays for a division.
+    """
+    g, dg, ddg = taylor.g, taylor.dg, taylor.ddg
+    over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
+    sure = (under > 0.0) & (w[r.M3 + i] * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
+    first = w[r.DIP_DENOMINATOR + i] == 0.0
+    nearer = sure & (x > 0.0) & (first | (over * w[r.DIP_DENOMINATOR + i] < w[r.DIP_NUMERATOR + i] * under))
+    nearer = nearer & (w[r.OUTCOME + i] == NOTHING)
+    w[r.DIP_NUMERATOR + i] = choose(nearer, over, w[r.DIP_NUMERATOR + i])
+    w[r.DIP_DENOMINATOR + i] = choose(nearer, under, w[r.DIP_DENOMINATOR + i])
+
+
+@inline
+def next_on_grid(w, i, taylor, x, step, rate, trusted):
+    """(grid point to go to, what is met at the cursor), where `step` is free of zeros."""
+    cursor, limit = w[r.CURSOR + i], w[r.LIMIT + i]
+    further = step_to_zero(taylor, w[r.M3 + i], rate, w[r.NOISE + i])
+    step = choose(further > step, further, step)
+    reach = cursor + (step / w[r.DTAU + i] if trusted > 0.0 else 0.0)
+    reach = reach if reach < limit else limit
+    whole = (reach + ROUND) - ROUND
+    whole = whole - 1.0 if whole > reach else whole
+    ahead = whole if whole > cursor + 1.0 else cursor + 1.0
+    zero, fallen = taylor.g < 0.0, x < 0.0
+    met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if cursor >= limit else NOTHING))
+    # where ξ and ξ' are both seen to have changed sign it is an impact; which of the two is noted for Muller
+    met = BOTH if zero & fallen else met
+    return cursor if met != NOTHING else ahead, met
+
+
+@inline
+def next_instant(w, i, h, taylor, x, step, rate):
+    """(h to go to, what is met there) without a grid, where `step` is free of zeros."""
+    limit = w[r.LIMIT + i]
+    tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
+    ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
+    at_limit = ahead >= limit
+    ahead = limit if at_limit else ahead
+    met = LIMIT_MET if at_limit | tired else (ZERO if zero else NOTHING)
+    return ahead, FALLEN if x < -w[r.FALL_TOLERANCE + i] else met
+
+
+@inline_each("fast", "grid")
+def search(w, i, fast, grid):
+    """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
+
+    Without a grid the cursor is a time h after the last switch; on a grid it is a whole number of steps, and a zero is
+    met where eq. (10) holds for the step that ends there. A lane that has met something stays as it is.
+    """
+    cursor, sig = w[r.CURSOR + i], w[r.SIG + i]
+    h = cursor * w[r.DTAU + i] if grid else cursor
+    taylor, x, ripple = evaluate(w, i, h, fast)
+    g = taylor.g
     trusted = g - w[r.NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
-    m3, span = w[r.M3 + i], w[r.SPAN + i]
-    if fast:
-        # where the parabola under the slow part is still positive at S, the slow part's step is the longer one
-        rf, m2 = w[r.FAST_AMPLITUDE + i], w[r.M2_SLOW + i]
-        slow = fma(sig, fast_second, trusted) - (rf + w[r.NOISE + i])
-        slow_slope = fma(-sig, fast_slope, dg)
-        far = (slow > 0.0) & (rf > 0.0) & (fma(fma(-0.5 * m2, span, slow_slope), span, slow) > 0.0)
-        slow_bend = curvature_bound(sig * slow_ddg, m2, LEAP)
-        leap = slow_bend > -m2
-        bend = choose(far, choose(leap, slow_bend, -m2), curvature_bound(ddg, m3, span))
-        reach = choose(far, choose(leap, LEAP, INFINITY), span)
-        step, slope = parabola(choose(far, slow, trusted), choose(far, slow_slope, dg), bend, reach)
-        slope = choose(far, 0.0, slope)
-    else:
-        far = False
-        step, slope = safe_step(trusted, dg, ddg, m3, span)
-    if not grid:
-        # the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
-        # belie it; kept as a fraction, so that no step pays for a division
-        over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
-        sure = (under > 0.0) & (m3 * abs(dg * dg * dg) <= 1.5 * over * ddg * ddg) & (h > 0.0)
-        first = w[r.DIP_DENOMINATOR + i] == 0.0
-        nearer = sure & (x > 0.0) & (first | (over * w[r.DIP_DENOMINATOR + i] < w[r.DIP_NUMERATOR + i] * under))
-        nearer = nearer & (w[r.OUTCOME + i] == NOTHING)
-        w[r.DIP_NUMERATOR + i] = choose(nearer, over, w[r.DIP_NUMERATOR + i])
-        w[r.DIP_DENOMINATOR + i] = choose(nearer, under, w[r.DIP_DENOMINATOR + i])
+    step, slope, far = free_step(w, i, taylor, ripple, trusted, fast)
     # the next S: as far as this step went where the root is in sight, further where it is not
-    span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * span))
+    span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * w[r.SPAN + i]))
+    rate = choose(w[r.ETA + i] > 1.0, w[r.ETA + i], 1.0) if fast else 1.0
     if grid:
         span += 1e-9 * w[r.SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
-    rate = choose(eta > 1.0, eta, 1.0) if fast else 1.0
-    limit = w[r.LIMIT + i]
-    if grid:
-        further = step_to_zero(g, dg, ddg, dddg, ddddg, m3, rate, w[r.NOISE + i])
-        step = choose(further > step, further, step)
-        reach = cursor + (step / dtau if trusted > 0.0 else 0.0)
-        reach = reach if reach < limit else limit
-        whole = (reach + ROUND) - ROUND
-        whole = whole - 1.0 if whole > reach else whole
-        ahead = whole if whole > cursor + 1.0 else cursor + 1.0
-        at_limit = cursor >= limit
-        zero = g < 0.0
-        fallen = x < 0.0
-        met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if at_limit else NOTHING))
-        # where ξ and ξ' are both seen to have changed sign it is an impact; which of the two is noted for Muller
-        met = BOTH if zero & fallen else met
-        ahead = cursor if met != NOTHING else ahead
+        ahead, met = next_on_grid(w, i, taylor, x, step, rate, trusted)
     else:
-        tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
-        ahead, zero = advance(h, (g, dg, ddg, dddg, ddddg), m3, w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
-        at_limit = ahead >= limit
-        ahead = limit if at_limit else ahead
-        at_limit = at_limit | tired
-        met = LIMIT_MET if at_limit else (ZERO if zero else NOTHING)
-        met = FALLEN if x < -w[r.FALL_TOLERANCE + i] else met
+        note_dip(w, i, h, taylor, x)
+        ahead, met = next_instant(w, i, h, taylor, x, step, rate)
     # a search of two sides goes on with the one that is behind
     other = w[r.OTHER + i]
     turn = ahead > other

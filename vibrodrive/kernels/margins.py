@@ -25,6 +25,12 @@ its cost."""
 
 
 @inline
+def suspect(w, i):
+    """Distances in H and ξ' of the segment under way above this are never within rounding."""
+    return SUSPECT * (magnitude_scale(w, i) + abs(w[r.V0 + i]))
+
+
+@inline
 def set_margin(w, i, where, margin):
     """The smallest distance of a decision from its opposite, so far; it judges nothing, being beyond rounding."""
     w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
@@ -131,7 +137,7 @@ def record_margin_of_start(w, k, i, v, force):
 def record_margin_of_reversal(w, k, i, h, force, acceleration):
     """A slide has ended in the air after h: ||H| - 1| decides. A zero of ξ' is late by its error over ξ''."""
     distance = abs(abs(force) - 1.0)
-    if distance < SUSPECT * (magnitude_scale(w, i) + abs(w[r.V0 + i])):
+    if distance < suspect(w, i):
         late = velocity_rounding(w, i, h) / (ROUNDING * abs(acceleration) + 1e-300)
         record_margin_of_force(w, k, i, distance, TWO_PI + h + late)
     else:
@@ -155,7 +161,7 @@ def record_margin_of_tangency(w, k, i, h):
     under = w[r.DIP_DENOMINATOR + i]
     if under > 0.0:
         near = w[r.DIP_NUMERATOR + i] / under
-        if near < w[r.MARGIN + i] or near < SUSPECT * (magnitude_scale(w, i) + abs(w[r.V0 + i])):
+        if near < w[r.MARGIN + i] or near < suspect(w, i):
             force = k[r.SEARCH + i] >= S4
             record_margin(w, k, i, near, ROUNDING * magnitude_scale(w, i) if force else velocity_rounding(w, i, h))
 

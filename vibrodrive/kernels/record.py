@@ -200,7 +200,7 @@ def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
 
 
 @part
-def finish(w, k, i, transient, section, impacts, recorder, outcome):
+def finish(w, k, i, extent, section, impacts, recorder, errors, outcome):
     """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
     row, line = k[r.POINT + i], switch.section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
@@ -209,7 +209,9 @@ def finish(w, k, i, transient, section, impacts, recorder, outcome):
     if impacts is not None:
         end_impacts(k, i, impacts)
     if recorder is not None:
-        history.end_history(w, k, i, transient, recorder)
+        history.end_history(w, k, i, extent.transient, recorder)
+    if errors is not None:
+        certainty.end_errors(w, k, i, extent.periods, errors)
     for state in range(5):
         outcome.counts[row, state] = k[r.SWITCHES + state * r.STRIDE + i]
     outcome.status[row] = k[r.STATUS + i]

@@ -12,7 +12,6 @@ from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
 from vibrodrive.kernels import (
     arguments,
-    certainty,
     event,
     first_zero,
     history,
@@ -104,9 +103,7 @@ def single(method: int, recorded: bool, bounded: bool):
                     continue
                 under_way = event.process_event(w, k, 0, method, extent, section, impacts, recorder, log, errors)
             if not under_way:
-                record.finish(w, k, 0, extent.transient, section, impacts, recorder, outcome)
-                if bounded:
-                    certainty.end_errors(w, k, 0, extent.periods, errors)
+                record.finish(w, k, 0, extent, section, impacts, recorder, errors, outcome)
         return 0
 
     return run

@@ -159,11 +159,7 @@ def smaller(a, b):
 @inline
 def terminating_function(state):
     """The switching function whose first zero ends a state; sliding down, the one looked for first."""
-    return choose(
-        state == UP,
-        S3,
-        choose(state == DOWN, S2, choose(state == STICK, S4, S5)),
-    )
+    return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
 
 
 @inline

@@ -9,7 +9,7 @@ from vibrodrive.jit.branchless import choose, full, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import first_zero, margins, motion, record, switch, take_over
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import DONE, FALLEN, KEEP_SWITCH, NOTHING, S1, S2, S4, UNUSUAL, ZERO
+from vibrodrive.kernels.codes import FALLEN, NOTHING, S1, S2, S4, ZERO
 
 
 @part
@@ -41,60 +41,40 @@ def write_ahead(w, k, n, transient, section):
 
 
 @inline
-def apply_switch_disturbed(w, k, i, extent):
-    """Take lane i, which stands at the end of its search, over the switch; or leave it to `event.py`."""
-    met = w[r.OUTCOME + i]
-    h, which = w[r.CURSOR + i], k[r.SEARCH + i]
+def find_switch(w, k, i):
+    """What the search in lane i has met at its cursor."""
+    met, h, which = w[r.OUTCOME + i], w[r.CURSOR + i], k[r.SEARCH + i]
     gap, falling, waited = which == S1, which == S2, which >= S4
-    margin, usual = w[r.MARGIN + i], margins.magnitude_scale(w, i)
     level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)
     there, late = motion.on_boundary(w, i, waited, motion.propagate_disturbed(w, k, i, h), level, h)
-    x0, v0 = w[r.X0 + i], w[r.V0 + i]
-    x = choose(waited, x0, there.x)
-    force = motion.adhesive_force(w, i, there.q, there.qf)
-    suspect = margins.SUSPECT * (usual + abs(v0))
 
     # the closest the search came to a zero that was none
     under, over_under = w[r.DIP_DENOMINATOR + i], w[r.DIP_NUMERATOR + i]
     touched = under > 0.0
     near = choose(touched, over_under, 1.0) / choose(touched, under, 1.0)
-    clear = (not touched) | (near >= suspect)
-    margin = choose(touched, switch.smaller(near, margin), margin)
+    clear = (not touched) | (near >= margins.suspect(w, i))
+    margin = choose(touched, switch.smaller(near, w[r.MARGIN + i]), w[r.MARGIN + i])
 
     # S2 ends below the obstacle: there was an impact before, look for it
     off = margins.gap_rounding(w, i, h)
-    aside = clear & falling & (x < -off) & ((met == ZERO) | (met == FALLEN)) & (x0 >= first_zero.LEAST_GAP)
-    margin_aside = choose(met == ZERO, switch.smaller(-x, margin), margin)
+    fell = falling & (there.x < -off)
+    aside = clear & fell & ((met == ZERO) | (met == FALLEN)) & (w[r.X0 + i] >= first_zero.LEAST_GAP)
+    margin_aside = choose(met == ZERO, switch.smaller(-there.x, margin), margin)
+    lowest = choose(falling, switch.smaller(there.x, margin), margin)
+    ordinary = clear & (met == ZERO) & (gap | waited | (there.x > choose(falling, off, 0.0)))
+    work, idle = w[r.WORK + i], met == NOTHING
+    return take_over.Found(h, which, there, late, off, work, lowest, ordinary, aside, margin_aside, idle)
 
-    # ordinary is what lies before the next section point but one, within the budget, and is clearly decided
-    ahead = take_over.look_ahead(w, k, i, h, w[r.WORK + i], extent)
-    ahead = take_over.Ahead(ahead.due, k[r.SLOT + i] < extent.periods, ahead.within, ahead.cost)  # as written ahead
-    lowest = choose(falling, switch.smaller(x, margin), margin)
-    to, nearest, decided = take_over.decide_clearly(w, i, which, force, lowest, suspect)
-    over = clear & (met == ZERO) & ahead.within & (gap | waited | (x > choose(falling, off, 0.0))) & decided
-    taken = take_over.Taken(over, which, to, force, off)
-    _, left, recorded = take_over.take_over(w, k, i, True, False, taken, there, late, ahead, extent)
-    done = choose(recorded, KEEP_SWITCH, DONE)
-    switch.leave_over(k, i, choose(over | aside | (met == NOTHING), done, UNUSUAL))
-    margins.set_margin(w, i, over | aside, choose(over, nearest, margin_aside))
 
-    # and what ends it
-    goal = choose(aside, S1, switch.terminating_function(to))
-    slides = not switch.waits(to)
-    limit = choose(aside, h, switch.smaller(left, motion.longest(w, i)))
+@inline
+def apply_switch_disturbed(w, k, i, extent):
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it to `event.py`."""
+    found = find_switch(w, k, i)
+    begun = take_over.take_over(w, k, i, True, False, False, found, extent)
+    aside, where = found.aside, begun.over | found.aside
+    goal = choose(aside, S1, switch.terminating_function(begun.to))
+    limit = choose(aside, found.h, switch.smaller(begun.left, motion.longest(w, i)))
     search = first_zero.search_shape(w, i, goal, limit)
-    cursor = choose(over, choose(slides, first_zero.first_cursor(search, limit), 0.0), w[r.LAST_NONNEGATIVE + i])
-    first_zero.set_limit(w, i, over | aside, limit)
-    first_zero.set_search(w, k, i, over | aside, goal, search, cursor)
-
-
-@part
-def apply_switches_disturbed(w, k, n, extent):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε > 0.
-
-    Returns how many are left to `event.py`.
-    """
-    wide()
-    for i in range(full(n)):
-        apply_switch_disturbed(w, k, i, extent)
-    return take_over.count_unusual(k, n)
+    first = choose(switch.waits(begun.to), 0.0, first_zero.first_cursor(search, limit))
+    first_zero.set_limit(w, i, where, limit)
+    first_zero.set_search(w, k, i, where, goal, search, choose(begun.over, first, w[r.LAST_NONNEGATIVE + i]))

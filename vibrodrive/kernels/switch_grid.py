@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.branchless import choose, fma, full, wide
-from vibrodrive.jit.compile import inline, inline_each, part_each
+from vibrodrive.jit.branchless import choose, fma
+from vibrodrive.jit.compile import inline, inline_each
 from vibrodrive.jit.trig import TWO_PI, arc
 from vibrodrive.kernels import codes, first_zero, margins, motion, muller, switch, take_over, undisturbed
 from vibrodrive.kernels import lane as r
@@ -110,68 +110,44 @@ def end_in_cell(w, k, i, fixed, cell):
 
 @inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, extent):
-    """Take lane i, whose state ends at its cursor, over the switch; or leave it to be scanned.
+    """Apply the switch in which the state of lane i ends if it is an ordinary one; or leave it to be scanned.
 
     `fixed` is a literal: the switch is at the grid point behind the zero, or else refined by Muller's method.
     """
     which, mode, phi, x0 = k[r.SEARCH + i], w[r.SEARCH_MODE + i], w[r.PHI + i], w[r.X0 + i]
-    gap, falling, rising, waited = which == codes.S1, which == codes.S2, which == codes.S3, which >= codes.S4
-    found = w[r.OUTCOME + i] != codes.NOTHING
-    met = (found & (mode == codes.BRACKETED)) | (mode == codes.AT_ONCE)
+    falling, rising, dtau = which == codes.S2, which == codes.S3, w[r.DTAU + i]
+    seen = w[r.OUTCOME + i] != codes.NOTHING
+    met = (seen & (mode == codes.BRACKETED)) | (mode == codes.AT_ONCE)
     cell = cell_of(w, k, i, which)
     sure = met & cell.sure
     h, refined, steps, there = end_in_cell(w, k, i, fixed, cell)
-    force = there.q - w[r.B + i]
+    rate = undisturbed.rate_of(w[r.A0 + i], there.q - w[r.B + i] - choose(rising, 1.0, -1.0))
 
     # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
     # differs from that by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = value_at(0.0, 1.0, gap_form, cell.low)
-    off = margins.gap_rounding(w, i, h)
-    slack = off + (w[r.A + i] + 1.0 + w[r.B + i]) * w[r.DTAU + i] * w[r.DTAU + i]
+    off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]
+    slack = off + (w[r.A + i] + 1.0 + w[r.B + i]) * dtau * dtau
     aside = sure & falling & (x_low < -slack)
     guess_below = undisturbed.gap_guess(x0, x_low, cell.low)
+    ordinary = sure & refined & ((there.x > slack) | (not falling))
+    # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
+    idle = not (met | seen)
 
-    # ordinary is what lies before the next section point but one, within the budget, and is clearly decided
-    ahead = take_over.look_ahead(w, k, i, h, w[r.WORK + i], extent)
-    sx, sv = motion.section_at(w, i, ahead.due)
-    switch.set_point_ahead(w, k, i, k[r.SECTIONS + i], choose(waited, x0, sx), choose(waited, 0.0, sv))
-    suspect = margins.SUSPECT * margins.magnitude_scale(w, i)
-    to, nearest, decided = take_over.decide_clearly(w, i, which, force, w[r.MARGIN + i], suspect)
-    waiting, s = switch.waits(to), switch.direction(to)
-    over = sure & refined & ahead.within & ((there.x > slack) | (not falling)) & decided
-    over &= waiting | (1.0 + s * w[r.B + i] >= undisturbed.LEAST_FALL)
-
-    rate = undisturbed.rate_of(w[r.A0 + i], force - choose(rising, 1.0, -1.0))
-    undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, False, phi, h, rate)
-    taken = take_over.Taken(over, which, to, force, off)
-    segment, _, recorded = take_over.take_over(w, k, i, False, True, taken, there, 0.0, ahead, extent)
+    found = take_over.Found(h, which, there, 0.0, off, w[r.WORK + i], margin, ordinary, aside, margin, idle)
+    begun = take_over.take_over(w, k, i, False, True, fixed, found, extent)
+    over, to = begun.over, begun.to
     motion.commit_grid(k, i, over, steps)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
-    margins.set_margin(w, i, over, nearest)
-
-    # away from the obstacle, or at rest there: is this where the motion has been before?
-    look = take_over.is_due(w, k, i, over & (gap | (which == codes.S5)), there.phi) & (not fixed)
-    more = choose(look, codes.CHECK_RECURRENCE, codes.DONE)
-    more += choose(recorded | (k[r.HISTORY_KEEPS + i] == codes.ALL), codes.KEEP_SWITCH, codes.DONE)
-    # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
-    idle = aside | (not (met | found))
-    switch.leave_over(k, i, choose(over, more, choose(idle, codes.DONE, codes.UNUSUAL)))
 
     # and what ends it
-    lo, hi, _, guess = undisturbed.bracket(w, i, s, there.phi, there.p, segment.slope)
+    undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, False, phi, h, rate)
+    waiting, s = switch.waits(to), switch.direction(to)
+    lo, hi, _, guess = undisturbed.bracket(w, i, s, there.phi, there.p, begun.segment.slope)
     wait, _, _, down = undisturbed.wait_end(w, i, to, there.phi)
     goal = choose(over, switch.terminating_function(to), codes.S1)
     cursor = choose(over, choose(waiting, wait, guess), guess_below)
     undisturbed.set_bracket(w, k, i, over | aside, goal, choose(over, lo, 0.0), choose(over, hi, cell.low), cursor)
     undisturbed.set_search_mode(w, i, over, choose(waiting, codes.AT_ONCE, codes.BRACKETED))
     undisturbed.set_side(w, i, over, down)
-
-
-@part_each("fixed")
-def apply_switches_on_grid(w, k, n, fixed, extent):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their state. Returns how many cannot."""
-    wide()
-    for i in range(full(n)):
-        apply_switch_on_grid(w, k, i, fixed, extent)
-    return take_over.count_unusual(k, n)

@@ -7,25 +7,22 @@ refined zero of ξ', it is left to `event.py`.
 
 from __future__ import annotations
 
-from vibrodrive.jit.branchless import choose, full, wide
-from vibrodrive.jit.compile import inline_each, part_each
+from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.compile import inline_each
 from vibrodrive.kernels import first_zero, margins, motion, muller, switch, take_over
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.codes import BOTH, DONE, FALLEN, KEEP_SWITCH, NOTHING, S1, S2, UNUSUAL, ZERO
+from vibrodrive.kernels.codes import BOTH, FALLEN, NOTHING, S1, S2, ZERO
 
 
 @inline_each("fixed")
-def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Take lane i, whose scan has met something, over the switch; or leave it to `event.py`. `fixed` is a literal."""
-    met, which, cursor = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i]
-    falling = which == S2
+def find_switch_on_grid(w, k, i, fixed, apart):
+    """What the scan in lane i has met at its cursor.
+
+    apart: whether ξ was seen above 0 more than a grid step ago; if it fell below 0 since then, in a stretch free of
+    other switches, the first such grid point is to be looked for.
+    """
+    met, which, cursor, margin = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i], w[r.MARGIN + i]
     high = cursor * w[r.DTAU + i]
-
-    # ξ fell below 0 in a stretch free of other switches: look for the first such grid point, which may be this one.
-    # Then Muller's method has the one before looked at as well, unless that is where the slide began
-    above = w[r.LAST_NONNEGATIVE + i]
-    apart = cursor - above > 1.0
-
     if fixed:
         gap = (which == S1) | (met == FALLEN) | (met == BOTH)
         aside, busy = (met == FALLEN) & apart, met == NOTHING
@@ -37,45 +34,32 @@ def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
         aside, busy = met == FALLEN, (met == NOTHING) | muller.under_way(w, i)
         ended, h, evaluations = muller.refined(w, i, high)
         there = motion.propagate_disturbed(w, k, i, h)
-    force = motion.adhesive_force(w, i, there.q, there.qf)
+        ended &= (there.x > 0.0) | (which != S2)
+    event, off, work = choose(gap, S1, which), margins.gap_rounding(w, i, h), w[r.WORK + i] + evaluations
+    return take_over.Found(h, event, there, 0.0, off, work, margin, ended, aside, margin, busy)
 
-    # ordinary is what lies before the next section point but one, within the budget, and is clearly decided
-    work = w[r.WORK + i] + evaluations
-    ahead = take_over.look_ahead(w, k, i, h, work, extent)
-    event, suspect = choose(gap, S1, which), margins.SUSPECT * (margins.magnitude_scale(w, i) + abs(w[r.V0 + i]))
-    to, nearest, decided = take_over.decide_clearly(w, i, event, force, w[r.MARGIN + i], suspect)
-    over = ended & ahead.within & decided
-    if not fixed:
-        over &= (there.x > 0.0) | (not falling)
-    taken = take_over.Taken(over, event, to, force, margins.gap_rounding(w, i, h))
-    _, left, recorded = take_over.take_over(w, k, i, True, True, taken, there, 0.0, ahead, extent)
-    switch.leave_over(k, i, choose(over, choose(recorded, KEEP_SWITCH, DONE), choose(aside | busy, DONE, UNUSUAL)))
-    w[r.WORK + i] = choose(over, work, w[r.WORK + i])
+
+@inline_each("fixed")
+def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it to `event.py`."""
+    cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
+    apart = cursor - above > 1.0
+    found = find_switch_on_grid(w, k, i, fixed, apart)
+    begun = take_over.take_over(w, k, i, True, True, fixed, found, extent)
+    over, aside = begun.over, found.aside
+    w[r.WORK + i] = choose(over, found.work, w[r.WORK + i])
     if fixed:
         motion.commit_grid(k, i, over, k[r.GRID + i] + int(cursor))
-    margins.set_margin(w, i, over, nearest)
 
-    # and what ends it
-    goal = choose(aside, S1, switch.terminating_function(to))
-    limit = motion.grid_steps(w, i, left)
-    search = first_zero.search_shape(w, i, goal, choose(aside, high, limit * w[r.DTAU + i]))
-    begin_at = choose(switch.waits(to), 1.0, first_zero.first_grid_point(search, w[r.DTAU + i], limit))
-    cursor = choose(aside, above + choose(apart | (above == 0.0), 1.0, 0.0), begin_at)
+    # The grid point looked for after a fall may be this one. Muller's method has the one before looked at as well,
+    # unless that is where the slide began
+    goal = choose(aside, S1, switch.terminating_function(begun.to))
+    limit = motion.grid_steps(w, i, begun.left)
+    reach = choose(aside, cursor, limit) * w[r.DTAU + i]
+    search = first_zero.search_shape(w, i, goal, reach)
+    first = choose(switch.waits(begun.to), 1.0, first_zero.first_grid_point(search, w[r.DTAU + i], limit))
+    begin_at = choose(aside, above + choose(apart | (above == 0.0), 1.0, 0.0), first)
     first_zero.set_limit(w, i, over, limit)
-    first_zero.set_search(w, k, i, over | aside, goal, search, cursor)
+    first_zero.set_search(w, k, i, over | aside, goal, search, begin_at)
     first_zero.unknown_values(w, i, aside)
     first_zero.start_on_grid(w, i, over, goal)
-
-
-@part_each("fixed")
-def apply_switches_on_grid_disturbed(w, k, n, fixed, extent):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their scan, ε > 0.
-
-    Returns how many are left to `event.py`.
-    """
-    wide()
-    if not fixed:
-        muller.refine_abreast(w, n)
-    for i in range(full(n)):
-        apply_switch_on_grid_disturbed(w, k, i, fixed, extent)
-    return take_over.count_unusual(k, n)

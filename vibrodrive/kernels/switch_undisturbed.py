@@ -7,8 +7,8 @@ in the same order, so a trajectory's bits do not depend on which of them took a 
 
 from __future__ import annotations
 
-from vibrodrive.jit.branchless import choose, full, wide
-from vibrodrive.jit.compile import inline, part
+from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import codes, margins, motion, switch, take_over, undisturbed
 from vibrodrive.kernels import lane as r
@@ -109,15 +109,3 @@ def apply_switch_undisturbed(w, k, i, extent):
     margins.set_margin(w, i, over | aside, choose(over, switch.smaller(fall, nearest), below))
     goal, cursor = choose(over, choose(up, codes.S3, codes.S2), codes.S1), choose(over, guess, guess_below)
     undisturbed.set_bracket(w, k, i, over | aside, goal, choose(over, lo, 0.0), choose(over, hi, h), cursor)
-
-
-@part
-def apply_switches_undisturbed(w, k, n, extent):
-    """Take those of the lanes 0..n-1 that can be over the switch at the end of their search, ε = 0.
-
-    Returns how many are left to `event.py`.
-    """
-    wide()
-    for i in range(full(n)):
-        apply_switch_undisturbed(w, k, i, extent)
-    return take_over.count_unusual(k, n)

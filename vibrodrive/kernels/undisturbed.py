@@ -204,14 +204,8 @@ def search_bracket(w, k, i):
 @inline
 def search_one_bracket(w, k, i, most):
     """`most` times `search_bracket` in one lane that has a bracket, or until a zero is met: in registers."""
-    segment, which, a, b, p, q = (
-        motion.segment_of(w, i),
-        k[r.SEARCH + i],
-        w[r.A + i],
-        w[r.B + i],
-        w[r.P + i],
-        w[r.Q + i],
-    )
+    segment, which = motion.segment_of(w, i), k[r.SEARCH + i]
+    a, b, p, q = w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i]
     h, lo, hi, before = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i], w[r.WORK + i] - w[r.WORK_BOOKED + i]
     found, steps = False, 0
     while steps < most and not found:
