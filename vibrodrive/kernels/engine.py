@@ -166,10 +166,8 @@ def batch(method: int, disturbed: bool, recorded: bool):
         points, order, lanes = a.points, a.order, a.numbers[4]
         extent = Extent(a.numbers[0], a.numbers[1], a.numbers[2], switch.SEARCH_PRICE)
         section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
-        if recorded:
-            impacts, recorder = a.impacts, Recorder(a.history, a.totals, a.summary)
-        else:
-            impacts = recorder = None
+        impacts = a.impacts if recorded else None
+        recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
         history.assign_slots(k)
         n, c = 0, next_index(a.counter)
         while not is_set(a.halt):

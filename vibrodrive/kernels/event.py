@@ -28,29 +28,25 @@ class Start(NamedTuple):
 
 
 @inline_each("method")
-def reach(w, i, method):
-    """The end of the search about to begin: the record's end, or where the segment is continued afresh."""
-    left = w[r.LEFT + i]
-    if method != codes.CERTIFIED:
-        return motion.grid_steps(w, i, left)
-    most = motion.longest(w, i)
-    return left if left < most else most
-
-
-@inline_each("method")
 def begin_search(w, k, i, state, from_rest, method):
-    """Begin the search for what ends `state`, at its beginning."""
-    limit, which = reach(w, i, method), switch.terminating_function(state)
-    first_zero.set_limit(w, i, True, limit)
-    search = first_zero.search_shape(w, i, which, limit if method == codes.CERTIFIED else limit * w[r.DTAU + i])
-    cursor = 0.0 if method == codes.CERTIFIED else 1.0
-    if from_rest and not switch.waits(state):
-        if method != codes.CERTIFIED:
-            cursor = first_zero.first_grid_point(search, w[r.DTAU + i], limit)
-        else:
+    """Begin the search for what ends `state`, at its beginning.
+
+    It may go to the end of the record, or to where the segment is continued afresh.
+    """
+    which, slides = switch.terminating_function(state), from_rest and not switch.waits(state)
+    if method == codes.CERTIFIED:
+        limit, cursor = switch.smaller(w[r.LEFT + i], motion.longest(w, i)), 0.0
+        search = first_zero.search_shape(w, i, which, limit)
+        if slides and w[r.AF + i] > 0.0:
+            cursor = first_zero.first_cursor(search, limit)
+        elif slides:
             cursor = first_zero.peak_cursor(w, i, switch.direction(state), limit)
-            if w[r.AF + i] > 0.0:
-                cursor = first_zero.first_cursor(search, limit)
+    else:
+        limit, cursor = motion.grid_steps(w, i, w[r.LEFT + i]), 1.0
+        search = first_zero.search_shape(w, i, which, limit * w[r.DTAU + i])
+        if slides:
+            cursor = first_zero.first_grid_point(search, w[r.DTAU + i], limit)
+    first_zero.set_limit(w, i, True, limit)
     first_zero.set_search(w, k, i, True, which, search, cursor)
     if method != codes.CERTIFIED:
         first_zero.start_on_grid(w, i, True, which)
@@ -239,8 +235,7 @@ def go_to_end(w, k, i, method, x, v, side, there, late, extent):
     elif method == codes.FIXED or method == codes.FIXED_BRACKETED:
         there = motion.arrive_on_grid(w, k, i, x, v, w[r.CURSOR + i])
     period = k[r.PERIOD + i] + int(there.turned)
-    end = k[r.PERIOD0 + i] + extent.transient + extent.periods
-    left = motion.time_between(period, there.phi, there.low, end, w[r.PHI0 + i])
+    left = switch.time_left(w, k, i, period, there.phi, there.low, extent)
     switch.commit_time(w, k, i, True, period, there.phi, there.low, left, there.p, there.q)
     switch.commit_time_fast(w, i, True, there.theta, there.pf, there.qf, late)
     return -side if known else motion.adhesive_force(w, i, there.q, there.qf)

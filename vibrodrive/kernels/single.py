@@ -10,17 +10,7 @@ from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
-from vibrodrive.kernels import (
-    arguments,
-    event,
-    first_zero,
-    history,
-    literal_scan,
-    record,
-    setup,
-    switch,
-    undisturbed,
-)
+from vibrodrive.kernels import arguments, event, first_zero, history, literal_scan, record, setup, switch, undisturbed
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.outputs import Errors, Extent, Log, Outcome, Recorder

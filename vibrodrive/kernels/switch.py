@@ -195,6 +195,13 @@ def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
 
 
 @inline
+def time_left(w, k, i, period, phi, low, extent):
+    """h from (period, φ) to the end of the record."""
+    end = k[r.PERIOD0 + i] + extent.transient + extent.periods
+    return motion.time_between(period, phi, low, end, w[r.PHI0 + i])
+
+
+@inline
 def mark_point_ahead(k, i, slot):
     """Section point `slot` lies on the way to the switch."""
     k[r.SLOT + i] = slot

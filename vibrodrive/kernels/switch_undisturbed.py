@@ -7,11 +7,43 @@ in the same order, so a trajectory's bits do not depend on which of them took a 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import codes, margins, motion, switch, take_over, undisturbed
 from vibrodrive.kernels import lane as r
+
+
+class Wait(NamedTuple):
+    """A wait behind a switch, whose end is known.
+
+    ends : whether it ends, clearly, in the record and the budget, with no more than one section point on the way
+    margin : how clearly
+    period, phi, down : when, and whether in sliding down
+    point : whether a section point is passed
+    cost : the number of its end among the switches of the period in which it begins
+    """
+
+    ends: bool
+    margin: float
+    period: int
+    phi: float
+    down: bool
+    point: bool
+    cost: int
+
+
+@inline
+def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
+    """The wait in state `to` that begins at (period, φ); section point `slot` is the next one then."""
+    h, phase, later, down = undisturbed.wait_end(w, i, to, phi)
+    _, point, one = switch.point_on_the_way(w, k, i, slot, period, phi, 0.0, h, extent)
+    cost, margin = 1 + choose(k[r.PERIOD + i] == period, ahead.cost, 0), margins.wait_end_distance(w, i, down)
+    clear = margin > margins.ROUNDING * margins.magnitude_scale(w, i)
+    lasting = switch.can_leave(w, i, to) & (h <= switch.time_left(w, k, i, period, phi, 0.0, extent)) & one & clear
+    return Wait((cost < extent.budget) & lasting, margin, period + choose(later, 1, 0), phase, down, point, cost)
 
 
 @inline
@@ -28,14 +60,8 @@ def apply_switch_undisturbed(w, k, i, extent):
     there = motion.propagate_undisturbed(w, i, h)
     x, phi1 = there.x, there.phi
     force = there.q - w[r.B + i]
-    known = (
-        met
-        & (w[r.SEARCH_MODE + i] == codes.BRACKETED)
-        & (h >= motion.FAR)
-        & (phi1 >= 0.0)
-        & (phi1 < TWO_PI)
-        & (w[r.V0 + i] == 0.0)
-    )
+    known = met & (w[r.SEARCH_MODE + i] == codes.BRACKETED) & (h >= motion.FAR) & (w[r.V0 + i] == 0.0)
+    known &= (phi1 >= 0.0) & (phi1 < TWO_PI)
 
     # S2 ends below the obstacle: there was an impact before, look for it
     off = margins.far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
@@ -50,7 +76,6 @@ def apply_switch_undisturbed(w, k, i, extent):
 
     # decide
     period1 = period + int(there.turned)
-    end = k[r.PERIOD0 + i] + extent.transient + extent.periods
     to = switch.decide_after_slide(gap, force)
     distance = take_over.distance_of(gap, force)
     over &= distance >= margins.SUSPECT * usual
@@ -59,18 +84,13 @@ def apply_switch_undisturbed(w, k, i, extent):
 
     # a wait, to its end
     waiting = switch.waits(to)
-    hw, phase, later, down = undisturbed.wait_end(w, i, to, phi1)
     passed = slot + choose(ahead.point, 1, 0)
-    _, point1, one1 = switch.point_on_the_way(w, k, i, passed, period1, phi1, 0.0, hw, extent)
-    point1 = waiting & point1
-    cost1 = choose(waiting, 1 + choose(period == period1, ahead.cost, 0), ahead.cost)
-    way_out = margins.wait_end_distance(w, i, down)
-    left1 = motion.time_between(period1, phi1, 0.0, end, w[r.PHI0 + i])
-    lasting = switch.can_leave(w, i, to) & (hw <= left1) & one1 & (way_out > margins.ROUNDING * usual)
-    over &= ((cost1 < extent.budget) & lasting) | (not waiting)
-    nearest = choose(waiting, switch.smaller(way_out, nearest), nearest)
-    period2 = period1 + choose(waiting & later, 1, 0)
-    phi2 = choose(waiting, phase, phi1)
+    wait = wait_behind(w, k, i, to, period1, phi1, passed, ahead, extent)
+    down, point1 = wait.down, waiting & wait.point
+    over &= wait.ends | (not waiting)
+    nearest = choose(waiting, switch.smaller(wait.margin, nearest), nearest)
+    cost1 = choose(waiting, wait.cost, ahead.cost)
+    period2, phi2 = choose(waiting, wait.period, period1), choose(waiting, wait.phi, phi1)
     recorded1 = waiting & switch.in_record(w, k, i, period2, phi2, extent.transient)
 
     # the next slide, from rest
@@ -97,7 +117,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     switch.leave_over(k, i, choose(over, more, choose(aside | (not met), codes.DONE, codes.UNUSUAL)))
 
     switch.note_end(w, k, i, which, period1, phi1, x, there.v)
-    left = motion.time_between(period2, phi2, 0.0, end, w[r.PHI0 + i])
+    left = switch.time_left(w, k, i, period2, phi2, 0.0, extent)
     next_state = choose(up, codes.UP, codes.DOWN)
     switch.commit_state(k, i, over, next_state)
     switch.commit_time(w, k, i, over, period2, phi2, 0.0, left, p2, q2)

@@ -114,8 +114,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
 
     # what begins, and when
     arrived = period + int(there.turned)
-    end = k[r.PERIOD0 + i] + extent.transient + extent.periods
-    left = motion.time_between(arrived, there.phi, there.low, end, w[r.PHI0 + i])
+    left = switch.time_left(w, k, i, arrived, there.phi, there.low, extent)
     recorded = over & switch.in_record(w, k, i, arrived, there.phi, extent.transient)
     x = choose(gap, 0.0, choose(waited, x0, there.x))
     inverse = w[r.INVERSE + i] if fast else 0.0
