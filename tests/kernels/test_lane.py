@@ -13,6 +13,7 @@ SHARED = {
     "a search begins in first_zero.py or undisturbed.py, and each way to search moves its cursor": ["CURSOR"],
     "and both sides of a wait": ["SIG", "SEARCH"],
     "a literal scan knows where it has been": ["LAST_NONNEGATIVE"],
+    "margins.py clears at a new state how close the last one's search came to a zero": ["DIP_DENOMINATOR"],
     "each way to search tells what it met": ["OUTCOME"],
     "each evaluation is counted where it is made": ["WORK"],
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],

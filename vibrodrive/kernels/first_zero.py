@@ -178,12 +178,6 @@ def set_limit(w, i, where, limit):
 
 
 @inline
-def clear_dip(w, i):
-    """No tangency has been met yet."""
-    w[r.DIP_DENOMINATOR + i] = 0.0
-
-
-@inline
 def unknown_values(w, i, where):
     """No value of the switching function is known at the grid points around the cursor."""
     w[r.VALUE + i] = choose(where, UNKNOWN, w[r.VALUE + i])

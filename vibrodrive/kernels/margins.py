@@ -156,6 +156,12 @@ def record_margin_of_impact(w, k, i, h, force, v):
 
 
 @inline
+def clear_tangency(w, i):
+    """A state begins: no tangency has been met yet."""
+    w[r.DIP_DENOMINATOR + i] = 0.0
+
+
+@inline
 def record_margin_of_tangency(w, k, i, h):
     """The closest the switching function came to 0, or past it, without or before its zero (first_zero.py)."""
     under = w[r.DIP_DENOMINATOR + i]

@@ -118,7 +118,8 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
     recorded = over & switch.in_record(w, k, i, arrived, there.phi, extent.transient)
     x = choose(gap, 0.0, choose(waited, x0, there.x))
     inverse = w[r.INVERSE + i] if fast else 0.0
-    segment = switch.begin(s, x, 0.0, force, waited & (not on_grid), on_grid, w[r.B + i], inverse, there)
+    field = motion.Field(there.p, there.q, there.pf, there.qf)
+    segment = switch.begin(s, x, 0.0, force, waited & (not on_grid), on_grid, w[r.B + i], inverse, field)
     switch.note_end(w, k, i, event, arrived, there.phi, there.x, there.v)
     switch.commit_points(k, i, over & ahead.point, k[r.SECTIONS + i] + 1)
     switch.commit_state(k, i, over, to)
