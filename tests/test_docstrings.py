@@ -82,7 +82,7 @@ def _write_failures(path):
     """A failure map, laid out; no switch is judged yet."""
     found = config.parse("[sweep]\nA = [2.0, 3.0]\ndtau = [0.01, 0.1]\n[switching]\nmethod = 'fixed'\n")
     with new_file(Path(path)) as file:
-        lay_out(file, found.plan().axes, (2, 2, 2), found)
+        lay_out(file, found)
 
 
 def _write_orbits(path):

@@ -28,7 +28,7 @@ def a_sweep(path):
 def some_failures(path):
     config = parse("[sweep]\nA = [1.0, 2.0]\ndtau = [0.1, 0.2]\n")
     with h5py.File(path, "w") as file:
-        failures.lay_out(file, config.plan().axes, (2, 2, 2), config)
+        failures.lay_out(file, config)
 
 
 def some_limits(path):

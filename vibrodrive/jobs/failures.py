@@ -45,7 +45,7 @@ def make(work: Work) -> bool:
     total, done = len(METHODS) * (plan.n_points + plan.shape[0]), count(1)
     common = {k: v for k, v in config.arguments.items() if k not in (*plan.axes, "method", "scan")}
     with new_file(work.path, seal=True) as file:
-        lay_out(file, plan.axes, shape, config)
+        lay_out(file, config)
         counts = {kind: np.zeros(shape, np.int64) for kind in ("judged", *KINDS)}
         for m, at, found in failures_of_methods(plan, JUDGED, work.threads):
             i, j = divmod(at, shape[-1])

@@ -23,7 +23,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Tile, digest, variable_name, variables_of
+from vibrodrive.store.layout import Progress, Tile, digest, variable_name, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -32,6 +32,8 @@ _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
                       0x369DEA0F31A53F85], np.uint64)  # fmt: skip
 """Odd, so that no bit is lost in a product modulo 2**64; otherwise arbitrary."""
+
+ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
 
 def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
@@ -47,12 +49,12 @@ def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.
 
 
 def section_sums(values: np.ndarray, column: int) -> np.ndarray:
-    """What a column (0: ξ, 1: ξ') of a section, float64 (points, periods), adds to the checksums."""
+    """Contribution of a column (0: ξ, 1: ξ') of a section, float64 (points, periods), to the checksums."""
     return np.add.reduce(_words(values), axis=1) * _SECTION[column]
 
 
 def record_sums(name: str, values: np.ndarray) -> np.ndarray:
-    """What another variable, (points, …) of any type, adds to the checksums."""
+    """Contribution of another variable, (points, …) of any type, to the checksums."""
     weight = np.frombuffer(hashlib.sha256(name.encode()).digest()[:8], "<u8") | np.uint64(1)
     rows = np.ascontiguousarray(values).reshape(len(values), -1)
     words = rows.view(f"<u{rows.dtype.itemsize}").astype(np.uint64)
@@ -68,11 +70,11 @@ class Marks(NamedTuple):
 
     status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED where unreadable
     done: np.ndarray  # bool, one per block: marked as computed
-    wrong: dict[int, str]  # blocks whose mark is damaged, and how
+    wrong: dict[int, str]  # blocks that are damaged, and how
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Which blocks are computed, as far as their marks show."""
+    """Read which blocks are computed, as far as their marks show."""
     data, wrong = file["status"], {}
     try:
         status = data[...]
@@ -92,8 +94,18 @@ def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
     return Marks(status, done, wrong)
 
 
+def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progress) -> Marks:
+    """Read all blocks that are marked as computed; those that are damaged are added to the `wrong` ones."""
+    marks = read_marks(file, where)
+    for k in np.flatnonzero(marks.done).tolist():
+        if fault := check_block(file, where[k], plan):
+            marks.wrong[k] = fault
+        progress(k + 1, len(where))
+    return marks
+
+
 def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
-    """What is wrong with a block that is marked as computed, or None."""
+    """Return the fault of a block that is marked as computed, or None."""
     values = {}
     n = tile.stop - tile.start
     for variable in variables_of(plan):
@@ -102,7 +114,7 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
         except BROKEN:
             return f"{variable.name}: its checksum does not fit"
         values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
-    if not np.isin(values["status"], _ENDINGS).all():
+    if not np.isin(values["status"], ENDINGS).all():
         return "status: a value that means nothing"
     sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
     for column, name in enumerate(("section_xi", "section_dxi")):
@@ -114,17 +126,13 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     return None
 
 
-_ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
-
-
 SEAL = "content_sha256"
 """Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
 
 
 def find_faults(file: h5py.File) -> list[str]:
-    """Read everything: what does not have the checksum that was written beside it?"""
-    attrs = file.attrs
-    faults = []
+    """Read everything; return what does not have the checksum that was written beside it."""
+    attrs, faults = file.attrs, []
     if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
         faults.append("the configuration does not have the SHA-256 written beside it")
     for name, data in _datasets(file):
@@ -142,13 +150,11 @@ def content_digest(file: h5py.File) -> str:
     total = hashlib.sha256()
     for name, data in _datasets(file):
         values = data[...]
-        if values.dtype.kind == "O":  # texts of any length
-            values = np.array([len(v) for v in values.ravel()]), b"".join(values.ravel())
-        else:
-            values = (values,)
         total.update(f"{name} {data.shape} {data.dtype.str}".encode())
-        for part in values:
-            total.update(part if isinstance(part, bytes) else np.ascontiguousarray(part).tobytes())
+        if values.dtype.kind == "O":  # texts of any length
+            total.update(np.array([len(v) for v in values.ravel()]).tobytes() + b"".join(values.ravel()))
+        else:
+            total.update(values.tobytes())
     return total.hexdigest()
 
 

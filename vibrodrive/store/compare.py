@@ -10,9 +10,9 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError, Different
-from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import Plan
+from vibrodrive.store.describe import settings_in_words
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:
@@ -33,8 +33,8 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
         there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     except ConfigError as error:
         return [f"its configuration is none of this version ({error})"]
-    found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in own.items()
-             if file.attrs[name] != value]  # fmt: skip
+    different = {name: value for name, value in own.items() if file.attrs[name] != value}
+    found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in different.items()]
     return found + compare(there, plan, without=own)
 
 
@@ -55,13 +55,8 @@ def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str
 
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
-    settings = vars(plan.settings) | {
-        "method": Method(plan.settings.method).name.lower(),
-        "scan": Scan(plan.settings.scan).name.lower(),
-    }
-    settings["record"] = ", ".join(plan.record)
     together = {f"points.{name}": values for name, values in plan.together.items()}
-    return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
+    return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings_in_words(plan).items()}
 
 
 def _words(value: np.ndarray | None) -> str:

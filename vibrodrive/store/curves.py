@@ -32,7 +32,6 @@ CONTENTS = (
     "Bifurcations of the undisturbed motion (ε = 0) as curves in the plane (A, B), within range_A and range_B; curve i "
     "has the rows first_point[i] to first_point[i] + points[i] - 1 along `point`."
 )
-"""Of a file, for a reader who sees nothing else."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -22,15 +22,20 @@ MODEL = (
 
 
 def plain(plan: Plan) -> dict[str, Any]:
-    """What all motions of a plan share, by name: its parameters that are no axis, and its settings."""
+    """Return all that the motions of a plan share, by name: its parameters that are no axis, and its settings."""
     scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    return scalars | settings_in_words(plan)
+
+
+def settings_in_words(plan: Plan) -> dict[str, Any]:
+    """Settings of a plan, by name: choices by their names."""
     s = plan.settings
     choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
-    return scalars | vars(s) | choices | {"record": ", ".join(plan.record)}
+    return vars(s) | choices | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
-    """The same without what acts on none of these motions: a step, a tolerance, η where ε = 0."""
+    """Return the same without what acts on none of these motions: a step, a tolerance, η where ε = 0."""
     left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
     return {name: value for name, value in plain(plan).items() if name not in left}
 

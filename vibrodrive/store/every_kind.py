@@ -31,11 +31,9 @@ LOADED = [name for name, kind in FILES.items() if kind.options is not None]
 
 
 class Summary(NamedTuple):
-    """What `info` and `verify` say of a file.
+    """Contents of a file, for `info` and `verify`: `lines` for a person, and the same as `facts` of types of JSON.
 
-    `share` is the part that is computed, 0 to 1. `lines` say it to a person; `facts` are the same for a program, of
-    types that JSON knows (NaN and inf among the numbers). Where `faults` were looked for and found, there may be
-    neither.
+    `share` is the part that is computed, 0 to 1. Where `faults` are found, there may be neither lines nor facts.
     """
 
     kind: str
@@ -117,10 +115,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
 
 
 def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> Summary:
-    """Sum up a file of any kind; `thorough` reads everything and looks for faults.
-
-    `progress` is called with the blocks of a sweep that are read, and how many there are. Raises as `load`.
-    """
+    """Sum up a file of any kind; `thorough` reads everything and looks for faults. Raises as `load`."""
     with reading(path) as file:
         kind, title = kind_in(file), str(file.attrs["title"])
         versions = {"versions": json.loads(file.attrs["versions"])}

@@ -26,15 +26,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SECOND = ("dtau", "eps")
-"""What may lie across A."""
-
+"""Axes that may lie across A."""
 
 CONTENTS = (
     "For each method and point of the axes, how many switches of the motion were judged, against the exact one from "
     "the same state, and how many of them were missed, late or wrongly decided; `limit`: where the motion loses its "
     "structure, from `periods` recorded periods."
 )
-"""Of a file, for a reader who sees nothing else."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,16 +79,18 @@ class FailureMap(Stored):
         return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
 
 
-def lay_out(file: h5py.File, axes: dict[str, np.ndarray], shape: tuple[int, ...], config: Config) -> None:
+def lay_out(file: h5py.File, config: Config) -> None:
+    """Lay out an empty file for the axes of a configuration."""
+    plan = config.plan()
+    axes = plan.axes
     for name, values in {"method": np.arange(len(METHODS)), **axes}.items():
         netcdf.dimension(file, name, values, name)
     file["method"].attrs["names"] = ", ".join(METHODS)
     for kind in ("judged", *KINDS):
         meaning = "switches judged" if kind == "judged" else f"switches {kind}"
-        netcdf.variable(file, kind, ("method", *axes), np.int64, meaning, fill=-1, chunks=(1, 1, shape[-1]))
+        netcdf.variable(file, kind, ("method", *axes), np.int64, meaning, fill=-1, chunks=(1, 1, plan.shape[-1]))
     meaning = "smallest disturbance at which order or gaps are lost"
     netcdf.variable(file, "limit", ("method", "A"), np.float64, meaning, fill=np.nan)
-    plan = config.plan()
     shared = {name: value for name, value in plain(plan).items() if name not in ("method", "scan", "record")}
     shared["periods"] = config.arguments.get("periods", PERIODS)
     file.attrs.update(

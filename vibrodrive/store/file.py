@@ -16,11 +16,11 @@ import h5py
 
 from vibrodrive.errors import Damaged, Unwritable
 from vibrodrive.model.plan import Plan
+from vibrodrive.store import lock
 from vibrodrive.store.checksums import SEAL, content_digest, find_faults
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
 from vibrodrive.store.header import reading, remedy
-from vibrodrive.store.lock import Lock
 from vibrodrive.store.place import refuse_foreign
 
 
@@ -43,16 +43,8 @@ def refuse_moved(path: Path) -> None:
 def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     """An empty HDF5 file that gets its name when the block ends well, in the place of a result file of that name.
 
-    With `seal` the SHA-256 of all it holds is written into it.
-
-    Raises
-    ------
-    NoResult
-        if the name belongs to something else than a result file of this program.
-    Busy
-        if another process is writing the file of that name.
-    Unwritable
-        if the system refuses; nothing is left behind then, and an older file of that name stays.
+    With `seal` the SHA-256 of all it holds is written into it. Raises as `refuse_foreign`, Busy if another process is
+    writing the file of that name, and Unwritable; nothing is left behind then, and an older file of that name stays.
     """
     refuse_foreign(path)
     # in memory: HDF5 does not recover from a full disk, not even at the end of the process
@@ -63,39 +55,23 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         file.flush()
         content = file.id.get_file_image()
     try:
-        _replace(path, content)
+        refuse_foreign(path)  # it may have appeared in the meantime
+        older = lock.Lock(target_of(path), name=path) if path.exists() else contextlib.nullcontext()
+        with older as old, drafted(path) as draft:
+            with open(draft, "wb") as written:
+                written.write(content)
+                written.flush()
+                os.fsync(written.fileno())
+            if old is not None and not lock.RENAMES_OPEN_FILES:
+                old.release()
     except OSError as error:
         raise unwritable(error, path) from None
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Put a file in its place, whole or not at all."""
-    refuse_foreign(path)  # it may have appeared in the meantime
-    old = Lock(target_of(path), name=path) if path.exists() else None
-    try:
-        with drafted(path) as draft:
-            with open(draft, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            if old is not None:
-                old.yield_to_renaming()
-    finally:
-        if old is not None:
-            old.release()
 
 
 def made_already(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) -> bool:
     """Return whether a file is there, whole, and made from what is to be computed (see compare.differences).
 
-    Raises
-    ------
-    Different
-        if it was made from something else.
-    NoResult
-        if it is of another kind, or damaged.
-    OSError
-        if the system refuses.
+    Raises Different if it was made from something else, NoResult if it is of another kind or damaged, and OSError.
     """
     if not path.exists():
         return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import math
 import mmap
@@ -22,8 +21,9 @@ from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import Settings
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
+from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.layout import Origin, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Raised by h5py for bytes that it cannot interpret. For single calls of h5py; a whole reader: see `interpreting`."""
@@ -33,7 +33,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 class Header(NamedTuple):
-    """What a file says about itself, besides its arrays."""
+    """A file's description of itself, without its arrays."""
 
     plan: Plan
     origin: Origin
@@ -41,8 +41,7 @@ class Header(NamedTuple):
 
 
 def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, OSError where the system refuses, or Busy where this process
-    reads a file that is to be written.
+    """Open a result file of any kind. Raises NoResult, OSError, or Busy where this process reads what is to be written.
 
     HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
     makes unnecessary. Writers exclude each other by `lock`.
@@ -63,7 +62,7 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
 
 
 def remedy(path: Path) -> str:
-    """What to do about a file that is damaged beyond reading."""
+    """Advise what to do about a file that is damaged beyond reading."""
     return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
 
 
@@ -122,14 +121,7 @@ def bears_our_names(path: Path) -> bool:
 
 
 def kind_in(file: h5py.File, wanted: str | None = None) -> str:
-    """Return the kind of an open file, one of FILES.
-
-    Raises
-    ------
-    NoResult
-        if it is no result file, or of a kind that this version does not know; OtherKind if it is none of the kind
-        `wanted`; Damaged if it cannot be read.
-    """
+    """Return the kind of an open file, one of FILES. Raises NoResult; OtherKind if it is none of the kind `wanted`."""
     path = file.filename
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None
@@ -195,48 +187,34 @@ def read_header(file: h5py.File) -> Header:
     kind_in(file, "sweep")
     check_schema(file, "sweep")
     with interpreting(path):
-        if digest(str(attrs["config"])) != attrs["config_sha256"]:
-            raise Damaged(f"{path}: damaged: the configuration does not have the SHA-256 written beside it")
-        if digest(str(attrs["plan"])) != attrs["plan_sha256"]:
-            raise Damaged(f"{path}: damaged: the plan does not have the SHA-256 written beside it")
+        for name, what in (("config", "configuration"), ("plan", "plan")):
+            if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
+                raise Damaged(f"{path}: damaged: the {what} does not have the SHA-256 written beside it")
         outline = json.loads(attrs["plan"])
-        digests = outline["axes"] | outline.get("points", {})
-        along = {name: file[name][...] for name in digests}
-        for name, values in along.items():
-            if hashlib.sha256(values.tobytes()).hexdigest() != digests[name]:
+        axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
+        for name, sha in layout.digests(axes | together).items():
+            if sha != (outline["axes"] | outline.get("points", {}))[name]:
                 raise Damaged(f"{path}: damaged: axis {name} is not what was written")
-        axes = {name: along[name] for name in outline["axes"]}
-        together = {name: along[name] for name in outline.get("points", {})}
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
         record = tuple(outline.get("record", (SECTION,)))
         plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together)
-        for variable in variables_of(plan):
+        for variable in layout.variables_of(plan):
             data = file[variable.name]
-            if data.chunks != chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
+            if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Which coordinates, and which plain root attributes, are not what was written."""
-    wrong = [f"coordinate {name}" for name in _damaged_coordinates(file, plan)]
-    for name, value in plain(plan).items():
-        try:
-            if file.attrs[name] != value:
-                wrong.append(f"attribute {name}")
-        except BROKEN:
-            wrong.append(f"attribute {name}")
-    return wrong
-
-
-def _damaged_coordinates(file: h5py.File, plan: Plan) -> list[str]:
+    """Return the coordinates, and the plain root attributes, that are not what was written."""
     wrong = []
-    for name, values in coordinates(plan).items():
-        try:
-            stored = file[name]
-            if stored.shape != values.shape or not np.array_equal(stored[...], values):
-                wrong.append(name)
-        except BROKEN:
-            wrong.append(name)
+    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
+        for name, value in written.items():
+            try:
+                whole = np.array_equal(stored[name], value)
+            except BROKEN:
+                whole = False
+            if not whole:
+                wrong.append(f"{kind} {name}")
     return wrong

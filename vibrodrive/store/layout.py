@@ -234,7 +234,7 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> No
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     outline = json.dumps(
-        {"axes": _digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings), **_further(plan)}
+        {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings), **_further(plan)}
     )
     kind = FILES["sweep"]
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
@@ -245,15 +245,16 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     }
 
 
-def _digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
+def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """SHA-256 of arrays, by name."""
     return {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in arrays.items()}
 
 
 def _further(plan: Plan) -> dict[str, Any]:
-    """What earlier versions knew nothing of, as far as it is not what they did: the section alone."""
+    """The rest of the outline, as far as it is not the default: the section alone."""
     further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
     if plan.together:
-        further["points"] = _digests(plan.together)
+        further["points"] = digests(plan.together)
     return further
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from vibrodrive.store import netcdf
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.file import new_file, refuse_moved, unwritable
-from vibrodrive.store.header import BROKEN, reading
+from vibrodrive.store.header import reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
@@ -45,7 +45,7 @@ UNIT = "velocity_unit"
 NOT_COMPUTED, DONE = -1, 0
 
 OF_CURVES = ("method", "scan", "dtau", "record")
-"""Settings that are not those of a whole file."""
+"""Settings that differ between the curves of a file."""
 
 CONTENTS = {
     "k2": "Over the axes, for each curve, how large a disturbance may be before the motion loses what `criterion` asks "
@@ -56,7 +56,7 @@ CONTENTS = {
     "ku": "Over the axes, for each curve, the disturbance from which all starts end on one motion: ε (eps) of the "
     "excitation, or the step Δτ (dtau) of a grid on which switches are found.",
 }
-"""Of a file, for a reader who sees nothing else. eps among the attributes is that of motions on a grid."""
+"""By quantity. eps among the attributes is that of motions on a grid."""
 
 
 def read(file: h5py.File) -> Limits:
@@ -85,10 +85,10 @@ def read(file: h5py.File) -> Limits:
 
 def quantity_of(file: h5py.File) -> str:
     """Return the kind of limits that an open file holds. Raises KeyError if it holds none."""
-    for name in QUANTITIES:
-        if name in file:
-            return name
-    raise KeyError("no limits")
+    found = [name for name in QUANTITIES if name in file]
+    if not found:
+        raise KeyError("no limits")
+    return found[0]
 
 
 def faults(file: h5py.File, found: Limits) -> list[str]:
@@ -106,25 +106,17 @@ def writing(path: Path) -> Iterator[h5py.File]:
     """The file open for writing, by this process alone."""
     with reading(path, "limits"):  # what cannot be read is refused before what cannot be written
         pass
-    lock = Lock(path)
-    file = None
     try:
-        file = h5py.File(path, "r+", locking=False)
-        yield file
-        file.close()
+        with Lock(path), h5py.File(path, "r+", locking=False) as file:
+            yield file
     except (OSError, RuntimeError) as error:
         if "errno" in str(error):  # as HDF5 words it
             raise unwritable(error, path) from None
         raise
-    finally:
-        if file is not None:
-            with suppress(*BROKEN):
-                file.close()
-        lock.release()
 
 
 def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | StartLimit | UniqueLimit) -> None:
-    """One limit of curve c at an index of the axes. Data first, then the mark that says they are there."""
+    """Write one limit of curve c at an index of the axes: data first, then the mark that says they are there."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
     for name, value in values_of(quantity_of(file), found).items():
@@ -140,9 +132,14 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | Sta
 
 
 def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str, quantity: str = K2) -> None:
-    """A new file with room for all limits over the axes, in the place of a result file of that name."""
+    """Make a file with room for all limits over the axes, in the place of a result file of that name."""
     with new_file(path) as file:
-        _lay_out(file, config, axes, own_settings(config, criterion, quantity), quantity)
+        _lay_out(file, config, axes, quantity)
+        shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
+        shared |= own_settings(config, criterion, quantity)
+        origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
+        schema = SCHEMA if quantity == K2 else OTHERS
+        file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
 
 
 def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
@@ -151,22 +148,16 @@ def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any
     return {"periods": config.arguments.get("periods", PERIODS), **judged}
 
 
-def _lay_out(
-    file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], own: dict[str, Any], quantity: str
-) -> None:
-    places = ("curve", *axes)
-
-    def variable(
-        name: str, dtype: str, fill: Any, meaning: str, dims: tuple[str, ...] = places, units: str = "1"
-    ) -> h5py.Dataset:
-        data = netcdf.variable(file, name, dims, dtype, meaning, fill=fill, units=units)
+def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], quantity: str) -> None:
+    def variable(name: str, dtype: str, fill: Any, meaning: str, *along: str, units: str = "1") -> h5py.Dataset:
+        data = netcdf.variable(file, name, along or ("curve", *axes), dtype, meaning, fill=fill, units=units)
         data[...] = fill  # now, not when it is first written: what is laid out does not grow
         return data
 
     curves, numbers, _ = QUANTITIES[quantity]
-    netcdf.dimension(file, "curve", np.arange(len(curves), dtype=np.int8), "disturbance and switching path")
-    file["curve"].attrs["flag_values"] = np.arange(len(curves), dtype=np.int8)
-    file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in curves)
+    values = np.arange(len(curves), dtype=np.int8)
+    curve = netcdf.dimension(file, "curve", values, "disturbance and switching path")
+    curve.attrs["flag_values"], curve.attrs["flag_meanings"] = values, " ".join(f"{d}_{m}" for d, m in curves)
     for name, values in axes.items():
         netcdf.dimension(file, name, values, PARAMETERS[name].meaning)
     for name, meaning in numbers.items():
@@ -182,15 +173,10 @@ def _lay_out(
         fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
         netcdf.dimension(file, "A_fine", fine, "excitation amplitude of the diagram")
         netcdf.dimension(file, "period", np.arange(1, SHOWN + 1), "recorded excitation period of the diagram")
-        variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", ("A_fine", "period"))
-    origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
-    shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
-    shared |= own
-    schema = SCHEMA if quantity == K2 else OTHERS
-    file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
+        variable("section_dxi", "<f8", np.nan, "velocity ξ' of the undisturbed motion", "A_fine", "period")
 
 
-def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, quantity: str = K2) -> None:
+def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, quantity: str) -> None:
     """Raise Different unless an open file was made from this configuration."""
     if quantity_of(file) != quantity:
         refuse_different(path, [f"quantity is {quantity_of(file)} there and {quantity} here"])

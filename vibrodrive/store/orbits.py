@@ -36,8 +36,6 @@ CONTENTS = (
     "Every periodic orbit of the undisturbed motion (ε = 0) at each A that was looked at, a row each along `orbit`; "
     "its impacts are the rows first_impact to first_impact + impacts - 1 along `impact`; and the bifurcations."
 )
-"""Of a file, for a reader who sees nothing else."""
-
 NEXT = " | "
 """Between the flights in the name of an orbit."""
 

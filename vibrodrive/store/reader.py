@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import warnings
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
-from vibrodrive.store.checksums import check_block, read_marks
+from vibrodrive.store.checksums import check_block, check_blocks, read_marks
 from vibrodrive.store.describe import acting
 from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
@@ -35,18 +36,20 @@ class DamagedBlock(UserWarning):
 
 
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
-    """One array; `damaged` collects the blocks that cannot be read, whose status is then that of missing ones."""
+    """Read an array; `damaged` collects the blocks that cannot be read, whose status is then that of missing ones."""
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
         where = tiles(plan)
         _, done, wrong = read_marks(file, where)
-        arrays = _whole(file, names, index) if done.all() else None
+        arrays = None
+        if done.all():
+            with contextlib.suppress(OSError):  # a part cannot be read
+                arrays = [np.asarray(file[n][index]) for n in names]
         if arrays is None:
-            finished = [(k, where[k]) for k in np.flatnonzero(done).tolist()]
+            finished = {k: where[k] for k in np.flatnonzero(done).tolist()}
             arrays, unreadable = _blockwise([file[n] for n in names], index, finished)
-            for k in unreadable:
-                wrong[k] = check_block(file, where[k], plan) or "unreadable"
+            wrong |= {k: check_block(file, where[k], plan) or "unreadable" for k in unreadable}
     damaged |= wrong
     if name == "status":
         for k in damaged:
@@ -54,66 +57,46 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        warnings.warn(
-            f"{path}: damaged, and left out of {name}: {places}. The same sweep computes it again",
-            DamagedBlock,
-            stacklevel=2,
-        )
+        message = f"{path}: damaged, and left out of {name}: {places}. The same sweep computes it again"
+        warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
 
-def _whole(file: h5py.File, names: tuple[str, ...], index: Index) -> list[np.ndarray] | None:
-    """Arrays at an index, in one go each; None if a part of them cannot be read."""
-    try:
-        return [np.asarray(file[name][index]) for name in names]
-    except OSError:
-        return None
-
-
 def _blockwise(
-    variables: list[h5py.Dataset], index: Index, finished: list[tuple[int, Tile]]
+    variables: list[h5py.Dataset], index: Index, finished: dict[int, Tile]
 ) -> tuple[list[np.ndarray], list[int]]:
-    """Arrays at an index, and which blocks cannot be read: these are blank in all of them.
+    """Read arrays at an index from committed blocks alone, as another may be half written at this moment.
 
-    Nothing is read but committed blocks: another may be half written at this moment.
+    Returns the arrays, and the blocks that cannot be read, which are blank in all of them.
     """
     arrays = []
     for data in variables:
         kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
         arrays.append(np.full((*kept, *data.shape[len(index) :]), data.fillvalue, data.dtype))
     unreadable = []
-    for k, tile in finished:
-        found = _place(index, tile)
-        if found is None:
+    for k, tile in finished.items():
+        if (found := _place(index, tile)) is None:
             continue
-        source, target = found
         try:
-            parts = [data[source] for data in variables]
+            parts = [data[found[0]] for data in variables]
         except OSError:
             unreadable.append(k)
             continue
         for array, part in zip(arrays, parts, strict=True):
-            array[target] = part
+            array[found[1]] = part
     return arrays, unreadable
 
 
 def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
-    """What of a block an index asks for: where it lies in the file, and in the array; None if nothing."""
-    source: list[Any] = []
-    target = []
-    for i, s in zip(index, tile.slab, strict=True):
-        if isinstance(i, slice):
-            source.append(s)
-            target.append(s)
-        elif s.start <= i < s.stop:
-            source.append(i)
-        else:
-            return None
-    return tuple(source), tuple(target)
+    """Return where the part of a block at an index lies in the file and in the array, or None if there is none."""
+    pairs = list(zip(index, tile.slab, strict=True))
+    if not all(isinstance(i, slice) or s.start <= i < s.stop for i, s in pairs):
+        return None
+    return tuple(s if isinstance(i, slice) else i for i, s in pairs), tuple(s for i, s in pairs if isinstance(i, slice))
 
 
 def place(plan: Plan, k: int) -> str:
-    """Block k of a sweep in words: its points, and where they lie on the axes."""
+    """Describe block k of a sweep: its points, and where they lie on the axes."""
     tile = tiles(plan)[k]
     spans = []
     for (name, values), s in zip(axes_of(plan).items(), tile.slab, strict=True):
@@ -131,7 +114,6 @@ class Report:
     statuses: dict[str, int]  # points per status
     faults: dict[int, str]
     general: list[str]
-    n_bytes: int
 
     @property
     def complete(self) -> bool:
@@ -146,17 +128,11 @@ class Report:
     def sound(self) -> bool:
         return not self.faults and not self.general
 
-    def place(self, k: int) -> str:
-        """Block k in words: its points, and where they lie on the axes."""
-        return place(self.header.plan, k)
-
     def complaints(self) -> list[str]:
         """Return all faults, each in a line."""
-        blocks = [
-            f"{self.place(k)}: {fault}; the same sweep command computes it again"
-            for k, fault in sorted(self.faults.items())
-        ]
-        return blocks + self.general
+        again = "the same sweep command computes it again"
+        plan = self.header.plan
+        return [f"{place(plan, k)}: {fault}; {again}" for k, fault in sorted(self.faults.items())] + self.general
 
     def facts(self) -> dict[str, Any]:
         """Return what the file holds by name, of types that JSON knows."""
@@ -190,25 +166,18 @@ class Report:
 
 
 def look(path: Path) -> Report:
-    """How far a file is, without reading its sections. Raises as `load_sweep`."""
+    """Report how far a file is, without reading its sections. Raises as `load`."""
     with open_result(path) as file:
         header = read_header(file)
-        where = tiles(header.plan)
-        status, done, wrong = read_marks(file, where)
-        return Report(header, done, count_statuses(status), wrong, [], path.stat().st_size)
+        status, done, wrong = read_marks(file, tiles(header.plan))
+        return Report(header, done, count_statuses(status), wrong, [])
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
-    """Read every committed block, check its checksums, and count. Raises as `load_sweep`."""
+    """Read every committed block, check its checksums, and count. Raises as `load`."""
     with open_result(path) as file:
         header = read_header(file)
         plan = header.plan
-        where = tiles(plan)
-        status, done, wrong = read_marks(file, where)
-        for k in np.flatnonzero(done).tolist():
-            fault = check_block(file, where[k], plan)
-            if fault:
-                wrong[k] = fault
-            progress(k + 1, len(where))
+        status, done, wrong = check_blocks(file, tiles(plan), plan, progress)
         general = [f"{name}: not what was written" for name in damaged_descriptions(file, plan)]
-        return Report(header, done, count_statuses(status), wrong, general, path.stat().st_size)
+        return Report(header, done, count_statuses(status), wrong, general)

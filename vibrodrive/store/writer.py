@@ -18,35 +18,22 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, Different, NoResult, Unwritable
+from vibrodrive.errors import Busy, Damaged
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
-from vibrodrive.store import system
-from vibrodrive.store.checksums import check_block, point_sums, read_marks, record_sums, section_sums
+from vibrodrive.store import layout
+from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import refuse_moved, unwritable
 from vibrodrive.store.header import damaged_descriptions, open_result, read_header
-from vibrodrive.store.layout import (
-    Origin,
-    Progress,
-    blank,
-    chunk_of,
-    lay_out,
-    put_chunk,
-    quiet,
-    tiles,
-    variable_name,
-    variables_of,
-)
-from vibrodrive.store.lock import Lock
+from vibrodrive.store.layout import Origin, Progress, put_chunk, quiet, variables_of
+from vibrodrive.store.lock import RENAMES_OPEN_FILES, Lock
 from vibrodrive.store.place import refuse_foreign
 
 if TYPE_CHECKING:
     from vibrodrive.model.block import Block
-
-__all__ = ["Busy", "Different", "NoResult", "Unwritable", "Writer", "open_writer"]
 
 GROUP_SECONDS = 0.2
 """A flush is cheap but not free, and a small block takes less than a millisecond to compute."""
@@ -71,7 +58,7 @@ class Writer:
     def __init__(self, file: h5py.File, lock: Lock, path: Path, plan: Plan) -> None:
         self.path = path
         self.plan = plan
-        self.tiles = tiles(plan)
+        self.tiles = layout.tiles(plan)
         self.done = np.zeros(len(self.tiles), bool)
         self.repaired: dict[int, str] = {}
         self.fletcher32: Callable[[np.ndarray], int] | None = None
@@ -90,10 +77,7 @@ class Writer:
         return np.flatnonzero(~self.done).tolist()
 
     def write(self, block: Block) -> None:
-        """Write a finished block; it is committed within GROUP_SECONDS or by the next `write` after them.
-
-        Raises Unwritable.
-        """
+        """Write a finished block; it is committed by the first `write` after GROUP_SECONDS. Raises Unwritable."""
         with self._mutex:
             k = block.index
             sums = point_sums(block.start, block.margin, block.switches, block.status)
@@ -101,7 +85,7 @@ class Writer:
                 for column, name in enumerate(("section_xi", "section_dxi")):
                     sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
             for name, values in block.records.items():
-                self._put(k, variable_name(name), values)
+                self._put(k, layout.variable_name(name), values)
                 sums += record_sums(name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
@@ -110,23 +94,12 @@ class Writer:
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
 
-    def commit(self) -> None:
-        """Commit what was written so far. Raises Unwritable."""
-        with self._mutex:
-            self._commit()
-
     def check(self, progress: Progress = quiet) -> None:
-        """Read all committed blocks again; those that are damaged are taken back, to be computed anew.
+        """Read all committed blocks again; those that are damaged are taken back, to be computed again.
 
-        `progress` is called with (blocks looked at, blocks); what it raises ends the check. Raises Damaged
-        if what is wrong is not within a block, Unwritable if the system refuses.
+        Raises Damaged if what is wrong is not within a block, Unwritable, and what `progress` raises.
         """
-        _, done, wrong = read_marks(self._file, self.tiles)
-        for k in np.flatnonzero(done).tolist():
-            fault = check_block(self._file, self.tiles[k], self.plan)
-            if fault:
-                wrong[k] = fault
-            progress(k + 1, len(self.tiles))
+        _, done, wrong = check_blocks(self._file, self.tiles, self.plan, progress)
         for name in damaged_descriptions(self._file, self.plan):
             raise Damaged(f"{self.path}: damaged ({name}): restore it, or replace it with --overwrite")
         for k in wrong:
@@ -153,7 +126,7 @@ class Writer:
         return True
 
     def abandon(self) -> None:
-        """Close the file after it could not be written: what is committed stays, nothing is added."""
+        """Close a file that could not be written: what is committed stays, nothing is added."""
         with self._mutex, contextlib.suppress(OSError, RuntimeError):
             self._file.close()
         self._lock.release()
@@ -167,23 +140,18 @@ class Writer:
         column = self._chunk[:-4].view("<f8").reshape(values.shape)
         np.copyto(column, values)
         self._chunk[-4:] = np.frombuffer(self.fletcher32(column).to_bytes(4, "little"), np.uint8)
-        try:
-            put_chunk(self._data[name], self.tiles[k], self._chunk)
-        except OSError as error:
-            raise self._refused(error) from None
+        self._put_chunk(k, name, self._chunk)
         return column
 
     def _put(self, k: int, name: str, values: np.ndarray) -> None:
         data, slab = self._data[name], self.tiles[k].slab
-        start = tuple(s.start for s in slab)
-        count = tuple(s.stop - s.start for s in slab)
         extra = data.shape[len(slab) :]
+        count = tuple(s.stop - s.start for s in slab) + extra
         space = data.id.get_space()
-        space.select_hyperslab(start + (0,) * len(extra), count + extra)
-        memory = h5py.h5s.create_simple(count + extra)
-        values = np.ascontiguousarray(values, data.dtype).reshape(count + extra)
+        space.select_hyperslab(tuple(s.start for s in slab) + (0,) * len(extra), count)
+        values = np.ascontiguousarray(values, data.dtype).reshape(count)
         try:
-            data.id.write(memory, space, values)
+            data.id.write(h5py.h5s.create_simple(count), space, values)
         except OSError as error:
             raise self._refused(error) from None
 
@@ -208,12 +176,15 @@ class Writer:
         # status first: from here on the block counts as missing. A damaged chunk is replaced as it
         # lies in the file, because HDF5 would read it before writing a part of it.
         for variable in reversed(variables_of(self.plan)):
-            empty = blank(variable, chunk_of(variable, self.plan))
-            try:
-                put_chunk(self._data[variable.name], self.tiles[k], empty)
-            except OSError as error:
-                raise self._refused(error) from None
+            empty = layout.blank(variable, layout.chunk_of(variable, self.plan))
+            self._put_chunk(k, variable.name, empty)
             self._flush()
+
+    def _put_chunk(self, k: int, name: str, content: bytes | np.ndarray) -> None:
+        try:
+            put_chunk(self._data[name], self.tiles[k], content)
+        except OSError as error:
+            raise self._refused(error) from None
 
     def _refused(self, error: BaseException) -> OSError | Damaged:
         """A write that failed: refused by the system, or because the file's structure is damaged."""
@@ -227,30 +198,10 @@ def open_writer(
 ) -> Writer:
     """Lay out a new file, or open the one that is there to go on with it.
 
-    Parameters
-    ----------
-    path : Path
-    plan, origin
-        what is to be computed, and from which configuration.
-    overwrite : bool
-        replace the file, once the new one is laid out, even if it is complete or damaged. What is no result
-        file of this program is refused.
-    progress : Callable[[int, int], None]
-        called while a new file is laid out, with (chunks, of how many); what it raises ends that, and
-        no file appears.
-
-    Raises
-    ------
-    Different
-        if the file there was made from another configuration.
-    NoResult
-        if it is no result file of this version, or damaged beyond reading.
-    Busy
-        if another process is writing it.
-    TooLarge
-        if a new file would not fit the disk.
-    Unwritable, OSError
-        if the system refuses.
+    With `overwrite` a result file that is there is replaced, once the new one is laid out, even if it is complete or
+    damaged. `progress` is called while a new file is laid out, with (chunks, of how many); what it raises ends that,
+    and no file appears. Raises Different if the file there was made from another configuration, NoResult, Busy,
+    TooLarge if a new file would not fit the disk, Unwritable or OSError if the system refuses.
     """
     if path.exists() and not overwrite:
         return _resume(path, plan)
@@ -285,14 +236,14 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                     raise Busy(f"{path}: another process is writing it")
                 old = Lock(path)
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
-            lay_out(file, plan, origin, progress)
+            layout.lay_out(file, plan, origin, progress)
             file.flush()
-            if not system.RENAMES_OPEN_FILES:
+            if not RENAMES_OPEN_FILES:
                 file.close()
                 lock.release()
                 if old is not None:
                     old.release()
-        if not system.RENAMES_OPEN_FILES:
+        if not RENAMES_OPEN_FILES:
             lock = Lock(path)
             file = open_result(path, "r+")
         return Writer(file, lock, path, plan)
