@@ -450,7 +450,7 @@ def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, small_disk):
         "section": np.ones((250, 2)), "status": np.zeros((), np.int8), "margin": np.ones(()),
         "switches": np.zeros(5, np.int64)})  # fmt: skip
     with pytest.raises(OSError, match="File too large") as error:
-        figures.save(figures.poincare(motion), tmp_path / "x.png")
+        save(figures.poincare(motion), tmp_path / "x.png")
     assert error.value.filename == str(tmp_path / "x.png")
     with pytest.raises(OSError, match=r"x\.h5: File too large"), new_file(tmp_path / "x.h5") as file:
         file["x"] = np.ones(10_000)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vibrodrive.figures import diagrams as figures
-from vibrodrive.figures.passes import SPOTS, count_passes
+from vibrodrive.figures.curves import SPOTS, count_passes
 from vibrodrive.model.choices import Method, Status
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])

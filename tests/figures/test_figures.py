@@ -134,7 +134,7 @@ def seldom(n, where, k=16):
 
 def pixels(figure, path, dpi):
     """Colours (rows, columns, 3), 0 to 1, of every pixel of a figure once it is saved."""
-    return mpl.image.imread(figures.save(figure, path, dpi))[..., :3]
+    return mpl.image.imread(style.save(figure, path, dpi))[..., :3]
 
 
 @pytest.mark.parametrize("n", [600, 20_000])
@@ -265,7 +265,7 @@ def test_an_impact_breaks_the_curve_and_is_kept_as_a_jump(falling):
 
 
 def test_time_curves_carry_the_excitation(falling):
-    (ax,) = figures.time_curve(falling).axes
+    (ax,) = figures.trajectory_figure(falling, ["time"]).axes
     sine = next(line for line in ax.lines if line.get_label() == r"$\sin\tau$")
     assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
     assert ax.get_ylabel() == style.symbol("xi")
@@ -287,15 +287,15 @@ def test_phase_curves_of_two_motions_share_a_scale(falling):
 
 @pytest.mark.parametrize("ending", style.FORMATS)
 def test_the_same_figure_is_the_same_file(two_regimes, tmp_path, ending):
-    one = figures.save(figures.bifurcation(two_regimes), tmp_path / f"one{ending}")
-    two = figures.save(figures.bifurcation(two_regimes), tmp_path / f"two{ending}")
+    one = style.save(figures.bifurcation(two_regimes), tmp_path / f"one{ending}")
+    two = style.save(figures.bifurcation(two_regimes), tmp_path / f"two{ending}")
     assert one.read_bytes() == two.read_bytes()
     assert one.stat().st_size > 1000
 
 
 def test_an_unknown_ending_is_named_and_leaves_no_file(two_regimes, tmp_path):
     with pytest.raises(ValueError, match=r"a file name ending in \.png"):
-        figures.save(figures.bifurcation(two_regimes), tmp_path / "figure.xyz")
+        style.save(figures.bifurcation(two_regimes), tmp_path / "figure.xyz")
     assert not list(tmp_path.iterdir())
 
 

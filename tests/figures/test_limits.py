@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibrodrive.figures.limits import limits_figure
-from vibrodrive.figures.limits_map import limits_map
+from vibrodrive.figures.limits import limits_figure, limits_map
 from vibrodrive.figures.style import save
 from vibrodrive.stability.limits import KU, QUANTITIES, Limits
 

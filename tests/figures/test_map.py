@@ -12,9 +12,9 @@ from matplotlib.colors import to_hex, to_rgb
 
 import vibrodrive as vd
 from vibrodrive.figures.colours import APART, digits, states
-from vibrodrive.figures.limits_map import limits_map
+from vibrodrive.figures.limits import limits_map
 from vibrodrive.figures.looks import LOOKS
-from vibrodrive.figures.map import edges, map_figure
+from vibrodrive.figures.map import borders_of, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
@@ -239,10 +239,10 @@ def test_an_exponent_has_its_zero_in_the_middle(plane):
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["rests"]
 
 
-def test_edges_lie_half_way_and_follow_the_scale():
-    assert edges(np.geomspace(1e-6, 1e-2, 3)) == pytest.approx(10.0 ** np.array([-7.0, -5.0, -3.0, -1.0]))
-    assert edges(np.array([1.0, 2.0, 5.0])).tolist() == [0.5, 1.5, 3.5, 6.5]
-    assert edges(np.array([2.0])).tolist() == [1.5, 2.5]
+def test_borders_lie_half_way_and_follow_the_scale():
+    assert borders_of(np.geomspace(1e-6, 1e-2, 3)) == pytest.approx([-7.0, -5.0, -3.0, -1.0])
+    assert borders_of(np.array([1.0, 2.0, 5.0])).tolist() == [0.5, 1.5, 3.5, 6.5]
+    assert borders_of(np.array([2.0])).tolist() == [1.5, 2.5]
     eps = results({"A": np.array([1.0, 2.0]), "eps": np.geomspace(1e-6, 1e-2, 5)}, gaps=np.ones((2, 5), int))
     assert map_figure(eps, "gaps").axes[0].get_yscale() == "log"
 

@@ -12,8 +12,9 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from vibrodrive.figures import diagrams as figures
+from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
-from vibrodrive.figures.style import INCHES, drawn_as, equation, explain, look, new, note, periods_ticks, save
+from vibrodrive.figures.style import INCHES, drawn_as, equation, explain, look, new, note, save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import STYLES, WIDTHS
 from vibrodrive.model.plan import make_plan

@@ -16,37 +16,18 @@ from matplotlib.patches import Patch
 
 from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, told
 from vibrodrive.figures.ink import LINES, ink_of
-from vibrodrive.figures.style import (
-    as_shown,
-    equation,
-    explain,
-    letter,
-    look,
-    name_axes,
-    new,
-    note,
-    styled,
-    symbol,
-)
+from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
-
 PANEL_ROWS = 420
-
-PANEL_COLUMNS = (1500, 8000)
-"""Columns of the image, at least and at most; one for each value between. More values share columns."""
-
-REACH = (3, 12)
-"""A value is drawn so many columns to either side, at least and at most: a quarter of the way to its neighbours."""
-
+PANEL_COLUMNS = (1500, 8000)  # at least and at most
+REACH = (3, 12)  # columns to either side of a value, at least and at most: a quarter of the way to its neighbours
 MARGIN = 0.03
-
-AT_ONCE = 4096
-"""Values whose ink is in memory at a time."""
+AT_ONCE = 4096  # values whose ink is in memory at a time
 
 LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",
@@ -113,7 +94,7 @@ def bifurcation(
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
-    limits = limits or _range(*(section[index][done[index]] for index in rows))  # the panels share it
+    limits = limits or full_range([section[index][done[index]] for index in rows])  # the panels share it
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
     key: Sequence[Artist] = ()
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
@@ -134,30 +115,27 @@ def bifurcation(
 
 
 def _undisturbed(results: Any) -> bool:
-    """Whether neither ε nor a grid disturbs any motion."""
     eps = {**results.scalars, **results.points, **results.axes}.get("eps", 0.0)
     return not np.any(eps) and results.settings.method == Method.CERTIFIED
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:
-    """What is drawn of each motion: float64 (axes…, section points or impacts), NaN behind the last impact."""
+    """Values drawn of each motion: float64 (axes…, section points or impacts), NaN behind the last impact."""
     if quantity in IMPACT_QUANTITIES:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
-    """Rasterised marks of `values` (n, k) over `x` (n,), darker where they repeat. NaN is left white.
+    """Draw `values` (n, k) over `x` (n,) as an image, darker where they repeat (`ink_of`); return the key to its ink.
 
-    Every value of x shows: where several share a column, the fullest of them counts at each height.
-
-    How dark a spot is by its count, `ink_of` says; returned is the key to that, empty where there are lines alone.
-    A logarithmic axis is recognised by its spacing.
+    Every value of x shows: where several share a column, the fullest of them counts at each height. The key is empty
+    where there are lines alone.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
     values = values[order]
-    low, high = limits or _range(values)
+    low, high = limits or full_range([values])
     start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
     reach = int(np.clip(PANEL_COLUMNS[0] / (4 * len(u)), *REACH))
     if len(u) < PANEL_COLUMNS[0] / reach:
@@ -171,33 +149,20 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
         some = slice(first, first + AT_ONCE)
         ink, own = _ink(values[some], low, high), column[some]
         begins = np.flatnonzero(np.diff(own, prepend=-1))
-        there = own[begins]  # of values that share a column the darkest counts, spot by spot
+        there = own[begins]
         image[there] = np.maximum(image[there], np.maximum.reduceat(ink, begins))
     nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
     shown = column[nearest]
     shown[column] = column
     image = np.where((np.abs(pixel - u[nearest]) > reach * step)[:, None], 0.0, image[shown]).T
-    drawn = FullestImage(
-        ax,
-        cmap=look().density,
-        norm=Normalize(0, 1),
-        origin="lower",
-        extent=(start, stop, low, high),
-        interpolation="nearest",  # anything smoother shares the ink of a mark with its neighbours
-    )
-    drawn.set_data(image)
-    drawn.set_clip_path(ax.patch)
-    ax.add_image(drawn)
+    add_image(ax, image, (start, stop, low, high))
     ax.set_xlim(start, stop)
     ax.set_ylim(low, high)
     return ink_key(values.shape[1], "spot visited") if ((image > 0) & (image < 1)).any() else ()
 
 
 def ink_key(values: int, text: str) -> list[Artist]:
-    """The key to the ink of spots: what is seldom, more often, and as often as full ink says, of so many values.
-
-    `text` says of the first what is counted.
-    """
+    """The key to the ink of spots: visited once, more often, and as often as full ink means, of so many values."""
     full = math.ceil(max(values / LINES, math.e))
     counts = dict.fromkeys((1, round(math.sqrt(full)), full))
     names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
@@ -211,7 +176,7 @@ def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
 
 
 def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
-    """A mark at the upper edge over each value whose status is neither OK nor that it is yet to be computed."""
+    """Mark each value whose status is in MARKS at the upper edge."""
     order = np.argsort(x)
     u = np.log10(x[order]) if is_geometric(x[order]) else x[order]
     for value, marker in MARKS.items():
@@ -223,13 +188,13 @@ def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
             ax.plot(there, height, marker, transform=ax.get_xaxis_transform(), **mark)
 
 
-def _range(*values: np.ndarray) -> tuple[float, float]:
-    """From the least to the largest of all finite values, and a little more."""
+def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[float, float]:
+    """Range of all finite values, and a share of it at either end."""
     seen = [v[np.isfinite(v)] for v in values]
     low = min((v.min() for v in seen if v.size), default=-1.0)
     high = max((v.max() for v in seen if v.size), default=1.0)
-    margin = 0.04 * (high - low) or 0.5
-    return low - margin, high + margin
+    room = margin * (high - low) or 0.5
+    return low - room, high + room
 
 
 def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -242,6 +207,16 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     ink = ink_of(counts, values.shape[1])
     ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be too thin
     return ink
+
+
+def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
+    """Draw a FullestImage, of ink unless `cmap` and `norm` are given; its first row is the lowest."""
+    look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
+    look_of["interpolation"] = "nearest"  # a smoother one shares the ink of a mark with its neighbours
+    drawn = FullestImage(ax, extent=extent, **(look_of | options))
+    drawn.set_data(image)
+    drawn.set_clip_path(ax.patch)
+    ax.add_image(drawn)
 
 
 class FullestImage(AxesImage):
@@ -259,13 +234,13 @@ class FullestImage(AxesImage):
 
 
 def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
-    """At most so many rows (axis 0) or columns (axis 1), each the maximum of those it stands for."""
+    """Maxima of neighbouring rows (axis 0) or columns (axis 1), so that at most `count` are left."""
     n, count = image.shape[axis], max(1, count)
     return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
 
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
-    """Where the values of an axis are drawn: as they are, or their decades if the spacing is geometric."""
+    """Places of the values of an axis: as they are, or their decades if the spacing is geometric."""
     if not is_geometric(x):
         return x
     u = np.log10(x)
@@ -284,7 +259,7 @@ def is_geometric(x: np.ndarray) -> bool:
 
 
 def place_of(results: Any, at: Mapping[str, int]) -> str:
-    """The values of axes at these indices; in the place of the axis `point` those of what changes along it."""
+    """The values of axes at these indices; for the axis `point` those of the parameters that change along it."""
     values: dict[str, float] = {}
     for name, index in at.items():
         along = results.points if name == POINT else {name: results.axes[name]}
@@ -300,5 +275,5 @@ def quantity_index(quantity: str) -> int:
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Which points have a section. (One that came too close to a decision has: it is one of two motions.)"""
+    """Points with a section. (One that came too close to a decision has: it is one of two motions.)"""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))

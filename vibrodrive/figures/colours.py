@@ -17,37 +17,27 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
-APART = "white"
-"""What rests for ever, or is exactly 0 where the scale is logarithmic: lighter than all classes and the scale."""
-
+APART = "white"  # of rest, and of 0 on a logarithmic scale: lighter than all classes and the scale
 SHADES = 512
-
-DECADES = 2.0
-"""A positive quantity that spans more is drawn over its logarithm."""
-
+DECADES = 2.0  # that a positive quantity spans at most to be drawn linearly
 LEAST = 1e-9
-"""Of the largest value: where such a logarithm begins, unless told. What is less, the energy of a touch that rounding
-makes an impact, has the colour of values below."""
+"""Start of a logarithmic scale, as a share of the largest value. Values below (the energy of a touch that rounding
+makes an impact) have the colour of values below the scale."""
 
-STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)
-"""Of points that are computed, in the order of `Look.statuses`."""
+STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
+LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
 
 
 class Painted(NamedTuple):
-    """Colours of `cells`: numbers into `colours` (n, 4), masked where nothing is computed.
+    """Colours of the cells of a map."""
 
-    Of classes, `labels` names the first colours; of a continuous quantity `labels` is empty and `norm` says where each
-    of the first SHADES lies; `extend` tells on which sides values are beyond it: "neither", "min", "max" or "both".
-    `apart` has names and colours of what is outside the scale. `blank` says what is masked, "" if nothing is.
-    """
-
-    cells: np.ma.MaskedArray
-    colours: np.ndarray
-    labels: tuple[str, ...]
-    norm: Normalize
-    apart: tuple[tuple[str, str], ...]
-    extend: str = "neither"
-    blank: str = ""
+    cells: np.ma.MaskedArray  # numbers into `colours`, masked where nothing is computed
+    colours: np.ndarray  # (n, 4)
+    labels: tuple[str, ...]  # of classes, names of the first colours; of a continuous quantity none
+    norm: Normalize  # of a continuous quantity, the scale of the first SHADES colours
+    apart: tuple[tuple[str, str], ...]  # names and colours of what is outside the scale
+    extend: str = "neither"  # sides on which values are beyond the scale: "neither", "min", "max" or "both"
+    blank: str = ""  # names of what is masked
 
     @property
     def counts(self) -> np.ndarray:
@@ -69,9 +59,8 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
     else:
-        kind, norm, shades, apart, extend = _shade(
-            quantity, np.where(done, values, np.nan), rests & (quantity != "margin"), limits
-        )
+        values, rests = np.where(done, values, np.nan), rests & (quantity != "margin")
+        kind, norm, shades, apart, extend = _shade(quantity, values, rests, limits)
         labels, colours = [], [*shades, *look().beyond, *(colour for _, colour in apart)]
     none, grey = done & (kind < 0), look().lacking
     if grey is not None and none.any():
@@ -80,19 +69,9 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         colours = [*colours, grey]
     blank = [lacking] if grey is None and none.any() else []
     blank += [] if done.all() else [STATUS_WORDS[Status.NOT_COMPUTED]]
+    cells = np.ma.masked_array(kind, ~done | (kind < 0))
     table = np.array([to_rgba(c) for c in colours])
-    return Painted(
-        np.ma.masked_array(kind, ~done | (kind < 0)),
-        table,
-        tuple(labels),
-        norm,
-        tuple(apart),
-        extend,
-        " or ".join(blank),
-    )
-
-
-LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
+    return Painted(cells, table, tuple(labels), norm, tuple(apart), extend, " or ".join(blank))
 
 
 Classes = tuple[np.ndarray, list[str], list[Any]]
@@ -153,8 +132,7 @@ _CLASSIFY: dict[str, Any] = {
 def _shade(
     quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
-    """Number of the shade of each value (then: below and above the limits, set apart; -1: none), the scale, its shades,
-    what is set apart, and where values are beyond the scale."""
+    """Numbers of the shades (then: below, above, set apart; -1: none), the scale, its shades, `apart` and `extend`."""
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests
     if quantity == "lyapunov":
@@ -173,15 +151,13 @@ def _shade(
     kind = np.full(values.shape, -1)
     kind[inside] = np.minimum(np.asarray(norm(values[inside]), float) * SHADES, SHADES - 1).astype(int)
     kind[below], kind[above], kind[outside] = SHADES, SHADES + 1, SHADES + 2
-    extend = {(True, False): "min", (False, True): "max", (True, True): "both"}.get(
-        (below.any(), above.any()), "neither"
-    )
+    extend = (("neither", "max"), ("min", "both"))[int(below.any())][int(above.any())]
     apart = [(name, colour)] if outside.any() else []
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
-    """Over the limits, or all values: logarithmic where what is drawn is positive and spans more than DECADES."""
+    """Scale over the limits, or all values: logarithmic where these are positive and span more than DECADES."""
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
     if limits is None and low >= 0 and positive.size:  # a 0 is set apart if the others need a logarithm

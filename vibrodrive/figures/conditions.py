@@ -1,4 +1,4 @@
-"""What a figure says of its motions: the parameters that all of them share, and how they went."""
+"""Texts of figures about their motions: the parameters that all of them share, and how they went."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from vibrodrive.model.choices import Method, Status
 
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 STARTS = ("xi0", "dxi0", "tau0")
-
-PANELS = 6
-"""Panels of one figure at most; of a longer axis evenly spaced values are shown."""
+PANELS = 6  # of one figure, at most
 
 STATUS_WORDS = {
     Status.TOO_CLOSE: "too close to a decision",
@@ -26,16 +24,9 @@ _T = TypeVar("_T")
 
 
 def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
-    """What all motions share, each part a piece of a sentence.
+    """Conditions shared by all motions, as phrases, without those `apart`; the phase of the section if `section`.
 
-    Parameters
-    ----------
-    known : mapping
-        parameters, with `method`, `transient` and `periods`: `arguments` of a trajectory, or `of_sweep`.
-    apart : collection of str
-        what is on an axis, or named elsewhere.
-    section : bool
-        say the phase of the section: where sections are drawn.
+    `known` has parameters, `method`, `transient` and `periods`: `arguments` of a trajectory, or `of_sweep`.
     """
     disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
     names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]

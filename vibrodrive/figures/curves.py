@@ -4,66 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.bifurcation import quantity_index
+from vibrodrive.figures.bifurcation import add_image, quantity_index, swatches
 from vibrodrive.figures.conditions import STATUS_WORDS, conditions
-from vibrodrive.figures.passes import draw_passes, passes_key
-from vibrodrive.figures.style import (
-    INCHES,
-    explain,
-    in_given_axes,
-    letter,
-    look,
-    name_axes,
-    narrow,
-    new,
-    note,
-    periods_ticks,
-    styled,
-)
+from vibrodrive.figures.ink import FAINTEST
+from vibrodrive.figures.style import explain, given_axes, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.states import State
 
+if TYPE_CHECKING:
+    from vibrodrive.batch.trajectory import Trajectory
+
 CURVES = ("phase", "time", "velocity", "section")
 
-LINE = 40
-"""A motion of so many periods at most is drawn as a line, a longer one as the density of its passes"""
+LINE, CYCLE = 40, 160
+"""Most periods of a motion drawn as a line, unless it repeats: most different switches of one that does. A motion with
+more of both is drawn as the density of its passes."""
 
-CYCLE = 160
-"""unless it repeats: of its switches no more than so many differ."""
-
-FIRST = 10
-"""Periods that a curve over time shows by default."""
-
-FAST = 40
-"""Points in each period of the disturbance: less, and its peaks are missed."""
-
+POINTS = 400  # in an excitation period
+FIRST = 10  # periods that a curve over time shows by default
+SPOTS = (900, 600)  # of an image of passes
+AROUND = 0.01
+FAST = 40  # points in each period of the disturbance: with fewer, its peaks are missed
 JUMP = "jump of $\\xi\\mathrm{′}$"
-
-
-class Motion(Protocol):
-    """What a figure needs of a Trajectory."""
-
-    @property
-    def switches(self) -> np.ndarray: ...
-
-    @property
-    def section(self) -> np.ndarray: ...
-
-    @property
-    def arguments(self) -> dict[str, Any]: ...
-
-    @property
-    def status(self) -> int: ...
-
-    def sample(self, points_per_period: int, /) -> Any: ...
 
 
 class Curve(NamedTuple):
@@ -75,7 +47,7 @@ class Curve(NamedTuple):
     jumps: np.ndarray
 
 
-def curve(trajectory: Motion, points_per_period: int = 400) -> Curve:
+def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
     """Samples of a trajectory with every switch put between them, so that corners are corners.
 
     At an impact ξ' jumps to 0; on a fixed grid so does whatever the late switch has overshot.
@@ -129,7 +101,8 @@ def phase_curve(
     alone = len(motions) == 1
     rows, cols = (len(motions), 1) if narrow() else (1, len(motions))
     height = 3.2 if alone else 3.4 * rows if narrow() else 2.9
-    fig, axes = new(rows, cols, height=height, width=5.0 if alone else INCHES["double"], sharex=True, sharey=True)
+    options: dict[str, Any] = {"width": 5.0} if alone else {}
+    fig, axes = new(rows, cols, height=height, sharex=True, sharey=True, **options)
     key: dict[str, Any] = {}
     for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
         key |= draw_phase(ax, motion)
@@ -137,14 +110,14 @@ def phase_curve(
             letter(ax, k, titles[k] if titles else "")
         elif titles:
             ax.set_title(titles[0], loc="left")
-        if not in_given_axes():
+        if not given_axes():
             ax.label_outer()
     note(axes[0, -1], shared_by(motions))
     explain(fig, list(key.values()))
     return fig
 
 
-def draw_phase(ax: Axes, motion: Motion, points_per_period: int = 400) -> dict[str, Any]:
+def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
     """One phase curve into given axes; returns the key to its ink, by its words, empty for a line."""
     key: dict[str, Any] = {}
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
@@ -152,11 +125,11 @@ def draw_phase(ax: Axes, motion: Motion, points_per_period: int = 400) -> dict[s
     many = len(motion.section) > LINE and different > CYCLE
     if many:
         fast = round(FAST * motion.arguments["eta"]) if motion.arguments["eps"] > 0.0 else 0
-        drawn = curve(motion, max(points_per_period, fast))
+        drawn = curve(motion, max(POINTS, fast))
         draw_passes(ax, drawn.tau, drawn.xi, drawn.dxi)
         key = {str(handle.get_label()): handle for handle in passes_key(len(motion.section))}
     else:
-        drawn = first(curve(motion, points_per_period), max(1, different))
+        drawn = first(curve(motion), max(1, different))
         ax.plot(drawn.xi, drawn.dxi, color=look().main)
     ax.plot(*_joined(drawn.jumps[:, :, 1:]), color=look().support, lw=0.25 if many else 0.5, zorder=0.5, label=JUMP)
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0.5)
@@ -171,46 +144,18 @@ def first(drawn: Curve, periods: int) -> Curve:
     return Curve(drawn.tau[kept], drawn.xi[kept], drawn.dxi[kept], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
 
 
-@styled
-def time_curve(
-    source: Any,
-    quantity: str = "xi",
-    titles: Sequence[str] | None = None,
-    excitation: bool = True,
-    shown: int | None = FIRST,
-    *,
-    ax: Any = None,
-    style: Style | None = None,
-    width: Width | None = None,
-) -> Figure:
-    """ξ or ξ' over τ, counted in excitation periods; several trajectories get colours and line styles of their own.
-
-    `quantity` is "xi" or "dxi", `titles` name the trajectories in the legend, and `excitation` adds sin τ, as the paper
-    does. `shown` periods are drawn from the first recorded one, all if None. Raises ValueError for an unknown quantity.
-    """
-    motions = as_motions(source)
-    fig, axes = new(1, 1, height=2.8)
-    ax = axes[0, 0]
-    draw_time(ax, motions, quantity, titles, excitation, shown=shown)
-    note(ax, [*shared_by(motions), *_part(motions, shown)])
-    explain(fig)
-    return fig
-
-
 def draw_time(
     ax: Axes,
-    motions: Sequence[Motion],
-    quantity: str = "xi",
+    motions: Sequence[Trajectory],
+    quantity: str,
     titles: Sequence[str] | None = None,
-    excitation: bool = True,
-    points_per_period: int = 400,
     shown: int | None = None,
 ) -> None:
-    """Time curves of one quantity into given axes."""
+    """Draw ξ or ξ' over τ, counted in excitation periods, with sin τ; so many periods are `shown`, all if None."""
     column = 1 + quantity_index(quantity)
     low, high = math.inf, -math.inf
     for k, motion in enumerate(motions):
-        drawn = curve(motion, points_per_period)
+        drawn = curve(motion)
         if shown is not None:
             drawn = first(drawn, shown)
         low, high = min(low, drawn.tau[0]), max(high, drawn.tau[-1])
@@ -218,9 +163,8 @@ def draw_time(
         line: dict[str, Any] = {"color": colour, "ls": pattern}
         ax.plot(drawn.tau, drawn[column], **line, label=titles[k] if titles else None)
         ax.plot(*_joined(drawn.jumps[:, :, [0, column]]), **line, lw=0.5)
-    if excitation:
-        fine = np.linspace(low, high, max(2, round((high - low) * 30)))
-        ax.plot(fine, np.sin(fine), color=look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
+    fine = np.linspace(low, high, max(2, round((high - low) * 30)))
+    ax.plot(fine, np.sin(fine), color=look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0)
     periods_ticks(ax, low, high)
     name_axes(ax, None, quantity)
@@ -228,46 +172,37 @@ def draw_time(
 
 @styled
 def trajectory_figure(
-    trajectory: Motion,
-    curves: Sequence[str] = ("phase", "time"),
-    points_per_period: int = 400,
-    shown: int | None = FIRST,
-    *,
-    ax: Any = None,
-    style: Style | None = None,
-    width: Width | None = None,
+    trajectory: Trajectory, curves: Sequence[str] = ("phase", "time"), shown: int | None = FIRST, *, ax: Any = None
 ) -> Figure:
-    """One motion as curves in rows below each other.
-
-    `curves` has a panel each of CURVES; `shown` periods are drawn over time, all if None. Raises ValueError for an
-    unknown curve.
-    """
+    """Draw one motion as a panel for each of `curves`; as `Trajectory.plot`."""
     for name in curves:
         if name not in CURVES:
             raise ValueError(bad("curves", name, "one of " + ", ".join(CURVES)))
     tall = [1.5 if name in ("phase", "section") else 1.0 for name in curves]
     fig, axes = new(len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall)
+    periods = len(trajectory.section)
     key: dict[str, Any] = {}
     for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
         if len(curves) > 1:
             letter(ax, k)
         if name == "phase":
-            key |= draw_phase(ax, trajectory, points_per_period)
+            key |= draw_phase(ax, trajectory)
         elif name == "section":
             ax.plot(*np.asarray(trajectory.section).T, ".", ms=2, mew=0)
             name_axes(ax, "xi", "dxi")
         else:
             quantity = "xi" if name == "time" else "dxi"
-            draw_time(ax, [trajectory], quantity, points_per_period=points_per_period, shown=shown)
+            draw_time(ax, [trajectory], quantity, shown=shown)
         shared = shared_by([trajectory], section="section" in curves) if k == 0 else []
-        part = _part([trajectory], shown) if name in ("time", "velocity") else []
-        note(ax, [*shared, *part])
+        if name in ("time", "velocity") and shown is not None and shown < periods:
+            shared = [*shared, f"first {shown} of {periods} periods shown"]
+        note(ax, shared)
     explain(fig, list(key.values()))
     return fig
 
 
-def shared_by(motions: Sequence[Motion], section: bool = False) -> list[str]:
-    """What all motions have in common, and which of them did not simply go well."""
+def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
+    """Conditions that all motions share, and statuses other than OK."""
     known = motions[0].arguments
     apart = [n for n in known if any(m.arguments[n] != known[n] for m in motions)]
     common = {n: value for n, value in known.items() if n not in apart}
@@ -275,13 +210,7 @@ def shared_by(motions: Sequence[Motion], section: bool = False) -> list[str]:
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
 
 
-def _part(motions: Sequence[Motion], shown: int | None) -> list[str]:
-    """Says that there are more periods than are shown, if so."""
-    most = max(len(m.section) for m in motions)
-    return [f"first {shown} of {most} periods shown"] if shown is not None and shown < most else []
-
-
-def as_motions(source: Any) -> list[Motion]:
+def as_motions(source: Any) -> list[Trajectory]:
     """One trajectory or a sequence of them, as a list."""
     return [source] if hasattr(source, "sample") else list(source)
 
@@ -290,3 +219,58 @@ def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Segments (n, 2, 2) as one broken line: abscissae and ordinates with NaN between the segments."""
     broken = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     return broken[:, 0], broken[:, 1]
+
+
+def periods_ticks(ax: Axes, low: float, high: float) -> None:
+    """A τ axis from `low` to `high` counted in excitation periods 2π, from the first one shown."""
+    first = math.floor(low / (2 * math.pi) + 1e-9)
+    count = max(1, round((high - low) / (2 * math.pi)))
+    round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
+    shown = np.asarray(round_numbers.tick_values(0, count))
+    shown = shown[(shown >= 0) & (shown <= count)]
+    ax.set_xticks((first + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
+    ax.set_xlim(low, high)
+    start = rf" - {first}" if first else ""
+    ax.set_xlabel(rf"$\tau/2\pi{start}$")
+
+
+def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
+    """A curve (n,) over τ, NaN where it is broken, as an image: each spot by the number of periods that pass there."""
+    low = np.array([np.nanmin(x), np.nanmin(y)])
+    high = np.array([np.nanmax(x), np.nanmax(y)])
+    room = AROUND * np.where(high > low, high - low, 1.0)
+    low, high = low - room, high + room
+    period = np.floor((tau - tau[0]) / (2 * np.pi) + 1e-9).astype(int)
+    ink = _ink(count_passes(np.stack([x, y], axis=1), period, low, high), int(period.max()) + 1)
+    ink[1:] = np.maximum(ink[1:], ink[:-1])  # a line of one spot would be too thin
+    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])
+    add_image(ax, ink, (low[0], high[0], low[1], high[1]))
+    ax.update_datalim([low, high])
+    ax.autoscale_view()
+
+
+def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
+    """By the root of the share: most spots of an irregular motion are passed in few of its periods."""
+    return np.where(counts > 0, FAINTEST + (1.0 - FAINTEST) * np.sqrt(counts / periods), 0.0)
+
+
+def passes_key(periods: int) -> list[Artist]:
+    """The key to the ink of a motion of so many periods."""
+    counts = np.array([1, round(periods / 4), periods])
+    names = [f"spot passed in 1 of {periods} periods", f"in {counts[1]}", "in all"]
+    return swatches(_ink(counts, periods).tolist(), names)
+
+
+def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Periods (`period`: their numbers by point) in which a polyline (n, 2) meets each spot: float64 (rows, cols)."""
+    place = (points - low) / (high - low) * np.array(SPOTS)
+    whole = np.isfinite(place[:-1]).all(axis=1) & np.isfinite(place[1:]).all(axis=1)
+    begin, end, of = place[:-1][whole], place[1:][whole], period[:-1][whole]
+    # between points the line is followed in steps of half a spot
+    steps = np.maximum(1, np.ceil(2.0 * np.abs(end - begin).max(axis=1))).astype(int)
+    share = (np.arange(steps.sum()) - np.repeat(np.cumsum(steps) - steps, steps)) / np.repeat(steps, steps)
+    along = np.repeat(begin, steps, axis=0) + share[:, None] * np.repeat(end - begin, steps, axis=0)
+    column, row = np.clip(along.astype(int), 0, np.array(SPOTS) - 1).T
+    spots = SPOTS[0] * SPOTS[1]
+    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # each spot once a period
+    return np.bincount(met % spots, minlength=spots).reshape(SPOTS[::-1]).astype(float)

@@ -14,46 +14,18 @@ from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
 from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, told
-from vibrodrive.figures.curves import (
-    as_motions,
-    phase_curve,
-    shared_by,
-    time_curve,
-    trajectory_figure,
-)
+from vibrodrive.figures.curves import as_motions, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.map import map_figure
-from vibrodrive.figures.style import (
-    INCHES,
-    explain,
-    in_given_axes,
-    letter,
-    look,
-    name_axes,
-    narrow,
-    new,
-    note,
-    save,
-    styled,
-)
+from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 
-__all__ = [
-    "bifurcation",
-    "from_results",
-    "map_figure",
-    "phase_curve",
-    "poincare",
-    "save",
-    "time_curve",
-    "trajectory_figure",
-]
+__all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
 
 DIAGRAM = 12
 """From this many values an axis is drawn as a bifurcation diagram, below as Poincaré sections."""
 
-FEW = 64
-"""Up to this many distinct points a section is drawn with dots large enough to be counted."""
+FEW = 64  # distinct points of a section, at most, that are drawn with dots large enough to be counted
 
 
 @styled
@@ -88,7 +60,7 @@ def poincare(
     sections, named, shared = _sections(source)
     titles = named if titles is None else titles
     cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
-    cols = len(sections) if in_given_axes() else cols
+    cols = len(sections) if given_axes() else cols
     rows = math.ceil(len(sections) / cols)
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
     fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True)
@@ -127,16 +99,12 @@ def from_results(
     limits: tuple[float, float] | None = None,
     *,
     ax: Any = None,
-    style: Style | None = None,
-    width: Width | None = None,
     **over: Any,
 ) -> Figure:
     """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
-    the start, else Poincaré sections; without a section a map of the period.
+    the start, else Poincaré sections; without a section a map of the period; of one motion its section.
 
-    One motion, without any axis, has no diagram: its section is drawn. The arguments are those of `Results.plot`;
-    `over` are `curves`, `undisturbed` and `k2` of `map_figure`, for a map alone. Raises ValueError for what is unknown,
-    was not recorded, or has no axis to be drawn over.
+    The arguments are those of `Results.plot`; `over` are `curves`, `undisturbed` and `k2` of `map_figure`.
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE

@@ -16,9 +16,7 @@ from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
-LEAST = 1e-3
-"""Smaller shares are of one tone: with a thousand switches compared they hardly occur."""
-
+LEAST = 1e-3  # share, below which all are of one tone: with a thousand switches compared they hardly occur
 LEAST_INK, LESS_INK = 0.2, 0.1
 
 
@@ -61,12 +59,8 @@ def failures_figure(
             mesh = ax.pcolormesh(found.A, found.other, some.T, cmap=scale, norm=shades, rasterized=True)
             known = np.isfinite(found.limit[m])
             ax.plot(found.A[known], found.limit[m][known], "-", color="white", lw=2.2)
-            lost: dict[str, Any] = {
-                "color": look().other,
-                "lw": 1.0,
-                "label": "structure of the motion lost above this line",
-            }
-            ax.plot(found.A[known], found.limit[m][known], "--", **lost)
+            lost = "structure of the motion lost above this line"
+            ax.plot(found.A[known], found.limit[m][known], "--", color=look().other, lw=1.0, label=lost)
             letter(ax, row * cols + col, f"{method}: {kind}")
             ax.set_yscale("log")
             ax.set_ylim(found.other.min(), found.other.max())

@@ -6,11 +6,8 @@ import math
 
 import numpy as np
 
-FAINTEST = 0.3
-"""Ink of a spot visited once: dark enough for a poor printer."""
-
-LINES = 16
-"""A motion of this period or less is drawn in full ink."""
+FAINTEST = 0.3  # ink of a spot visited once: dark enough for a poor printer
+LINES = 16  # longest period of a motion drawn in full ink
 
 
 def ink_of(counts: np.ndarray, values: int) -> np.ndarray:

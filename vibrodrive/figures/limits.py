@@ -19,9 +19,13 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from vibrodrive.figures.bifurcation import density
+from vibrodrive.figures.colours import paint
 from vibrodrive.figures.conditions import choice, conditions, named, some
+from vibrodrive.figures.map import LABELS, apart, draw_map
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
-from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.choices import Status
+from vibrodrive.model.drawing import K2, MAP, Style, Width
+from vibrodrive.model.parameters import bad
 from vibrodrive.stability.limits import K1, KU, Limits
 
 CURVE_LABELS = {
@@ -30,18 +34,11 @@ CURVE_LABELS = {
     ("dtau", "muller"): r"$k_2(\Delta\tau)$, Muller",
 }
 BAND, BAND_OF_SEVERAL = "from the first loss to the last value kept", "from one motion to the last with several"
-
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
-
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
-
-WIDE = 0.035
-
-MARKED = 60
-"""Up to so many values of the abscissa each is marked: a line does not show where it was computed."""
-
-DECADES = 5.0
-"""An abscissa of η is logarithmic if its ends are so many times apart."""
+WIDE = 0.035  # share of the abscissa, from which a stretch of one period is named
+MARKED = 60  # values of the abscissa, at most, that are each marked
+APART = 5.0  # times between the ends of an abscissa of η, from which it is logarithmic
 
 
 @styled
@@ -76,12 +73,27 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
     return _over_A(found) if x == "A" else _over_one(found, x)
 
 
+@styled
+def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: Any = None) -> Figure:
+    """Map of k₂ in ε over the two axes of a file of limits; `limits` is the range of the colours. Raises ValueError."""
+    if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
+        raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
+    c = found.curves.index(("eps", "certified"))
+    values, status = found.values[c], np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
+    painted = paint(K2, values, status, limits)
+    x, y = found.axes
+    fig, ax = draw_map(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
+    note(ax, shared_by(found), side="left")
+    explain(fig, apart(painted))
+    return fig
+
+
 def _over_A(found: Limits) -> Figure:
     fig, axes = new(4, 1, height=9.2, sharex=True, height_ratios=[1.2, 1.0, 0.8, 1.0])
     top, velocity, ratio, bottom = axes[:, 0]
     bands = [_band(top, found, c) for c in range(len(found.curves))]
     _logarithmic(top, np.stack([found.known(), found.last()]), (1e-6, 1.0))
-    top.set_ylabel(named(found.quantity, "$k_2$"), rotation=0, labelpad=9, va="center")
+    _name_ordinate(top, named(found.quantity, "$k_2$"))
     _name_periods(top, found)
     letter(top, 0)
     note(top, [*shared_by(found), *_gaps(found, len(found.curves))], above=True)
@@ -116,7 +128,7 @@ def _starts(found: Limits) -> Figure:
     for c, (name, _) in enumerate(found.curves):
         _line(ax, values, k1[c], c, f"start off in {symbol(name)}")
     _logarithmic(ax, k1, (1e-3, 1.0))
-    ax.set_ylabel("$k_1$", rotation=0, labelpad=9, va="center")
+    _name_ordinate(ax, "$k_1$")
     letter(ax, 0)
     note(ax, [*shared_by(found), *_gaps(found, len(found.curves))])
     key: Sequence[Artist] = ()
@@ -148,7 +160,7 @@ def _over_two(found: Limits) -> Figure:
     V = np.moveaxis(found.known("velocity"), 1 + names.index(x), -1)
     ratio = np.moveaxis(found.ratio(), names.index(x), -1)
     panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
-    if x == "eta" and not _varies(V[1]):  # without ε the limit in Δτ knows nothing of η
+    if x == "eta" and not any(len(np.unique(row[np.isfinite(row)])) > 1 for row in V[1]):  # no ε: η does nothing
         del panels[1]
     fig, axes = new(len(panels) + 1, 1, height=1.2 + 2.1 * (len(panels) + 1), sharex=True)
     rows = list(range(len(found.axes[other])))
@@ -168,11 +180,6 @@ def _over_two(found: Limits) -> Figure:
     return fig
 
 
-def _varies(rows: np.ndarray) -> bool:
-    """Whether any row has two values that differ."""
-    return any(len(np.unique(row[np.isfinite(row)])) > 1 for row in rows)
-
-
 def _velocities(ax: Axes, found: Limits) -> None:
     """The limits in ε, and in Δτ on the grid, of one axis as velocity amplitudes."""
     V = found.known("velocity")[:2]
@@ -183,7 +190,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
 
 
 def _ratios(ax: Axes, found: Limits) -> None:
-    """The ratio over one axis, with where nine tenths of its values lie."""
+    """Draw the ratio over one axis; note its median and the range of nine tenths of its values."""
     (x,) = found.axes.values()
     ratio = found.ratio()
     _line(ax, x, ratio, 0, "_ratio")
@@ -206,7 +213,7 @@ def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
     """A logarithmic ordinate of V; at its right side mm/s, for a scene in SI units."""
     _logarithmic(ax, values, (1e-3, 1.0))
     _plain_numbers(ax.yaxis, *ax.get_ylim())
-    ax.set_ylabel("$V$", rotation=0, labelpad=9, va="center")
+    _name_ordinate(ax, "$V$")
     if mm_s is not None:
         ax.tick_params(which="both", right=False)
         second = ax.secondary_yaxis("right", functions=(lambda v: np.multiply(v, mm_s), lambda v: np.divide(v, mm_s)))
@@ -225,6 +232,10 @@ def _around_one(ax: Axes, ratio: np.ndarray) -> None:
     _plain_numbers(ax.yaxis, low, high)
 
 
+def _name_ordinate(ax: Axes, text: str) -> None:
+    ax.set_ylabel(text, rotation=0, labelpad=9, va="center")
+
+
 def _plain_numbers(axis: Axis, low: float, high: float) -> None:
     """Label 0.2, 0.5, 1, … where a logarithmic axis is less than two decades long, else whole decades alone."""
     if high < 100 * low:
@@ -234,7 +245,7 @@ def _plain_numbers(axis: Axis, low: float, high: float) -> None:
 
 
 def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> None:
-    """A logarithmic ordinate for what there is of the values; of the range `blank` if there is nothing to draw."""
+    """Set a logarithmic ordinate for the positive values, or of the range `blank` if there are none."""
     seen = values[np.isfinite(values) & (values > 0)]
     low, high = (seen.min(), seen.max()) if len(seen) else blank
     margin = 1.1 * (high / low) ** 0.04
@@ -245,14 +256,14 @@ def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> No
 
 def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
     low, high = values.min(), values.max()
-    if x == "eta" and high > DECADES * low:
+    if x == "eta" and high > APART * low:
         ax.set_xscale("log")
     ax.set_xlim((low, high) if low < high else (low - 0.5, high + 0.5))
     ax.set_xlabel(symbol(x))
 
 
 def shared_by(found: Limits) -> list[str]:
-    """What all points share, what must be kept where that is not the default, and what is missing."""
+    """Conditions that all points share, a criterion other than the default, and the count of missing points."""
     apart = {*found.axes, "eps", "dtau", "method"}
     if found.quantity == K1:
         apart |= {"xi0", "dxi0", "tau0"}
@@ -260,15 +271,12 @@ def shared_by(found: Limits) -> list[str]:
     texts = {K1: "", KU: "from $k_u$ on all starts end on one motion"}
     kept = "" if found.criterion == "impacts" else f"kept: {found.criterion}"
     missing = int((~found.done).sum())
-    return [
-        *said,
-        texts.get(found.quantity, kept),
-        f"{missing} of {found.done.size} limits not computed" if missing else "",
-    ]
+    left = f"{missing} of {found.done.size} limits not computed" if missing else ""
+    return [*said, texts.get(found.quantity, kept), left]
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
-    """Why the first so many curves have gaps, as far as anything was computed there."""
+    """Reasons for gaps in the first so many curves, as far as anything was computed there."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
@@ -282,16 +290,16 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     """A limit, and the band above it where the structure comes back; the key to the band, if there is one."""
+    label = named(found.quantity, CURVE_LABELS[found.curves[c]])
     first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)
     tone, (colour, pattern) = look().bands[c], look().lines[c]
     ax.fill_between(found.A, first, end, color=tone, lw=0)
     ax.plot(found.A, end, color=colour, lw=0.25)
-    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=named(found.quantity, CURVE_LABELS[found.curves[c]]))
+    ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=label)
     if not (last > first).any():
         return None
-    of = named(found.quantity, CURVE_LABELS[found.curves[c]].split(",")[-1].strip())
-    return Patch(fc=tone, label=f"{of}: {BAND_OF_SEVERAL if found.quantity == KU else BAND}")
+    return Patch(fc=tone, label=f"{label.split(',')[-1].strip()}: {BAND_OF_SEVERAL if found.quantity == KU else BAND}")
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:
@@ -302,10 +310,8 @@ def _name_periods(ax: Axes, found: Limits) -> None:
     for stretch in np.split(np.arange(len(n)), edges):
         low, high = found.A[stretch[0]], found.A[stretch[-1]]
         if n[stretch[0]] > 0 and high - low >= WIDE * span:
-            ax.text(
-                (low + high) / 2, 1.015, f"$n = {n[stretch[0]]}$", transform=ax.get_xaxis_transform(),
-                ha="center", va="bottom", fontsize=8,
-            )  # fmt: skip
+            place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "bottom"}
+            ax.text((low + high) / 2, 1.015, f"$n = {n[stretch[0]]}$", fontsize=8, **place)
         if stretch[0]:
             between = (found.A[stretch[0] - 1] + low) / 2
             ax.axvline(between, color="0.75", lw=0.4, zorder=0, label="the period $n$ of the motion changes")

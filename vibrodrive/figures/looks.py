@@ -14,8 +14,6 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from vibrodrive.model.drawing import Style
 
 INK = "black"
-
-
 HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
 
 

@@ -18,12 +18,11 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.bifurcation import FullestImage, is_geometric
+from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, told
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.overlay import draw_limit, placed
-from vibrodrive.figures.plane import NUMBERED, draw_lines
+from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
@@ -52,12 +51,8 @@ LABELS = {
 }
 
 WIDTH = 4.7
-
 TALLER = 0.6
-
-
-FINEST = 4000
-"""Columns or rows at most that cells of unequal width are cut into."""
+FINEST = 4000  # columns or rows, at most, that cells of unequal width are cut into
 
 
 @styled
@@ -121,7 +116,8 @@ def map_figure(
     painted = paint(quantity, values[index], status, limits)
     fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
     rest = [n for n in names if n not in (x, y)]
-    said = [equation(n, results.axes[n][0]) + _of(len(results.axes[n])) for n in rest]
+    counts = {n: len(results.axes[n]) for n in rest}
+    said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
     said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *told(status)]
     note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
     if curves:
@@ -139,9 +135,9 @@ def draw_map(
     painted: Painted,
     values: np.ndarray,
     label: str,
-    more: float = 0.0,
+    more: float = 0,
 ) -> tuple[Figure, Axes]:
-    """The cells, or marks, with their scale, which says `label`; `more` inches for a legend."""
+    """Draw cells, or marks over one axis, with their scale, named `label`; `more` inches for a legend."""
     fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
@@ -156,7 +152,6 @@ def draw_map(
 
 
 def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[str, str | None]:
-    """The names of the axes drawn to the right and upwards. Raises ValueError."""
     names = list(axes)
     for key, name in (("x", x), ("y", y)):
         if name is not None and name not in names:
@@ -165,11 +160,9 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
         raise ValueError(bad("y", y, f"another axis than x = {x!r}"))
     free = sorted((n for n in names if n not in (x, y)), key=lambda n: -len(axes[n]))
     needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
-    rest = [n for n in names if n in needed]  # in the order of the sweep
-    if x is None:
-        x = rest.pop(0) if rest else y
-    if y is None and rest:
-        y = rest.pop(0)
+    rest = iter([n for n in names if n in needed])  # in the order of the sweep
+    x = x or next(rest, y)
+    y = y or next(rest, None)
     assert x is not None
     return x, None if x == y else y
 
@@ -190,19 +183,14 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
-    """Whether the gaps are those of the undisturbed motion: 1 or 0, -1 where that has none; int64 over all axes."""
+    """Map of 1 where the gaps are those of the undisturbed motion, else 0, or -1 where that has none."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions, for {KEPT}"))
     return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
 
 
-def edges(values: np.ndarray) -> np.ndarray:
-    """Borders of the cells of ascending values (n,): n + 1 of them, half-way between values as the axis is drawn."""
-    return 10.0 ** _borders(values) if is_geometric(values) else _borders(values)
-
-
-def _borders(values: np.ndarray) -> np.ndarray:
-    """The same where the axis is drawn: of a logarithmic one their decades."""
+def borders_of(values: np.ndarray) -> np.ndarray:
+    """Borders of the cells of ascending values: float64 (n + 1,), half-way between them; decades if geometric."""
     u = np.log10(values) if is_geometric(values) else values
     if u[-1] == u[0]:
         return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
@@ -220,30 +208,23 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     image = rank[index.filled(-1)]
     extent: Any = []
     for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
+        ends = borders_of(values)[[0, -1]]
+        extent += ends.tolist()
         if is_geometric(values):
             ax.set(**{f"{axis}scale": "log"})
-        ax.set(**{f"{axis}lim": edges(values)[[0, -1]]})
-        extent += _borders(values)[[0, -1]].tolist()
+            ends = 10.0**ends
+        ax.set(**{f"{axis}lim": ends})
         image = np.take(image, _evenly(values), axis=k)
     ax.patch.set(**HATCHED)
-    drawn = FullestImage(
-        ax,
-        cmap=ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]])),
-        norm=Normalize(-0.5, len(rank) - 0.5),
-        origin="lower",
-        extent=extent,
-        interpolation="nearest",
-        transform=ax.transLimits + ax.transAxes,  # columns and rows are even as the axes are drawn, not as they count
-    )
-    drawn.set_data(image)
-    drawn.set_clip_path(ax.patch)
-    ax.add_image(drawn)
+    colours = ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]]))
+    even_as_drawn = ax.transLimits + ax.transAxes
+    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5), transform=even_as_drawn)
     ax.tick_params(which="both", direction="out", top=False, right=False)  # on colours, ticks inside are not seen
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
-    """Numbers of the cells of ascending values in columns of one width as drawn: each once if they have it."""
-    borders = _borders(values)
+    """Numbers of the cells of ascending values in columns of one width as drawn."""
+    borders = borders_of(values)
     span = borders[-1] - borders[0]
     count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
     if count <= len(values):
@@ -285,10 +266,6 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
         small = max(map(len, painted.labels)) > 12
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])
-
-
-def _of(count: int) -> str:
-    return f" (first of {count})" if count > 1 else ""
 
 
 def apart(painted: Painted) -> list[Patch]:

@@ -18,12 +18,10 @@ from vibrodrive.figures.style import in_drawings, new, styled
 Place = tuple[float, float]
 
 ALPHA = 16.0
-
 HEIGHT = 1.3
 INCLINE, THICKNESS = (0.0, 10.4), 0.35
 OBSTACLE = (0.5, 1.1)
 MASS = (5.2, 7.2)
-
 ROLLERS, RADIUS = (1.4, 5.0, 8.8), 0.16
 GROUND = -THICKNESS - 2.0 * RADIUS
 CORNER = (-0.9, GROUND)
@@ -39,14 +37,21 @@ def drawing() -> Figure:
     ax.set_xlim(-0.8, 11.2)
     ax.set_ylim(-1.1, 4.3)
     _ground(ax)
-    _angle(ax)
+    x, y = _turned(CORNER)
+    reach, half = 4.2, math.radians(0.5 * ALPHA)
+    ax.plot([x, x + 1.2 * reach], [y, y], color=INK, lw=0.5)
+    ax.add_patch(Arc((x, y), 2 * reach, 2 * reach, theta1=0.0, theta2=ALPHA, lw=0.5, ec=INK))
+    ax.text(x + 0.92 * reach * math.cos(half), y + 0.8 * reach * math.sin(half), r"$\alpha$", ha="center", va="center")
     _block(ax, INCLINE, (-THICKNESS, 0.0), fc="white")
     _block(ax, OBSTACLE, (0.0, HEIGHT), fc="0.8", hatch="/////")
     _block(ax, MASS, (0.0, HEIGHT), fc="0.93")
     _write(ax, (0.5 * (OBSTACLE[0] + OBSTACLE[1]), HEIGHT + 0.3), "obstacle")
-    _gap(ax)
+    _arrow(ax, _turned((OBSTACLE[1], 1.0)), _turned((MASS[0], 1.0)), 0.8)
+    _write(ax, (0.5 * (OBSTACLE[1] + MASS[0]), 1.27), r"gap $x$  ($\xi$)")
     _mass(ax)
-    _excitation(ax)
+    _arrow(ax, _turned((8.0, 0.75)), _turned((10.4, 0.75)), 1.6, "<|-|>")
+    _write(ax, (9.2, 1.05), r"$y = a_0 \sin\,\Omega_0 t$")
+    _write(ax, (10.65, 0.75), "+", rotation=0.0)
     return fig
 
 
@@ -77,7 +82,7 @@ def _write(ax: Axes, place: Place, text: str, rotation: float = ALPHA) -> None:
 
 
 def _ground(ax: Axes) -> None:
-    """What does not move, and the rollers on it."""
+    """Draw the ground and the rollers on it."""
     start, end = CORNER[0], INCLINE[1] + 0.6
     _line(ax, (start, GROUND), (end, GROUND), 0.8)
     for k in range(3, round((end - start) / 0.25)):
@@ -85,20 +90,6 @@ def _ground(ax: Axes) -> None:
         _line(ax, (s + 0.2, GROUND), (s, GROUND - 0.2), 0.4)
     for s in ROLLERS:
         ax.add_patch(Circle(_turned((s, -THICKNESS - RADIUS)), RADIUS, fc="white", ec=INK, lw=0.8))
-
-
-def _angle(ax: Axes) -> None:
-    x, y = _turned(CORNER)
-    reach, half = 4.2, math.radians(0.5 * ALPHA)
-    ax.plot([x, x + 1.2 * reach], [y, y], color=INK, lw=0.5)
-    ax.add_patch(Arc((x, y), 2 * reach, 2 * reach, theta1=0.0, theta2=ALPHA, lw=0.5, ec=INK))
-    ax.text(x + 0.92 * reach * math.cos(half), y + 0.8 * reach * math.sin(half), r"$\alpha$", ha="center", va="center")
-
-
-def _gap(ax: Axes) -> None:
-    level = 1.0
-    _arrow(ax, _turned((OBSTACLE[1], level)), _turned((MASS[0], level)), 0.8)
-    _write(ax, (0.5 * (OBSTACLE[1] + MASS[0]), level + 0.27), r"gap $x$  ($\xi$)")
 
 
 def _mass(ax: Axes) -> None:
@@ -113,10 +104,3 @@ def _mass(ax: Axes) -> None:
     _write(ax, (MASS[0] - 1.75, 0.47), r"adhesive force $F_H$  ($H$)")
     _arrow(ax, _turned((MASS[0] + 0.3, HEIGHT + 0.2)), _turned((MASS[1] - 0.3, HEIGHT + 0.2)), 0.8)
     _write(ax, (0.5 * (MASS[0] + MASS[1]), HEIGHT + 0.45), r"$\xi\mathrm{′} > 0$")
-
-
-def _excitation(ax: Axes) -> None:
-    level = 0.75
-    _arrow(ax, _turned((8.0, level)), _turned((10.4, level)), 1.6, "<|-|>")
-    _write(ax, (9.2, level + 0.3), r"$y = a_0 \sin\,\Omega_0 t$")
-    _write(ax, (10.65, level), "+", rotation=0.0)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from vibrodrive.figures.bifurcation import quantity_index
+from vibrodrive.figures.bifurcation import full_range, quantity_index
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, number, styled
@@ -27,6 +27,8 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit
 
 CURVE_POINTS = 400
+CROWDED = 8  # bifurcations, from which there is a second panel for the range of A where they are dense
+DENSE = 0.6  # share of all bifurcations in that range, the shortest such
 
 
 @styled
@@ -86,30 +88,19 @@ def bifurcation_diagram(
             at = np.repeat(brute.axes["A"][within], there.shape[-1])
             dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": look().support}
             ax.plot(at, there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots)
-            key = [Line2D([], [], ms=5, label=_simulated(brute), **dots)]
+            known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "B", "eps", "method")}
+            simulated = f"simulated: {', '.join(conditions(known, section=False))}"
+            key = [Line2D([], [], ms=5, label=simulated, **dots)]
             seen.append(there)
         for branch, y in curves:
             _curve(ax, branch, y)
         _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
-        ax.set_ylim(*_room(seen))
+        ax.set_ylim(*full_range(seen, 0.05))
         name_axes(ax, "A" if k == len(ranges) - 1 else None, quantity)
     said = [equation("B", found.B), equation("section_phase", section_phase), f"periods up to {found.max_period}"]
     note(axes[0, 0], said)
     explain(fig, key)
     return fig
-
-
-def _simulated(brute: Results) -> str:
-    """What the points are that are simulated."""
-    known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "B", "eps", "method")}
-    return f"simulated: {', '.join(conditions(known, section=False))}"
-
-
-CROWDED = 8
-"""From this many bifurcations on there is a second panel for the part where they are dense."""
-
-DENSE = 0.6
-"""Of all bifurcations this share lies in that part, which is the shortest such."""
 
 
 def views(found: Family) -> list[tuple[float, float]]:
@@ -129,7 +120,7 @@ def views(found: Family) -> list[tuple[float, float]]:
 
 
 def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple[float, float]]:
-    """Set the range of panel k, and shade in it what the next one shows; where bifurcations are marked in it."""
+    """Set the range of panel k, shade in it that of the next; return the ranges in which it marks bifurcations."""
     low, high = ranges[k]
     ax.set_xlim(low, high)
     if len(ranges) == 1:
@@ -144,15 +135,6 @@ def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple
 
 def _within(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return (values >= low) & (values <= high)
-
-
-def _room(values: Sequence[np.ndarray]) -> tuple[float, float]:
-    """A range of the ordinate that holds all values, with a margin."""
-    flat = np.concatenate([np.ravel(v) for v in values] or [np.zeros(1)])
-    flat = flat[np.isfinite(flat)]
-    low, high = (flat.min(), flat.max()) if flat.size else (-1.0, 1.0)
-    margin = 0.05 * (high - low) or 0.5
-    return low - margin, high + margin
 
 
 @styled

@@ -28,7 +28,6 @@ BOXES = {
 HALF = (0.62, 0.3)  # of a box
 THICK = 2.2
 SHIFT = 0.13  # between arrows that go both ways
-
 Point = tuple[float, float]
 
 SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
@@ -89,7 +88,7 @@ def _box(centre: Point) -> Rectangle:
 
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:
-    """Where an arrow leaves one box and enters the other; one of a pair runs to the left of its direction."""
+    """Ends of an arrow between two boxes; one of a pair runs to the left of its direction."""
     if (before, after) in SLANTING:
         return SLANTING[before, after]
     (x0, y0), (x1, y1) = BOXES[before][0], BOXES[after][0]
@@ -109,7 +108,9 @@ def _arrow(ax: Axes, before: State, after: State, paired: bool, thick: bool) -> 
 def _label(ax: Axes, before: State, after: State, paired: bool, function: str, decision: str) -> None:
     """The switching condition and the decision: beside an upright or level arrow, on a slanting one."""
     (x0, y0), (x1, y1) = _ends(before, after, paired)
-    text = ", ".join(part for part in (_condition(function), _decision(decision)) if part)
+    parts = [f"S_{function[1]} = 0"] if function else []
+    parts += [decision.replace("<=", r"\leq")] if decision else []
+    text = ", ".join(f"${part}$" for part in parts)
     where: dict[str, Any] = {"fontsize": 0.9 * in_drawings()}
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     if abs(x1 - x0) < 1e-9:
@@ -124,13 +125,3 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
         slope = math.degrees(math.atan((y1 - y0) / (x1 - x0)))
         turned: dict[str, Any] = {"rotation": slope, "rotation_mode": "anchor", "transform_rotates_text": True}
         ax.text(x, y, text, ha="center", va="center", bbox=paper, **where, **turned)
-
-
-def _condition(function: str) -> str:
-    return f"$S_{function[1]} = 0$" if function else ""
-
-
-def _decision(decision: str) -> str:
-    if not decision:
-        return ""
-    return "$" + decision.replace("<=", r"\leq") + "$"

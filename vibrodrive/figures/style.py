@@ -12,6 +12,7 @@ import functools
 import inspect
 import io
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -26,22 +27,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
-from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.docstrings import with_shared
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
 from vibrodrive.model.names import NAMES, SCENE_AXES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
 
-INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}
-"""174 and 84 mm: what the narrower of the usual journals print over two columns and over one."""
-
-RESOLUTION = 250
-"""Pixels per inch of what is made of pixels."""
-
+INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}  # 174 and 84 mm, the narrower of the usual journals
+RESOLUTION = 250  # pixels per inch
 LEGEND_LINE, BETWEEN = 2.8, 1.2  # widths of a letter
+MARGIN = 0.8  # inches beside the axes
+GAP = 40.0  # points between the name of a panel and its note
+NOTE = 0.8  # of the size of titles
+LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
+"""Sizes in points: of titles, of the symbols at the axes, and of numbers and legends."""
+
+PHASES = ("section_phase", "tau0")
+PARTS = (1, 2, 3, 4, 6)
 
 COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
@@ -67,31 +70,22 @@ COMMON: dict[str, Any] = {
     "agg.path.chunksize": 20000,
 }
 
-LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
-"""Sizes in points: of titles, of the symbols at the axes, and of numbers and legends."""
-
-NOTE = 0.8  # of the size of titles
-
 SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
-
 UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
 
 _F = TypeVar("_F", bound=Callable[..., Any])
-
 _CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen", "double"))
+_GIVEN_AXES: ContextVar[Any] = ContextVar("given axes", default=None)
 
 
 def in_drawings() -> float:
-    """Size of the letters in a drawing, which are to fit what stands around them, in points."""
+    """Size of the letters in a drawing, in points."""
     return 6.2 if narrow() else 9.5
 
 
 @contextmanager
 def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
-    """Draw in this style and for this width until the block ends; None leaves what is in force.
-
-    The caller's own settings of Matplotlib come back afterwards. Raises ValueError for an unknown style or width.
-    """
+    """Draw in this style and for this width until the block ends; None leaves what is in force. Raises ValueError."""
     if style is not None and style not in STYLES:
         raise ValueError(bad("style", style, "one of " + ", ".join(STYLES)))
     if width is not None and width not in WIDTHS:
@@ -110,31 +104,56 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
         _CHOSEN.reset(token)
 
 
-_GIVEN: ContextVar[Any] = ContextVar("given", default=None)
-"""What a caller gave as `ax` to the function that is drawing: axes for its panels."""
-
-
 def styled(function: _F) -> _F:
-    """Run a drawing function as `drawn_as` its arguments `style` and `width`, into the axes of its argument `ax`.
-
-    It need not look at any of them itself: `new` does. What they are its docstring need not say either.
-    """
+    """Run a drawing function as `drawn_as` its arguments `style` and `width`; `new` returns the axes given as `ax`."""
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
     @functools.wraps(function)
     def wrapper(*args: Any, style: Style | None = None, width: Width | None = None, **kwargs: Any) -> Any:
         given = kwargs.pop("ax", None) if takes_axes else None
-        token = _GIVEN.set(_GIVEN.get() if given is None else given)
+        token = _GIVEN_AXES.set(_GIVEN_AXES.get() if given is None else given)
         try:
             with drawn_as(style, width):
                 return function(*args, **kwargs)
         finally:
-            _GIVEN.reset(token)
+            _GIVEN_AXES.reset(token)
 
     if takes_axes and function.__doc__:
         wrapper.__doc__ = with_shared(function.__doc__)
     return wrapper  # type: ignore[return-value]
+
+
+SHARED_PARAMETERS = """\
+ax : Axes or sequence of Axes, optional
+    where to draw, one for each panel; a new figure unless given.
+style : "screen" or "print", optional
+    colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+width : "double" or "single", optional
+    of a new figure: for two columns of a page, at most 174 mm, or for one, 84 mm; "double" unless given."""
+
+SHARED_RETURNS = """\
+Returns
+-------
+Figure
+    of Matplotlib, which shows itself in a notebook; `savefig` writes it. That of `ax`, if given."""
+
+SHARED_RAISES = """\
+ValueError
+    for an unknown style or width, and unless `ax` is one Axes for each panel."""
+
+HEADING = re.compile(r"\n\n(?=[A-Z]\w+\n-+\n)")
+
+
+def with_shared(text: str) -> str:
+    """Add what all figures share to a docstring with Parameters in the form of NumPy."""
+    head, *sections = HEADING.split(inspect.cleandoc(text))
+    named = {section.partition("\n")[0]: section for section in sections}
+    if "Parameters" not in named:
+        return text
+    parameters, raises = named.pop("Parameters"), named.pop("Raises", "Raises\n------")
+    shared = [f"{parameters}\n{SHARED_PARAMETERS}", SHARED_RETURNS, f"{raises}\n{SHARED_RAISES}"]
+    return "\n\n".join([head, *shared, *named.values()]) + "\n"
 
 
 def look() -> Look:
@@ -145,11 +164,6 @@ def look() -> Look:
 def narrow() -> bool:
     """Whether the figure is for one column: panels then stand below each other rather than side by side."""
     return _CHOSEN.get()[1] == "single"
-
-
-def in_given_axes() -> bool:
-    """Whether the caller gave the axes to draw into: what is around them, a legend below, is not ours."""
-    return _GIVEN.get() is not None
 
 
 def symbol(name: str) -> str:
@@ -168,11 +182,6 @@ def number(value: float) -> str:
     if mantissa in ("1", "-1"):
         return mantissa[:-1] + power
     return rf"{mantissa}\cdot{power}"
-
-
-PHASES = ("section_phase", "tau0")
-
-PARTS = (1, 2, 3, 4, 6)
 
 
 def phase(value: float) -> str:
@@ -212,8 +221,8 @@ class ShownFigure(Figure):
 
 
 def given_axes() -> list[Axes]:
-    """The axes that the caller gave to draw into; none if there is to be a new figure."""
-    given = _GIVEN.get()
+    """The axes that the caller gave to draw into, none if the figure is new."""
+    given = _GIVEN_AXES.get()
     return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
 
 
@@ -221,13 +230,13 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["d
     """A Figure and its axes as an object array (rows, cols); `height` and `width` in inches over two columns.
 
     For one column it is narrower, and lower by the root of that: half way between the same shape and the same height.
-    In their place those axes that the caller gave, and their Figure. Raises ValueError unless there is one a panel.
+    Axes that the caller gave are returned instead, with their Figure. Raises ValueError unless there is one a panel.
     """
-    if in_given_axes():
+    if _GIVEN_AXES.get() is not None:
         given = given_axes()
         if len(given) != rows * cols or not all(isinstance(one, Axes) for one in given):
             allowed = "one Axes" if rows * cols == 1 else f"{rows * cols} Axes, one for each panel"
-            raise ValueError(bad("ax", _GIVEN.get(), allowed))
+            raise ValueError(bad("ax", _GIVEN_AXES.get(), allowed))
         return given[0].figure, np.array(given, dtype=object).reshape(rows, cols)
     inches = min(width, INCHES[_CHOSEN.get()[1]])
     with drawn_as():
@@ -253,16 +262,15 @@ def letter(ax: Axes, index: int, text: str = "") -> None:
 
 
 def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
-    """What holds for the whole panel, small, at its upper right; above its name where both do not fit, or if `above`.
+    """Text for the whole panel, small, at its upper right; above its name where both do not fit, or if `above`.
 
-    Of a sequence each part stays whole, and as many as fit share a line. `side` is "left" for a panel without a name
-    and with a colour bar, above which the note ends.
+    A sequence is wrapped between its parts. `side` is "left" for a panel with a colour bar and without a name.
     """
     title, _, _ = LETTERS[_CHOSEN.get()[1]]
     size = NOTE * title
     cell = ax.get_subplotspec()
     inches = ax.figure.figure.get_figwidth()
-    room = 72 * (inches * ax.get_position().width if in_given_axes() else inches - MARGIN)
+    room = 72 * (inches * ax.get_position().width if given_axes() else inches - MARGIN)
     if not isinstance(text, str):
         text = wrapped(text, room, size)
     alone = cell is None or cell.get_gridspec().ncols == 1
@@ -271,11 +279,6 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
     if text and (above or (name and not (alone and extent(name, title) + extent(line, size) < room - GAP))):
         text += "\n"
     ax.set_title(text, loc=side, fontsize=size, color="0.35")
-
-
-MARGIN = 0.8  # inches beside the axes
-
-GAP = 40.0  # points
 
 
 def extent(text: str, size: float) -> float:
@@ -298,17 +301,14 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """A legend below a figure: what is labelled in any panel, each thing once, and `more`; in columns that fit.
-
-    In axes that were given it stands in the last of them: what is below them is not ours.
-    """
+    """A legend below a figure, in the last of given axes: all labels, each once, and `more`; in columns that fit."""
     named: dict[str, Artist] = {}
     for ax in given_axes() or fig.axes:
         named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     named |= {str(handle.get_label()): handle for handle in more}
     if not named:
         return
-    if in_given_axes():
+    if given_axes():
         light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" does not look at images
         given_axes()[-1].legend(list(named.values()), list(named), loc="best", **light)
         return
@@ -319,9 +319,8 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
 def _columns(names: Sequence[str], room: float) -> int:
     """The most columns of a legend that fit `room` points, without one more than its rows need."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
-    widths = np.array(
-        [1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names]
-    )  # drawn a little wider
+    # text is drawn a little wider than measured
+    widths = np.array([1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names])
     for columns in range(len(names), 1, -1):
         rows = -(-len(names) // columns)
         wide = [part.max() for part in np.array_split(widths, columns)]  # split as Matplotlib does
@@ -331,36 +330,21 @@ def _columns(names: Sequence[str], room: float) -> int:
     return 1
 
 
-def periods_ticks(ax: Axes, low: float, high: float) -> None:
-    """A τ axis from `low` to `high` counted in excitation periods 2π, from the first one shown."""
-    first = math.floor(low / (2 * math.pi) + 1e-9)
-    count = max(1, round((high - low) / (2 * math.pi)))
-    round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
-    shown = np.asarray(round_numbers.tick_values(0, count))
-    shown = shown[(shown >= 0) & (shown <= count)]
-    ax.set_xticks((first + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
-    ax.set_xlim(low, high)
-    start = rf" - {first}" if first else ""
-    ax.set_xlabel(rf"$\tau/2\pi{start}$")
-
-
 @styled
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
-    """Write a figure; the format follows the ending. The same figure gives the same bytes.
+    """Write a figure as .png, .pdf or .svg, by the ending; the same figure gives the same bytes.
 
-    It is there whole or not at all: whoever looks at it meanwhile sees the old one or the new one.
-
-    The path ends in .png, .pdf or .svg; `dpi` is the resolution of whatever is made of pixels. Raises ValueError for
-    another ending, OSError naming the figure if the system refuses.
+    An older file is replaced only when the new one is complete. Raises ValueError for another ending, OSError naming
+    the figure if the system refuses.
     """
     path = Path(path)
-    if path.suffix.lower() not in FORMATS:
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
         raise ValueError(bad("figure", str(path), "a file name ending in " + ", ".join(FORMATS)))
     undated = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    resolution = RESOLUTION if dpi is None else dpi
     try:
         with drafted(path) as draft:
-            fig.savefig(draft, format=path.suffix[1:].lower(), dpi=resolution, metadata=undated[path.suffix.lower()])
+            fig.savefig(draft, format=ending[1:], dpi=dpi or RESOLUTION, metadata=undated[ending])
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from None
     return path

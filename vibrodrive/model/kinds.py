@@ -110,7 +110,7 @@ ABOVE = {
     "the figure of results": "figures.diagrams:from_results",
     "the figure of a motion": "figures.curves:trajectory_figure",
     "the figure of limits": "figures.limits:limits_figure",
-    "the map of limits": "figures.limits_map:limits_map",
+    "the map of limits": "figures.limits:limits_map",
     "the figure of failures": "figures.failures:failures_figure",
     "the figure of orbits": "jobs.orbits:drawn",
     "the figure of curves": "figures.plane:curves_figure",

@@ -15,7 +15,7 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
 from vibrodrive.figures.conditions import conditions, of_sweep
-from vibrodrive.figures.curves import curve, shared_by
+from vibrodrive.figures.curves import curve, draw_time, periods_ticks, shared_by
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.model import drawing
 from vibrodrive.figures.scheme import scheme
@@ -44,8 +44,15 @@ def _diagram(name: str) -> Callable[[Session], Figure]:
     return drawn
 
 
+@style.styled
 def fig04(session: Session) -> Figure:
-    return figures.time_curve(session.motions("fig04"), "dxi", titles=_axis_values(session, "fig04"))
+    motions = session.motions("fig04")
+    fig, axes = style.new(height=2.8)
+    ax = axes[0, 0]
+    draw_time(ax, motions, "dxi", _axis_values(session, "fig04"))
+    style.note(ax, shared_by(motions))
+    style.explain(fig)
+    return fig
 
 
 def _phase_curves(name: str) -> Callable[[Session], Figure]:
