@@ -16,6 +16,7 @@ the two ends bound it.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,15 @@ SLACK = 1e-12  # widens every enclosure, relatively: far above the rounding of t
 NOISE = 2e-14  # of G(ψ) - ψ, phases being of order 1
 
 ROWS = 64  # pieces of a cell waiting: halving a cell 53 times leaves at most 54
+
+
+class Work(NamedTuple):
+    """Arrays that `roots` works in: pieces waiting (ROWS, 2), slides of two flights (any, 3), and no slides (0, 3)."""
+
+    stack: np.ndarray
+    one: np.ndarray
+    other: np.ndarray
+    no_slides: np.ndarray
 
 
 @inline
@@ -116,14 +126,15 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
 
 
 @jit(_nrt=False)
-def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, no_slides):
-    """All ψ in the cell [low, high] with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
+def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
+    """All ψ in the cell (low, high) with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
 
-    `certain` is False for an undecided one. `stack` float64 (ROWS, 2), `one` and `other` float64 (slides, 3) are work
-    arrays, `no_slides` float64 (0, 3) is passed where no slides are wanted. `under_way` int64 (2,) holds the number of
-    pieces on the stack (-1 before the first call) and of roots found. Returns whether the search is complete; if not,
-    the next call continues it. If all rows are full, `found` and `certain` must be enlarged before.
+    `certain` is False for an undecided one. `under_way` int64 (2,) holds the number of pieces on the stack (-1 before
+    the first call) and of roots found. Returns whether the search is complete; if not, the next call continues it. If
+    all rows are full, `found` and `certain` must be enlarged before.
     """
+    low, high = cell
+    stack, one, other, no_slides = work
     top, number = under_way[0], under_way[1]
     if n % 2 == 1:
         g_low = flights(low, n, A, B, horizon, no_slides)[2] - low
@@ -134,8 +145,7 @@ def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, 
             under_way[1] = 1
         return True
     if top < 0:
-        stack[0, 0] = low
-        stack[0, 1] = high
+        stack[0, 0], stack[0, 1] = low, high
         top = 1
     for _ in range(steps):
         if top == 0 or number == len(found):
@@ -180,15 +190,15 @@ def roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, 
 def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
     """(ψ, certain) of all roots in the cell [low, high]."""
     # a period holds one slide up and one down at most
-    one, other = np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3))
-    found, certain, stack = np.empty(64), np.empty(64, dtype=np.bool_), np.empty((ROWS, 2))
+    work = Work(np.empty((ROWS, 2)), np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3)), NO_SLIDES)
+    found, certain = np.empty(64), np.empty(64, dtype=np.bool_)
     under_way = np.array([-1, 0])
 
     def advance(steps: int) -> bool:
         nonlocal found, certain
         if under_way[1] == len(found):
             found, certain = (np.concatenate([full, np.empty(3 * len(full), full.dtype)]) for full in (found, certain))
-        return roots(low, high, n, A, B, horizon, steps, under_way, found, certain, stack, one, other, NO_SLIDES)
+        return roots((low, high), n, A, B, horizon, steps, under_way, found, certain, work)
 
     in_slices(advance, first=FEW)
     return found[: under_way[1]], certain[: under_way[1]]

@@ -99,6 +99,26 @@ def touching(A, up):
     return max(up, HALF_PI - arcsine(y, (A - HALF_PI) / A)) if y < 1.0 else up
 
 
+@inline
+def where_below(segment, p, q, lo):
+    """The bracket of an impact, after a slide down whose ξ' is least at lo: until ξ is below 0."""
+    low, high = 0.0, lo
+    below = gap_at(segment, p, q, high)
+    while below > 0.0:
+        low, high = high, high + TWO_PI
+        below = gap_at(segment, p, q, high)
+    return low, high
+
+
+@inline
+def launch(psi, A, B, up, p_up):
+    """Phase, H, A cos and A sin of it where a flight begins: at ψ, or outside the open window at φ_up."""
+    p, q = excitation(A, psi, 0.0)
+    if psi <= up or psi >= window_end(up):
+        return up, 1.0, p_up, 1.0 + B
+    return psi, q - B, p, q
+
+
 @jit(_nrt=False)
 def flight(psi, A, B, horizon, word, slides):
     """The flight launched at phase ψ.
@@ -133,11 +153,8 @@ def flight(psi, A, B, horizon, word, slides):
     """
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)
-    state, begun, phi = UP, FROM_GROUND, psi
-    p, q = excitation(A, psi, 0.0)
-    force = q - B
-    if psi <= up or psi >= window_end(up):
-        phi, force, p, q = up, 1.0, p_up, 1.0 + B
+    state, begun = UP, FROM_GROUND
+    phi, force, p, q = launch(psi, A, B, up, p_up)
     released = phi == up
     level = B == 0.0
     touch = touching(A, up) if level else 0.0
@@ -155,14 +172,10 @@ def flight(psi, A, B, horizon, word, slides):
         lo, hi, fall = enclose(s, phi, p, segment.slope, up, p_up, down, p_down)
         word = append(word, state + 1)
         which, guess, touches = S3 if state == UP else S2, usual_end(lo, hi), False
-        if state == DOWN and not never_lands:
-            below = gap_at(segment, p, q, lo)
-            if fall <= 0.0 or below <= 0.0:
-                which, lo, hi = S1, 0.0, lo
-                while below > 0.0:
-                    lo, hi = hi, hi + TWO_PI
-                    below = gap_at(segment, p, q, hi)
-                guess = hi
+        if state == DOWN and not never_lands and (fall <= 0.0 or gap_at(segment, p, q, lo) <= 0.0):
+            which = S1
+            lo, hi = where_below(segment, p, q, lo)
+            guess = hi
         while True:  # once, or again where the end of a slide down is below the obstacle: there was an impact before
             h = end_of_slide(which, segment, A, B, p, q, lo, hi, guess)
             there = arrive(segment, A, phi, 0.0, p, q, h)

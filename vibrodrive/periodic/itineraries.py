@@ -17,6 +17,8 @@ interval that contains no float can be missed.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibrodrive.jit.compile import jit
@@ -32,6 +34,15 @@ WINDOW_PASSED = 6  # a letter of an itinerary beside the states: a window has pa
 NO_SLIDES = np.empty((0, 3))  # passed where the slides of a flight are not to be recorded
 
 DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
+
+
+class Work(NamedTuple):
+    """Arrays of `split`: ends of the pieces waiting and their itineraries (DEPTH, 2), and no slides (0, 3)."""
+
+    stack: np.ndarray
+    names: np.ndarray
+    no_slides: np.ndarray
+
 
 FEW = 64  # steps of the first slice: a step may take milliseconds where flights are long (B = 0)
 
@@ -78,14 +89,15 @@ def flights(psi, n, A, B, horizon, slides):
 
 
 @jit(_nrt=False)
-def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, no_slides):
-    """Divide [low, high] into the intervals with one itinerary of n flights, in at most `steps` halvings.
+def split(range_, n, A, B, horizon, steps, under_way, ends, work):
+    """Divide the range (low, high) into the intervals with one itinerary of n flights, in at most `steps` halvings.
 
-    `ends` float64 (rows, 2) receives the first and last float of each; `stack` float64 and `names` int64
-    (DEPTH, 2) are work arrays, `no_slides` float64 (0, 3) is passed on as the slides. `under_way` int64 (2,) holds the
-    number of pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is
-    complete; if not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
+    `ends` float64 (rows, 2) receives the first and last float of each. `under_way` int64 (2,) holds the number of
+    pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is complete; if
+    not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
     """
+    low, high = range_
+    stack, names, no_slides = work
     top, found = under_way[0], under_way[1]
     if top < 0:
         stack[0, 0] = low
@@ -128,14 +140,14 @@ def split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, no_
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
     """[first, last] float of each interval of [low, high] with one itinerary of n flights, ascending."""
-    ends, stack, names = np.empty((64, 2)), np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64)
+    ends, work = np.empty((64, 2)), Work(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 
     def advance(steps: int) -> bool:
         nonlocal ends
         if under_way[1] >= len(ends) - 1:
             ends = np.concatenate([ends, np.empty((3 * len(ends), 2))])
-        return split(low, high, n, A, B, horizon, steps, under_way, ends, stack, names, NO_SLIDES)
+        return split((low, high), n, A, B, horizon, steps, under_way, ends, work)
 
     in_slices(advance, first=FEW)
     return ends[: under_way[1]].tolist()
