@@ -12,7 +12,7 @@ from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import Criterion
-from vibrodrive.stability.main_impacts import SHARE, impact_gaps
+from vibrodrive.stability.main_impacts import impact_gaps, no_touches
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 from vibrodrive.verdicts import NotApplicable
 
@@ -71,7 +71,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
     undisturbed orbit has none."""
     if base.cycle is None:
         raise NotApplicable("the undisturbed motion does not land")
-    return motion.impacts[motion.impacts["speed"] > SHARE * base.cycle.speed.min()]
+    return motion.impacts[no_touches(base.cycle, motion.impacts)]
 
 
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:

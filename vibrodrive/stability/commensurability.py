@@ -29,8 +29,7 @@ class Convergent(NamedTuple):
 def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
     """The continued-fraction convergents p·Δτ ≈ q·2π with 1 <= q <= `longest`, in order of growing p.
 
-    No smaller number of periods comes closer to a grid point. Raises ValueError or TypeError for a Δτ
-    or a `longest` out of range.
+    No smaller number of periods comes closer to a grid point.
     """
     check_count("longest", longest, 1)
     step = Fraction(check("dtau", dtau))

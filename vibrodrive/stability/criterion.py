@@ -13,10 +13,7 @@ from typing import NamedTuple
 from vibrodrive.model.parameters import bad
 
 IMPACTS, WORD = "impacts", "word"
-"""Those of the answers of structure.Structure that belong to the motion, and not to the place of the section."""
-
 ALLOWED = f'"{IMPACTS}", "{WORD}", "rho < x" (x > 0), or some of them joined by "and"'
-
 NEAR = re.compile(r"rho\s*<\s*(\S+)")
 
 
@@ -44,21 +41,15 @@ def parse_criterion(text: str | Criterion) -> Criterion:
         raise TypeError(bad("criterion", text, "a text"))
     names, k3 = [], math.inf
     for part in re.split(r"\s+and\s+", text.strip()):
-        near = NEAR.fullmatch(part)
-        if near is not None:
-            k3 = min(k3, _positive(text, near[1]))
-        elif part in (IMPACTS, WORD):
+        if part in (IMPACTS, WORD):
             names.append(part)
-        else:
+            continue
+        near = NEAR.fullmatch(part)
+        try:
+            distance = float(near[1]) if near else math.nan
+        except ValueError:
+            distance = math.nan
+        if not 0.0 < distance < math.inf:
             raise ValueError(bad("criterion", text, ALLOWED))
+        k3 = min(k3, distance)
     return Criterion(text, tuple(names), k3)
-
-
-def _positive(text: str, number: str) -> float:
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise ValueError(bad("criterion", text, ALLOWED))
-    return value

@@ -28,8 +28,7 @@ from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
-BATCH_BYTES = 48 << 20
-"""Sections and impacts of the motions computed together, at most; as much again is being judged."""
+BATCH_BYTES = 48 << 20  # sections and impacts of the motions computed together, at most; as much again is being judged
 
 T = TypeVar("T")
 
@@ -154,18 +153,13 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
     reasons = []
     if "impacts" in criterion.names and not found.impacts and found.gaps:
         reasons.append("impacts in another order")
-    if ("gaps" in criterion.names or "impacts" in criterion.names) and not found.gaps:
+    if "impacts" in criterion.names and not found.gaps:
         usual: Sequence[int] = ()
         seen = impact_gaps(motion.impacts)
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
         reasons.append(_became(usual, np.unique(seen).tolist()))
-    if "order" in criterion.names and not found.order:
-        nearest = np.linalg.norm(motion.section[:, None, :] - base.points, axis=-1).argmin(axis=1)
-        broken = np.flatnonzero(np.diff(nearest) % base.n != 1 % base.n)
-        where = f"in recorded period {broken[0] + 2}, {len(broken)} times" if len(broken) else "not computed"
-        reasons.append(f"order broken {where}")
     if "word" in criterion.names and not found.word:
         reasons.append("other states between impacts")
     if math.isfinite(criterion.k3):

@@ -33,11 +33,8 @@ from vibrodrive.model.states import State
 KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
-AHEAD = 2
-"""Periods the certified path is followed from a restart: no sticking or rest that ends at all is longer."""
-
-ROWS = 8
-"""Certified switches looked at after a restart; an impact, or a start within rounding of a boundary, takes extra."""
+AHEAD = 2  # periods the certified path is followed from a restart: no sticking or rest that ends at all is longer
+ROWS = 8  # certified switches looked at after one: an impact, or a start within rounding of a boundary, takes extra
 
 
 class SwitchCounts(NamedTuple):

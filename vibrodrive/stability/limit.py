@@ -31,30 +31,38 @@ from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, check_disturbance, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
-from vibrodrive.stability.velocity import as_velocity
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
-AXES = ("A", "B", "eta")
-"""What limits may be sought over."""
-
+AXES = ("A", "B", "eta")  # of limits
 NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
-
-SEEN = 4
-"""How often a record must hold the period of the orbit: its first and last impacts are not judged."""
-
-PERIODS = 1500
-"""Recorded for a limit, unless given."""
-
-AT_A_TIME = 256
-"""Searches carried on at the same time: the batches stay long as more and more of them end."""
-
-TOLD_AT_A_TIME = 32
-"""Limits found that are told together, in one batch of motions on both sides of each."""
+SEEN = 4  # times that a record must hold the period of the orbit: its first and last impacts are not judged
+PERIODS = 1500  # recorded for a limit, unless given
+AT_A_TIME = 256  # searches carried on at the same time: the batches stay long as more and more of them end
+EXPLAINED_AT_A_TIME = 32  # limits whose motions on both sides are computed in one batch
 
 
 @dataclass(frozen=True, repr=False)
-class Limit:
+class Found:
+    """Arguments of a limit in ε or Δτ at one point."""
+
+    A: float
+    B: float
+    eta: float
+    disturbance: str
+    method: str
+
+    def as_velocity(self, value: float) -> float:
+        """The amplitude of the velocity that a value of the disturbance adds to the motion, dimensionless.
+
+        A disturbance ε sin ητ of the excitation is a velocity of amplitude εηA. A switch found late by Δτ is one of the
+        order Δτ, as accelerations are of the order 1.
+        """
+        return value * (self.A * self.eta) if self.disturbance == "eps" else value
+
+
+@dataclass(frozen=True, repr=False)
+class Limit(Found):
     """The limit k₂ of one orbit (§1); a disturbance is a value of ε or Δτ, dimensionless.
 
     Attributes
@@ -84,11 +92,6 @@ class Limit:
         how it was lost, in words.
     """
 
-    A: float
-    B: float
-    eta: float
-    disturbance: str
-    method: str
     criterion: str
     k2: float = math.nan
     kept_below: float = math.nan
@@ -108,12 +111,12 @@ class Limit:
     @property
     def velocity(self) -> float:
         """k2 as a velocity amplitude, dimensionless as ξ', one unit for both disturbances: k2·η·A in ε, k2 in Δτ."""
-        return float(as_velocity(self.disturbance, self.k2, self.A, self.eta))
+        return self.as_velocity(self.k2)
 
     @property
     def velocity_last(self) -> float:
         """last_kept as a velocity amplitude."""
-        return float(as_velocity(self.disturbance, self.last_kept, self.A, self.eta))
+        return self.as_velocity(self.last_kept)
 
     @property
     def rho_kept(self) -> float:
@@ -219,21 +222,13 @@ def each_limit(
     `arguments` are those of `limit` for the motion. The points are those of the product of the axes, in the order in
     which the arguments are written, the last one running fastest. Where `periods` are too few to decide, the Limit
     says so in `how`, without a number. A Criterion may name what `parse_criterion` refuses.
-
-    Raises
-    ------
-    TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; at once, before anything is computed.
     """
-    plan = plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
+    plan = plan_over_axes(arguments, disturbance, method)
     return _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
-    """The plan of `limit` or `unique_limit`, from the arguments as the caller has written them.
-
-    Raises TypeError or ValueError with the one sentence; `hint` ends that on axes.
-    """
+    """The plan of `limit` or `unique_limit`, from the arguments as written; `hint` ends the refusal of axes."""
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
     if not hasattr(written["A"], "__len__"):
@@ -245,13 +240,15 @@ def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: obje
     return plan
 
 
-def plan_disturbed(
-    arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str = ""
-) -> Plan:
-    """The checked plan of disturbed motions; its value of the disturbance is a placeholder.
+def plan_over_axes(arguments: Mapping[str, Any], disturbance: object, method: object) -> Plan:
+    """The plan of limits over axes."""
+    return plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
 
-    Raises TypeError or ValueError with the one sentence, also for axes other than `axes`; `hint` ends that on axes.
-    """
+
+def plan_disturbed(
+    arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str
+) -> Plan:
+    """The checked plan of disturbed motions; its value of the disturbance is a placeholder."""
     name = check_disturbance(disturbance)
     if method is None:
         method = "fixed" if name == "dtau" else "certified"
@@ -271,7 +268,7 @@ def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
 
 
 def slipping(plan: Plan) -> tuple[float, float, float, float]:
-    """A, B, ε and η of the one point of a plan, as far as they were not sought."""
+    """A, B, ε and η of the one point of a plan."""
     A, B, eps, eta = (plan.scalars[name] for name in ("A", "B", "eps", "eta"))
     return A, B, eps, eta
 
@@ -298,8 +295,7 @@ class _Search:
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
         """(number of the point, Limit) as they are found. strict: ValueError where the periods are too few."""
         plan = self.plan
-        evaluator = Evaluator(plan, self.disturbance, self.threads)
-        with evaluator:
+        with Evaluator(plan, self.disturbance, self.threads) as evaluator:
             for start in range(0, plan.n_points, AT_A_TIME):
                 active: list[_Problem] = []
                 numbers = np.arange(start, min(start + AT_A_TIME, plan.n_points))
@@ -332,7 +328,7 @@ class _Search:
                 except StopIteration as end:
                     active.remove(problem)
                     ended.append((problem, end.value))
-            if len(ended) >= TOLD_AT_A_TIME or not active:
+            if len(ended) >= EXPLAINED_AT_A_TIME or not active:
                 yield from self._explained(ended, evaluator)
                 ended = []
 

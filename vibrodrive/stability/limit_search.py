@@ -14,14 +14,9 @@ import numpy as np
 
 from vibrodrive.model.parameters import bad
 
-INTERIOR = 7
-"""Values put between two neighbours of the grid in a round of bisection: they are computed at the same time."""
-
-ROUNDS = 2
-"""Rounds of bisection: they narrow a step of the grid 64-fold."""
-
-BEYOND = 2.0
-"""The search goes on to this multiple of the last value kept before it concludes that nothing more is kept."""
+INTERIOR = 7  # values between two neighbours of the grid in a round of bisection, which are computed together
+ROUNDS = 2  # of bisection: they narrow a step of the grid 64-fold
+BEYOND = 2.0  # multiple of the last value kept up to which the search goes on before nothing more is held to be kept
 
 
 class Grid(NamedTuple):

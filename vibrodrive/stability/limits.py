@@ -26,15 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
-"""Disturbance and path of each curve."""
-
-FINE = 1500
-"""Values of A of the bifurcation diagram."""
-
-SHOWN = 120
-"""Periods of it recorded at each."""
-
+CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))  # disturbance and path of each
+FINE = 1500  # values of A of the bifurcation diagram
+SHOWN = 120  # periods of it recorded at each
 K2, K1, KU = "k2", "k1", "ku"
 
 
@@ -51,6 +45,7 @@ class Quantity(NamedTuple):
     last: str = ""
 
 
+# by the name of the number that each is about
 QUANTITIES = {
     K2: Quantity(
         CURVES,
@@ -89,7 +84,6 @@ QUANTITIES = {
         "last_several",
     ),
 }
-"""The kinds of limits, by the name of the number that each is about."""
 
 
 def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[str, float]:
@@ -98,10 +92,7 @@ def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[st
 
 
 def check_quantity(quantity: object, criterion: str | None) -> str:
-    """The criterion of limits of a quantity: "impacts" unless given for k2, "" for the others, which have none.
-
-    Raises TypeError or ValueError with the one sentence.
-    """
+    """The criterion of limits of a quantity: "impacts" unless given for k2, "" for the others, which have none."""
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
     if quantity == K2:
@@ -119,10 +110,7 @@ def each_of(
     criterion: str = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
-    """Limits of a quantity over axes, as they are found: (number of the point, limit).
-
-    Raises TypeError or ValueError with the one sentence, before anything is computed.
-    """
+    """Limits of a quantity over axes, as they are found: (number of the point, limit)."""
     if quantity == K1:
         return each_start_limit(arguments, disturbance, threads)
     if quantity == KU:

@@ -21,11 +21,8 @@ import numpy as np
 
 from vibrodrive.jit.trig import TWO_PI
 
-SHARE = 0.1
-"""A touch is slower than this share of the speed of the orbit's slowest main impact."""
-
-LONGEST_PERIOD = 64
-"""Longest period looked for: subharmonics of higher order are not distinguished from irregular motion."""
+SHARE = 0.1  # a touch is slower than this share of the speed of the orbit's slowest main impact
+LONGEST_PERIOD = 64  # looked for: subharmonics of higher order are not distinguished from irregular motion
 
 SAME_POINT = 1e-7
 """Points (of a section, or impacts in phase and speed) this close are the same: far above rounding, far below
@@ -81,20 +78,11 @@ def follow_cycle(
 ) -> np.ndarray | None:
     """Numbers of the main impacts, among those of a disturbed motion, that follow a cycle; None if none do.
 
-    Parameters
-    ----------
-    impacts : structured array
-        `Trajectory.impacts`; the first and the last are left out.
-    periods : int
-        excitation periods of the record.
-    ordered : bool
-        whether order is asked for, not gaps alone.
-    share : float
-        of the speed of the slowest impact of the cycle: no touch is faster.
+    The first and the last are left out. `ordered`: order is asked for, not gaps alone.
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
     speed = np.ascontiguousarray(inner["speed"])
-    least = max(2, _too_fast_for_touches(cycle, speed, share))
+    least = max(2, int(np.count_nonzero(no_touches(cycle, inner, share))))
     most = min(len(inner), math.ceil(periods * m / n) + m)
     for count in range(max(least, math.floor(periods * m / n) - m - 4), most + 1):
         chosen = np.sort(np.argsort(-speed, kind="stable")[:count]) if count < len(inner) else np.arange(count)
@@ -106,12 +94,13 @@ def follow_cycle(
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
     """The fastest impacts of a disturbed motion, in order: as many as the cycle has in so many excitation periods, and
     all that are no touches."""
-    count = max(round(periods * len(cycle.gaps) / cycle.n), _too_fast_for_touches(cycle, impacts["speed"], SHARE))
+    count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(no_touches(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
 
 
-def _too_fast_for_touches(cycle: ImpactCycle, speed: np.ndarray, share: float) -> int:
-    return int(np.count_nonzero(speed > share * cycle.speed.min()))
+def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
+    """Which of the impacts of a disturbed motion are too fast for touches: bool (n,)."""
+    return impacts["speed"] > share * cycle.speed.min()
 
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:

@@ -28,11 +28,8 @@ from vibrodrive.stability.structure import reference_orbit
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
-PER_PERIOD = 512
-"""Instants of the orbit in each excitation period."""
-
-LOOKED_AT = 1024
-"""Points from which it is seen which of the n shifted solutions a motion is nearest to."""
+PER_PERIOD = 512  # instants of the orbit in each excitation period
+LOOKED_AT = 1024  # points from which it is seen which of the n shifted solutions a motion is nearest to
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,79 +57,27 @@ class OrbitCurve:
         return np.searchsorted(self.times - self.times[0], since, side="right") - 1
 
 
-def orbit_curve(orbit: Trajectory, per_period: int = PER_PERIOD) -> OrbitCurve:
-    """The curve of the orbit that an undisturbed motion has settled on: its last n periods.
-
-    Raises
-    ------
-    ValueError
-        if the motion has no period.
-
-    Examples
-    --------
-    At A = 1.5 the mass lands with a speed of 0.7, where the curve has a vertex:
-
-    >>> import vibrodrive as vd
-    >>> from vibrodrive.stability.orbit_curve import orbit_curve
-    >>> curve = orbit_curve(vd.simulate(1.5, transient=100, periods=4))
-    >>> curve.n, float(curve.vertices[curve.vertices[:, 0] == 0.0, 1].min().round(4))
-    (1, -0.6999)
-    """
+def orbit_curve(orbit: Trajectory) -> OrbitCurve:
+    """The curve of the orbit that an undisturbed motion has settled on: its last n periods."""
     found = reference_orbit(orbit)
     if found is None:
         raise ValueError("the undisturbed motion has no period: there is no curve to stay near")
     n = found.n
-    times, points = _path(orbit, per_period)
+    times, points = _path(orbit, PER_PERIOD)
     last = np.flatnonzero(times > times[-1] - n)  # the end is the beginning, n periods later
     chosen = last[np.argsort(times[last], kind="stable")]
     return OrbitCurve(n, points[chosen], times[chosen])
 
 
-def curve_distance(
-    orbit: Trajectory | OrbitCurve, motion: Trajectory, per_period: int = 64, enough: float = math.inf
-) -> float:
-    """ϱ: the largest distance of a disturbed motion from the undisturbed orbit as a curve in the plane (ξ, ξ').
+def curve_distance(curve: OrbitCurve, motion: Trajectory, per_period: int = 64, enough: float = math.inf) -> float:
+    """ϱ: the largest distance of a disturbed motion from the orbit as a curve; or one above `enough`.
 
-    Parameters
-    ----------
-    orbit : Trajectory or OrbitCurve
-        an undisturbed motion that has settled, or its `orbit_curve`, which is worth keeping for many motions.
-    motion : Trajectory
-        all of its record counts.
-    per_period : int
-        instants of the motion in each period, besides its switches. With 64 of them ϱ came out up to 0.6 % below what
-        it is with 1024.
-    enough : float
-        a distance from which on it does not matter how much larger ϱ is: a motion beyond it is not followed further.
-
-    Returns
-    -------
-    float
-        dimensionless, ξ and ξ' on the same footing; inf where the motion was given up as chattering.
-
-    Raises
-    ------
-    ValueError
-        if the undisturbed motion has no period.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> from vibrodrive.stability.orbit_curve import curve_distance
-    >>> orbit = vd.simulate(1.5, transient=100, periods=4)
-    >>> near, far = (vd.simulate(1.5, eps=eps, transient=100, periods=50) for eps in (1e-5, 1e-3))
-    >>> curve_distance(orbit, near) < 0.02 < curve_distance(orbit, far)
-    True
+    It is inf where the motion was given up as chattering. With 64 instants of the motion in each period, besides its
+    switches, ϱ came out up to 0.6 % below what it is with 1024.
     """
-    curve = orbit if isinstance(orbit, OrbitCurve) else orbit_curve(orbit)
     times, points = _path(motion, per_period)
     if not np.isfinite(points).all():
-        return float("inf")
-    return _farthest(curve, times, points, enough)
-
-
-def _farthest(curve: OrbitCurve, times: np.ndarray, points: np.ndarray, enough: float) -> float:
-    """The largest distance of `points` (m, 2), passed at `times` (m,), from a curve, or one above `enough`."""
+        return math.inf
     edge = _same_time(curve, times, points)
     farthest = np.zeros(1)
     done = 0

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -28,7 +29,7 @@ from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import PARAMETERS
-from vibrodrive.model.parameters import bad, check, real_array
+from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.limit import NO_PERIOD, refuse_axes, slipping
@@ -38,28 +39,14 @@ Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 
 COORDINATES = ("xi0", "dxi0", "tau0")
 
-CLOSE = 0.5 * BLURRED
-"""Section points within this are those of the same solution: two solutions are further apart than BLURRED."""
-
-PHASES = 8
-"""Section phases of which one is taken that tells all solutions apart."""
-
-LINEAR = 2**15
-"""Equal steps of the scan; the first is divided geometrically, as edges may be anywhere near the start."""
-
-GEOMETRIC = 512
-
-SMALLEST = 1e-12
-"""Deviations below this are not told from none."""
-
-PIECE = 4096
-"""Deviations computed at a time."""
-
-WINDOW = 64
-"""Steps of a scan that the next, finer one goes back from the first value lost."""
-
-EXACT = 1e-13
-"""Relative width at which the search for an edge ends."""
+CLOSE = 0.5 * BLURRED  # section points within this are those of the same solution: two are further apart than BLURRED
+PHASES = 8  # section phases of which one is taken that separates all solutions
+LINEAR = 2**15  # equal steps of the scan
+GEOMETRIC = 512  # steps that the first of them is divided into, as edges may be anywhere near the start
+SMALLEST = 1e-12  # deviation that differs from none
+PIECE = 4096  # deviations computed at a time
+WINDOW = 64  # steps of a scan that the next, finer one goes back from the first value lost
+EXACT = 1e-13  # relative width at which the search for an edge ends
 
 
 class Edge(NamedTuple):
@@ -97,10 +84,8 @@ class StartLimit:
     above: Edge
 
     def __repr__(self) -> str:
-        return (
-            f"<StartLimit k1 = {self.k1:.6g} in {self.axis} at A = {self.A:g}, B = {self.B:g}: {self.how}; "
-            f"period {self.n}>"
-        )
+        found = f"k1 = {self.k1:.6g} in {self.axis} at A = {self.A:g}, B = {self.B:g}"
+        return f"<StartLimit {found}: {self.how}; period {self.n}>"
 
     @property
     def near(self) -> Edge:
@@ -140,45 +125,6 @@ class Solution(NamedTuple):
 
     arguments: dict[str, Any]
     points: np.ndarray
-
-
-def same_solution(
-    arguments: Mapping[str, Any], axis: str, deviations: np.ndarray, threads: int | None = None
-) -> np.ndarray:
-    """Whether undisturbed motions whose starts are off by `deviations` in one coordinate end where that start does.
-
-    Parameters
-    ----------
-    arguments : mapping
-        of `simulate`, with the start (xi0, dxi0, tau0); disturbance, method, step and tolerance are not used.
-    axis : "xi0", "dxi0" or "tau0"
-    deviations : float64 (k,), dimensionless, added to the coordinate
-    threads : int, optional
-        all by default.
-
-    Returns
-    -------
-    bool (k,)
-
-    Raises
-    ------
-    TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; also if the undisturbed motion has no period.
-
-    Examples
-    --------
-    At A = 3.04 a start from rest 0.4 above the obstacle ends where one at the obstacle does, one from 0.6 a period
-    off:
-
-    >>> from vibrodrive.stability.starts import same_solution
-    >>> same_solution({"A": 3.04}, "xi0", [0.4, 0.6]).tolist()
-    [True, False]
-    """
-    _check_axis(axis)
-    solution = settled(arguments, threads)
-    if solution is None:
-        raise ValueError("the undisturbed motion has no period: there is no solution to end on")
-    return _same(solution, axis, real_array("deviations", deviations, "numbers"), threads)
 
 
 @as_written
@@ -251,17 +197,16 @@ def start_limit(
 def each_start_limit(
     arguments: Mapping[str, Any], axis: str, threads: int | None = None
 ) -> Iterator[tuple[int, StartLimit]]:
-    """The limits k₁ over axes of A and B, in order: (number of the point, StartLimit).
-
-    Raises TypeError or ValueError with the one sentence, before anything is computed.
-    """
+    """The limits k₁ over axes of A and B, in order: (number of the point, StartLimit)."""
     plan = _plan(arguments, axis, ("A", "B"))
     count = check_threads(threads)
     return ((index, nearest_other(plan.arguments(index), axis, count)) for index in range(plan.n_points))
 
 
-def _plan(arguments: Mapping[str, Any], axis: str, axes: Sequence[str]) -> Plan:
-    _check_axis(axis)
+def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Plan:
+    if axis not in COORDINATES:
+        kind = ValueError if isinstance(axis, str) else TypeError
+        raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))
     plan = make_plan({**arguments, "method": Method.CERTIFIED})
     refuse_axes(plan, axes, f": ε = 0 for a limit in {axis}" if axes else "")
     if plan.scalars["eps"] != 0.0:
@@ -270,8 +215,7 @@ def _plan(arguments: Mapping[str, Any], axis: str, axes: Sequence[str]) -> Plan:
 
 
 def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None = None) -> StartLimit:
-    """`start_limit` at a point; `arguments` and `threads` as in `same_solution`, with the same errors."""
-    _check_axis(axis)
+    """`start_limit` at a point, by the arguments of `simulate`; those of a disturbance and its grid are not used."""
     solution = settled(arguments, threads)
     A, B = (check(name, arguments.get(name, PARAMETERS[name].default)) for name in ("A", "B"))
     if solution is None:
@@ -282,7 +226,8 @@ def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None =
 
     def edge(sign: int) -> Edge:
         room = start - PARAMETERS[axis].low if sign < 0 else PARAMETERS[axis].high - start
-        return find_edge(lambda sizes: _same(solution, axis, sign * sizes, threads), max(0.0, min(reach, room)), bit)
+        same = partial(same_solution, solution, axis, threads=threads)
+        return find_edge(lambda sizes: same(sign * sizes), max(0.0, min(reach, room)), bit)
 
     return StartLimit(A, B, axis, len(solution.points), edge(-1), edge(+1))
 
@@ -316,12 +261,6 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
     return Edge(low, high, reach)
 
 
-def _check_axis(axis: object) -> None:
-    if axis not in COORDINATES:
-        kind = ValueError if isinstance(axis, str) else TypeError
-        raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))
-
-
 def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of the undisturbed motion, certified, with what tells its start and its section."""
     kept = {name: value for name, value in arguments.items() if name in ("A", "B", "budget", "section_phase")}
@@ -330,7 +269,7 @@ def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {"section_phase": 0.0, **kept, **start, "method": Method.CERTIFIED, "transient": long}
 
 
-def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | None:
+def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solution | None:
     """The solution that the undisturbed motion ends on; None if it has no period or never moves."""
     exact = _undisturbed(arguments)
     motion = simulate(**exact, periods=WATCHED)
@@ -353,8 +292,8 @@ def settled(arguments: Mapping[str, Any], threads: int | None) -> Solution | Non
     return Solution(exact, points)
 
 
-def _same(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None) -> np.ndarray:
-    """`same_solution`, of a solution that is known."""
+def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None = None) -> np.ndarray:
+    """Whether motions whose starts are off by `deviations` (k,) in one coordinate end on this solution: bool (k,)."""
     n = len(solution.points)
     starts = solution.arguments[axis] + deviations
     found = collect(make_plan(solution.arguments | {axis: starts, "periods": n}), threads)

@@ -36,12 +36,8 @@ from vibrodrive.stability.main_impacts import (
 if TYPE_CHECKING:
     from vibrodrive.stability.orbit_curve import OrbitCurve
 
-
-SETTLING = 20_000
-"""Transient periods of an undisturbed motion, at least: near a bifurcation it settles slowly, and it is cheap."""
-
-WATCHED = 256
-"""Periods of an undisturbed motion: enough to see the longest period (LONGEST_PERIOD) four times."""
+SETTLING = 20_000  # transient periods of an undisturbed motion, at least: near a bifurcation it settles slowly
+WATCHED = 256  # periods of an undisturbed motion: enough to see the longest period (LONGEST_PERIOD) four times
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +62,11 @@ class ReferenceOrbit:
 
 @dataclass(frozen=True)
 class Structure:
-    """How a motion compares with an orbit of period n. None: cannot be decided from the data given."""
+    """How a motion compares with an orbit of period n; `word` is None where the switches are not known."""
 
     n: int
-    impacts: bool | None
-    gaps: bool | None
+    impacts: bool
+    gaps: bool
     order: bool
     word: bool | None
     rho: float
@@ -85,7 +81,6 @@ def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SA
     """Smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
 
     A period is claimed only if it is seen twice, and if its points are further apart than BLURRED.
-    Returns int64 (…).
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
@@ -101,8 +96,8 @@ def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SA
 def reference_orbit(motion: Any) -> ReferenceOrbit | None:
     """The periodic orbit that a motion has settled on, or None if it has not repeated.
 
-    A Trajectory, or what has its `section` and `impacts`: without `switches` no word is known. The period is that of
-    the impacts; where the mass never lands, that of the section.
+    Without `switches` no word is known. The period is that of the impacts; where the mass never lands, that of the
+    section.
     """
     cycle = impact_cycle(motion.impacts)
     n = cycle.n if cycle is not None else 0 if len(motion.impacts) else int(period(motion.section))
@@ -147,42 +142,24 @@ def repeats(sequence: Sequence[Any], cycle: Sequence[Any]) -> bool:
     return any(all(sequence[k] == cycle[(k + s) % len(cycle)] for k in range(count)) for s in range(len(cycle)))
 
 
-def compare_structure(undisturbed: Any, disturbed: Any) -> Structure:
-    """Hold a disturbed motion against the undisturbed one.
-
-    Parameters
-    ----------
-    undisturbed : ReferenceOrbit, Trajectory, or section points float64 (periods, 2)
-    disturbed : Trajectory, or section points float64 (periods, 2)
-        from section points alone only order and ρ are known; impacts, gaps and word are None.
-
-    Raises
-    ------
-    ValueError
-        if the undisturbed motion has no period.
-    """
-    base = _as_reference(undisturbed)
-    section = np.asarray(getattr(disturbed, "section", disturbed), dtype=np.float64)
-    if section.ndim != 2 or section.shape[1] != 2:
-        raise ValueError(f"section of shape {section.shape}: must be (periods, 2), one motion at a time")
-    whole = isinstance(undisturbed, ReferenceOrbit) or hasattr(undisturbed, "impacts")
-    if not (whole and hasattr(disturbed, "impacts")):
-        return judge(base, section)
-    return judge(base, section, disturbed.impacts, getattr(disturbed, "switches", None))
+def compare_structure(base: ReferenceOrbit, motion: Any) -> Structure:
+    """Compare a disturbed motion, a Trajectory, with the undisturbed orbit."""
+    return judge(base, motion.section, motion.impacts, motion.switches)
 
 
 def judge(
-    base: ReferenceOrbit, section: np.ndarray, impacts: np.ndarray | None = None, switches: np.ndarray | None = None
+    base: ReferenceOrbit, section: np.ndarray, impacts: np.ndarray, switches: np.ndarray | None = None
 ) -> Structure:
-    """Hold section points, impacts and switches of one motion, as far as they are known, against an orbit."""
+    """Compare section points, impacts and, where they are known, switches of one motion with an orbit."""
     rho, shift = deviation(base.points, section)
-    answers: dict[str, bool | None] = {
-        "impacts": None if impacts is None else keeps(base, section, impacts, ("impacts",)),
-        "gaps": None if impacts is None else keeps(base, section, impacts, ("gaps",)),
-        "word": None if impacts is None or switches is None else keeps(base, section, impacts, ("word",), switches),
-    }
     return Structure(
-        len(base.points), order=bool(order(base.points, section)), rho=float(rho), shift=int(shift), **answers
+        len(base.points),
+        impacts=keeps(base, section, impacts, ("impacts",)),
+        gaps=keeps(base, section, impacts, ("gaps",)),
+        order=bool(order(base.points, section)),
+        word=None if switches is None else keeps(base, section, impacts, ("word",), switches),
+        rho=float(rho),
+        shift=int(shift),
     )
 
 
@@ -214,28 +191,10 @@ def keeps(
     return bool(_finite(section)) and all(answers[name]() for name in criterion)
 
 
-def _as_reference(undisturbed: Any) -> ReferenceOrbit:
-    if isinstance(undisturbed, ReferenceOrbit):
-        return undisturbed
-    if hasattr(undisturbed, "impacts"):
-        found = reference_orbit(undisturbed)
-        if found is not None:
-            return found
-    else:
-        section = np.asarray(getattr(undisturbed, "section", undisturbed), dtype=np.float64)
-        n = int(period(section))
-        if n > 0:
-            return ReferenceOrbit(np.array(section[-n:]), None)
-    raise ValueError("the undisturbed motion has no period: there is no structure to keep")
-
-
-def _cycle(sequence: Any) -> tuple[Any, ...]:
+def _cycle(sequence: Sequence[Any]) -> tuple[Any, ...]:
     """Shortest cycle of which `sequence` is a piece, from its first element on."""
-    items = list(sequence.tolist() if isinstance(sequence, np.ndarray) else sequence)
-    for n in range(1, len(items) + 1):
-        if all(items[k] == items[k % n] for k in range(len(items))):
-            return tuple(items[:n])
-    return ()
+    cycles = (tuple(sequence[:n]) for n in range(1, len(sequence) + 1))
+    return next((cycle for cycle in cycles if repeats(sequence, cycle)), ())
 
 
 def _distances(points: np.ndarray, section: np.ndarray) -> np.ndarray:

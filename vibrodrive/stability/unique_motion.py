@@ -29,34 +29,22 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import check, check_choice, check_count, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.slips import warn_of_slip
-from vibrodrive.stability.limit import (
-    AXES,
-    NO_PERIOD,
-    PERIODS,
-    Disturbance,
-    plan_at_one_point,
-    plan_disturbed,
-    slipping,
-)
+from vibrodrive.stability import limit
+from vibrodrive.stability.limit import NO_PERIOD, PERIODS, Disturbance, Found
 from vibrodrive.stability.limit_search import GRIDS, Band, check_disturbance, search_band
 from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
-from vibrodrive.stability.velocity import as_velocity
 
 COINCIDE = 1e-6
 """Section points within this are those of one motion: in exact steps two motions that meet differ by rounding, some
 1e-12; on a fixed grid they meet to the bit, and no difference is allowed."""
 
-SIDES = (5, 9, 17, 33)
-"""Values of ξ0 and of ξ'0: the first of these lattices from which every solution is reached is taken."""
-
-HIGHEST = 1.0
-"""Largest ξ0 and |ξ'0|, times A."""
+SIDES = (5, 9, 17, 33)  # values of ξ0 and of ξ'0: the first lattice from which every solution is reached is taken
 
 
 def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """ξ0 and ξ'0, float64 (side,) each: even steps from 0, or from below, up to HIGHEST A."""
-    top = HIGHEST * max(1.0, A)
+    """ξ0 and ξ'0, float64 (side,) each: even steps from 0, or from -A, up to A."""
+    top = max(1.0, A)
     return np.linspace(0.0, top, side), np.linspace(-top, top, side)
 
 
@@ -90,38 +78,12 @@ def ends_on_one(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Whether, at each value of a disturbance, motions from many starts are one at the end of the record.
+    """Whether, at each value of a disturbance, motions from many starts are one at the end of the record: bool (k,).
 
-    Parameters
-    ----------
-    arguments : mapping
-        of `simulate`, of each disturbed motion but for ξ0, ξ'0 and the disturbance; method "fixed" for Δτ and
-        "certified" for ε unless given. Over its last LONGEST_PERIOD periods the record is compared.
-    disturbance : "eps" or "dtau"
-    values : float64 (k,), dimensionless
-    starts : (float64 (m,), float64 (l,)), optional
-        values of ξ0 and of ξ'0, each with each; by default those from which all solutions are reached without a
-        disturbance.
-    threads : int, optional
-        all by default.
-
-    Returns
-    -------
-    bool (k,)
-        False, too, where a motion was given up as chattering.
-
-    Raises
-    ------
-    TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
-
-    Examples
-    --------
-    At A = 3.04 two solutions remain with a small step, one with a large one (Fig. 11):
-
-    >>> from vibrodrive.stability.unique_motion import ends_on_one
-    >>> ends_on_one({"A": 3.04}, "dtau", [0.01, 0.1]).tolist()
-    [False, True]
+    The last LONGEST_PERIOD periods of it are compared. `arguments` are those of `simulate` but for ξ0, ξ'0 and the
+    disturbance; method "fixed" for Δτ and "certified" for ε unless given. `starts` are values of ξ0 and of ξ'0, each
+    with each; by default those from which all solutions are reached without a disturbance. False, too, where a motion
+    was given up as chattering.
     """
     check_disturbance(disturbance)
     xi0, dxi0 = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
@@ -139,7 +101,7 @@ def ends_on_one(
 
 
 @dataclass(frozen=True, repr=False)
-class UniqueLimit:
+class UniqueLimit(Found):
     """The limit k_u: the disturbance from which all starts end on one motion, dimensionless.
 
     Attributes
@@ -164,11 +126,6 @@ class UniqueLimit:
         the finding in words.
     """
 
-    A: float
-    B: float
-    eta: float
-    disturbance: str
-    method: str
     ku: float
     several_below: float = math.nan
     last_several: float = math.nan
@@ -184,12 +141,12 @@ class UniqueLimit:
     @property
     def velocity(self) -> float:
         """ku as a velocity amplitude, dimensionless as ξ': ku·η·A in ε, ku in Δτ."""
-        return float(as_velocity(self.disturbance, self.ku, self.A, self.eta))
+        return self.as_velocity(self.ku)
 
     @property
     def velocity_last(self) -> float:
         """last_several as a velocity amplitude."""
-        return float(as_velocity(self.disturbance, self.last_several, self.A, self.eta))
+        return self.as_velocity(self.last_several)
 
 
 @as_written
@@ -250,9 +207,9 @@ def unique_limit(
     >>> k.n, k.several_below < k.ku
     (2, True)
     """
-    plan = plan_at_one_point(written, disturbance, method)
+    plan = limit.plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
-    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    warn_of_slip([limit.slipping(plan)], depth=3)  # of the caller, two functions above
     with above("a line while it lasts")("unique_limit"):
         return _unique_limit(plan, 0, disturbance, count)
 
@@ -260,11 +217,8 @@ def unique_limit(
 def each_unique_limit(
     arguments: Mapping[str, Any], disturbance: str, method: str | None = None, threads: int | None = None
 ) -> Iterator[tuple[int, UniqueLimit]]:
-    """The limits k_u over axes of A, B and η, in order: (number of the point, UniqueLimit).
-
-    Raises TypeError or ValueError with the one sentence, before anything is computed.
-    """
-    plan = plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
+    """The limits k_u over axes of A, B and η, in order: (number of the point, UniqueLimit)."""
+    plan = limit.plan_over_axes(arguments, disturbance, method)
     count = check_threads(threads)
     return ((index, _unique_limit(plan, index, disturbance, count)) for index in range(plan.n_points))
 
@@ -289,7 +243,7 @@ def unique_from(
 ) -> Band:
     """The band of k_u: `lost` is the first value at which all starts end on one motion, "kept" that several remain.
 
-    The values tried are those of k₂. Arguments as in `ends_on_one`, with the same errors.
+    The values tried are those of k₂. Arguments as in `ends_on_one`.
     """
     check_disturbance(disturbance)
     starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
