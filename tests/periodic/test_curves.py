@@ -247,18 +247,19 @@ BOX = Box((2.0, 5.0), (0.0, 2.0))
 
 
 def as_curve(condition, path):
-    return Curve("fold", 1, 2, "", "", path.points[:, 0], path.points[:, 1], path.ends, (), condition, path.points)
+    points, ends = path
+    return Curve("fold", 1, 2, "", "", points[:, 0], points[:, 1], ends, (), condition, points)
 
 
 def test_a_closed_curve_turns_back_twice_and_is_passed_once():
-    path = trace(Circle(), np.array([3.5, 1.0]), BOX)
-    assert path.ends == (CLOSED, CLOSED)
-    np.testing.assert_array_equal(path.points[0], path.points[-1])
-    A, B = path.points.T
+    points, ends = trace(Circle(), np.array([3.5, 1.0]), BOX)
+    assert ends == (CLOSED, CLOSED)
+    np.testing.assert_array_equal(points[0], points[-1])
+    A, B = points.T
     angle = np.unwrap(np.arctan2(B - 1.0, A - 3.0))
     assert abs(angle[-1] - angle[0]) == pytest.approx(2.0 * math.pi, abs=1e-12)
     assert (B.min(), B.max()) == (pytest.approx(0.5, abs=1e-14), pytest.approx(1.5, abs=1e-14))
-    curve = as_curve(Circle(), path)
+    curve = as_curve(Circle(), (points, ends))
     for b in (0.5 + 1e-9, 0.7, 1.0, 1.21, 1.5 - 1e-9):
         half = math.sqrt(0.25 - (b - 1.0) ** 2)
         np.testing.assert_allclose(curve.at(b), [3.0 - half, 3.0 + half], rtol=0, atol=1e-15 + 1e-15 / half)
@@ -266,19 +267,18 @@ def test_a_closed_curve_turns_back_twice_and_is_passed_once():
 
 def test_a_curve_ends_where_its_condition_does():
     end = math.sqrt(0.25 - 0.2**2)
-    path = trace(Circle(limit=3.2), np.array([2.5, 1.0]), BOX)
-    assert path.ends == ("grazing", "grazing")
-    np.testing.assert_allclose(sorted(path.points[[0, -1]].tolist()), [[3.2, 1 - end], [3.2, 1 + end]], atol=1e-14)
-    path = trace(Circle(), np.array([2.5, 1.0]), Box((2.0, 5.0), (0.0, 1.3)))
-    assert path.ends == (EDGE, EDGE)
-    assert (path.points[[0, -1], 1] == 1.3).all()
+    points, ends = trace(Circle(limit=3.2), np.array([2.5, 1.0]), BOX)
+    assert ends == ("grazing", "grazing")
+    np.testing.assert_allclose(sorted(points[[0, -1]].tolist()), [[3.2, 1 - end], [3.2, 1 + end]], atol=1e-14)
+    points, ends = trace(Circle(), np.array([2.5, 1.0]), Box((2.0, 5.0), (0.0, 1.3)))
+    assert ends == (EDGE, EDGE)
+    assert (points[[0, -1], 1] == 1.3).all()
 
 
 def test_parts_of_a_curve_in_the_range():
-    path = trace(Circle(), np.array([3.5, 1.0]), BOX)
-    (points, ends), *more = cut(Circle(), path.points[10:-10], (EDGE, EDGE), 2.8)
-    points, ends = (points, ends), more[0] if more else None
-    parts = [points, ends]
+    points, _ = trace(Circle(), np.array([3.5, 1.0]), BOX)
+    parts = list(cut(Circle(), points[10:-10], (EDGE, EDGE), 2.8))
+    assert len(parts) == 2
     assert all(p[0][:, 0].min() >= 2.8 for p in parts)
     edges = [p[0][k].tolist() for p, k in zip(parts, (-1, 0), strict=True)]
     np.testing.assert_allclose(sorted(b for _, b in edges), [1 - math.sqrt(0.21), 1 + math.sqrt(0.21)], atol=1e-14)

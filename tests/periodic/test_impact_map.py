@@ -180,7 +180,7 @@ def test_each_kernel_is_compiled_once(tmp_path):
         "search.orbits(3.04); search.orbits(3, 0, 2)\n"
         "impact_map.impact_map(3)([1, 2]).word; impact_map.impact_map(3.04).breakpoints\n"
         "kernels = (flight.flight, itineraries.flights, itineraries.split, fixed_points.roots,\n"
-        "           impact_map.impacts, impact_map.launch_after, impact_map.launch_window)\n"
+        "           flight.impacts, flight.launch_after, flight.launch_window)\n"
         "print([len(k.signatures) for k in kernels])\n"
     )
     fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

@@ -29,6 +29,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,28 +42,18 @@ from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search,
 
 ONSET = "onset"
 
-STEP = 1.0 / 256.0
-"""Spacing of the grid of A at most, times `scale_of`, where the caller gives none."""
-
-MOST_VALUES = 100_000
-"""Values of A on a grid whose spacing the caller gives, at most."""
-
-MOST_WORK = 10_000_000
-"""Itineraries, over all values of A, that are followed: they take about an hour."""
+STEP = 1.0 / 256.0  # largest spacing of the grid of A, times `scale_of`, unless given
+MOST_VALUES = 100_000  # values of A on a grid of given spacing
+MOST_WORK = 10_000_000  # itineraries, over all values of A, that are followed: they take about an hour
 
 FINER = 32
 """How many times finer the grid for the orbit that rests is. The intervals of A in which it has a short period are the
 narrowest structures between 3.15 and 3.19, and most other orbits appear and disappear at their ends."""
 
-APART = 1e-10
-"""How far from a bifurcation, times `scale_of`, the orbits on either side are taken; two closer ones are reported as
-one."""
-
-SAME_ORBIT = 1e-3
-"""The phases of one orbit differ by less than this between the two sides of a bifurcation, each APART from it."""
-
-AGAIN = 1e-8
-"""A bifurcation of one kind found twice (a doubling, seen by both orbits) is found within this, times `scale_of`."""
+# distances, those in A times `scale_of`
+APART = 1e-10  # from a bifurcation to the orbits on either side; two closer bifurcations are reported as one
+SAME_ORBIT = 1e-3  # between the phases of one orbit on the two sides, at most
+AGAIN = 1e-8  # between the places of a bifurcation found twice (a doubling, by both orbits), at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,27 +134,28 @@ def bifurcations(
     ...     print(f"{found.kind} at A = {found.A:.10f}")
     period doubling at A = 2.6040806377
     """
-    try:
-        first, last = A
-    except (TypeError, ValueError):
-        raise TypeError(bad("A", A, "two numbers, the smaller one first")) from None
-    low, high = check("A", first), check("A", last)
+    low, high = check_range("A", A)
     incline = check("B", B)
     limit = check_period("max_period", max_period)
-    if not low < high:
-        raise ValueError(bad("A", (first, last), "two numbers, the smaller one first"))
     if step is not None:
-        check_step(step, high - low)
+        least = (high - low) / MOST_VALUES
+        allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
+        if not least <= real_number("step", step, allowed) < math.inf:
+            raise ValueError(bad("step", step, allowed))
     return _Search(incline, limit).between(low, high, step)
 
 
-def check_step(step: object, width: float) -> None:
-    """Refuse a spacing that is no positive number, or so small that the grid over this width has too many values."""
-    least = width / MOST_VALUES
-    allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
-    spacing = real_number("step", step, allowed)
-    if not 0.0 < spacing < math.inf or spacing < least:
-        raise ValueError(bad("step", step, allowed))
+def check_range(name: str, value: Any) -> tuple[float, float]:
+    """Cast two ascending values of a parameter. Raises TypeError or ValueError with the one sentence."""
+    allowed = "two numbers, the smaller one first"
+    try:
+        first, last = value
+    except (TypeError, ValueError):
+        raise TypeError(bad(name, value, allowed)) from None
+    low, high = check(name, first), check(name, last)
+    if not low < high:
+        raise ValueError(bad(name, (first, last), allowed))
+    return low, high
 
 
 def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
@@ -181,8 +173,7 @@ class _Search:
     """One search: its fixed arguments, and the bifurcations found so far."""
 
     def __init__(self, B: float, limit: int):
-        self.B = B
-        self.limit = limit
+        self.B, self.limit = B, limit
         self.found: list[Bifurcation] = []
 
     def orbits(self, A: float) -> list[Orbit]:

@@ -30,26 +30,16 @@ from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, GRAZING
 from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
-TINY = 1e-40
-"""Imaginary step of a derivative: its square is lost against 1, so the quotient is exact."""
-
-SERIES = tuple(range(1, 12))
-"""Terms of the series of h - sin h up to |h| = 1: the next is below 1e-22 of the first."""
-
-CONVERGED = 1e-13
-"""Relative size of a Newton step that is as small as rounding lets it become."""
-
-MOST_STEPS = 12
-"""Newton steps, at most: from a prediction close to the curve three or four suffice."""
+TINY = 1e-40  # imaginary step of a derivative: its square is lost against 1, so the quotient is exact
+SERIES = tuple(range(1, 12))  # terms of the series of h - sin h up to |h| = 1: the next is below 1e-22 of the first
+CONVERGED = 1e-13  # relative size of a Newton step that is as small as rounding lets it become
+MOST_STEPS = 12  # of Newton's method: from a prediction close to the curve three or four suffice
 
 
 class Slide(NamedTuple):
-    """One slide of a prescribed motion.
+    """One slide of a prescribed motion, `begun` FROM_GROUND, FROM_STICK or FROM_REVERSAL.
 
-    falls : whether it goes down.
-    begun : FROM_GROUND, FROM_STICK or FROM_REVERSAL.
     turns : whole periods, since that of the first launch, to the phase at which a sticking or rest ends.
-    lands : whether it ends with an impact.
     """
 
     falls: bool
@@ -69,12 +59,7 @@ class Margin(NamedTuple):
 class Condition:
     """One bifurcation of one prescribed motion.
 
-    Attributes
-    ----------
-    kind : as in `Bifurcation`.
     slides : those of one period, in order; the first is the one after the rest, if there is one.
-    period : in excitation periods.
-    rests : whether the mass rests before the first slide.
     critical : index of the slide at whose end a border, grazing or stick lies; -1 for a doubling or fold.
     doubled : whether its flights are twice those of an orbit of half the period, with which it may coincide.
     """

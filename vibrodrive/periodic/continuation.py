@@ -16,21 +16,11 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7
-"""A launch this close to a breakpoint, at the last float of A at which its orbit is found, is on it."""
-
-NEAR_DOUBLING = 0.05
-"""An orbit whose multiplier is this close to -1 may be the one whose period doubles."""
-
-FIRST_STEP = 1e-9
-"""First step in A of a search that starts at a bifurcation, times `scale_of`."""
-
-ASTRAY = 1e-4
-"""A search that starts at a bifurcation and ends further from it than this, times `scale_of`, has failed."""
-
-
-SCALE_FROM = 4.0
-"""The A from which on distances along A grow with A, as do those of its floats."""
+ON_BREAKPOINT = 1e-7  # distance of a launch on a breakpoint, at the last float of A at which its orbit is found
+NEAR_DOUBLING = 0.05  # distance from -1 of the multiplier of an orbit whose period may double
+FIRST_STEP = 1e-9  # in A, of a search that starts at a bifurcation, times `scale_of`
+ASTRAY = 1e-4  # distance, times `scale_of`, from the bifurcation at which such a search has failed
+SCALE_FROM = 4.0  # the A from which on distances along A grow with A, as do those of its floats
 
 
 def scale_of(A: float) -> float:

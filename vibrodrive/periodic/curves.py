@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike
 from vibrodrive.kernels.release import onset
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import PARAMETERS
-from vibrodrive.model.parameters import bad, check, check_count, real_array
-from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations
+from vibrodrive.model.parameters import check, check_count, real_array
+from vibrodrive.periodic.bifurcations import ONSET, Bifurcation, bifurcations, check_range
 from vibrodrive.periodic.conditions import Condition
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK, scale_of
 from vibrodrive.periodic.meetings import Meeting, with_meetings
@@ -32,29 +32,18 @@ from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.search import LEVEL, check_period, counted
 from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
 
-NUM = 17
-"""Values of B at which bifurcations are sought, where the caller gives none."""
-
+NUM = 17  # values of B at which bifurcations are searched for, unless given
 MOST_NUM = 10_000
-
-BESIDE = 1e-4
-"""How far from the B at which a curve ends, in widths of the range, others are sought."""
-
-ON_CURVE = 1e-9
-"""How far, times `scale_of`, a bifurcation may lie in A from the curve that it belongs to."""
+BESIDE = 1e-4  # distance, in widths of the range, from the B at which a curve ends to those at which others may begin
+ON_CURVE = 1e-9  # distance in A, times `scale_of`, of a bifurcation from the curve that it belongs to, at most
+ONSET_POINTS = 65  # of the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
 """Shares of the first step in B at which bifurcations are sought, too, where the range reaches down to the level: with
 √B all curves but the onset draw together there."""
 
-ONSET_POINTS = 65
-"""Points of the straight line A = 1 + B."""
-
-LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
-"""The A at which the touching orbit of B = 0 begins to turn round without sticking."""
-
-LEVEL_END = "level"
-"""End of a curve at that point."""
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # the A at which the touching orbit of B = 0 turns without sticking
+LEVEL_END = "level"  # end of a curve at that point
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -182,8 +171,8 @@ def curves(
     >>> [(curve.kind, curve.at(0.1).round(10).tolist()) for curve in found]
     [('border', [2.5227119407]), ('period doubling', [2.6040806377])]
     """
-    low, high = _range("A", A)
-    start, stop = _range("B", B)
+    low, high = check_range("A", A)
+    start, stop = check_range("B", B)
     limit = check_period("max_period", max_period)
     count = check_count("num", num, 2, MOST_NUM)
     least = max(start, LEVEL * high)  # on the level there are no orbits to follow
@@ -201,17 +190,6 @@ def curves(
     return with_meetings(ordered)
 
 
-def _range(name: str, value: object) -> tuple[float, float]:
-    allowed = "two numbers, the smaller one first"
-    try:
-        ends = tuple(check(name, v) for v in value)  # type: ignore[attr-defined]
-    except TypeError:
-        raise TypeError(bad(name, value, allowed)) from None
-    if len(ends) != 2 or not ends[0] < ends[1]:
-        raise ValueError(bad(name, value, allowed))
-    return ends
-
-
 def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
     """The straight line A = 1 + B, as far as it lies in the range."""
     start, stop = max(B[0], A[0] - 1.0), min(B[1], A[1] - 1.0)
@@ -225,9 +203,7 @@ class _Collection:
     """The curves found so far, but for the onset."""
 
     def __init__(self, box: Box, low: float, limit: int) -> None:
-        self.box = box
-        self.low = low
-        self.limit = limit
+        self.box, self.low, self.limit = box, low, limit
         self.curves: list[Curve] = []
 
     def collect(self, values: list[float]) -> None:
@@ -268,15 +244,12 @@ class _Collection:
             warnings.warn(f"no curve through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
             return None
         condition, seed = recognised
-        path = trace(condition, seed, self.box)
+        points, ends = trace(condition, seed, self.box)
         side = ""
         if condition.kind == BORDER_COLLISION:
             side = "beginning" if math.cos(seed[condition.critical]) > 0.0 else "end"
-        points = path.points
-        about = condition.period, condition.impacts, condition.word, side
-        return Curve(
-            condition.kind, *about, points[:, -2], points[:, -1], path.ends, condition=condition, points=points
-        )
+        about = condition.kind, condition.period, condition.impacts, condition.word, side
+        return Curve(*about, points[:, -2], points[:, -1], ends, condition=condition, points=points)
 
 
 def _to_level(curve: Curve, least: float) -> Curve:

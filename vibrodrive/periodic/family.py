@@ -17,11 +17,9 @@ from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
+# distances from a bifurcation, times `scale_of`, of further values of A
 BESIDE = 1e-9
-"""How far from a bifurcation, times `scale_of`, the branches on either side of it are drawn to."""
-
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-"""And from where on where they part like a square root, at a doubling or fold: closer, floats cannot tell."""
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a doubling or fold, where branches part like a square root
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +36,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Every orbit of up to `max_period` periods for A[0] <= A <= A[-1].
-
-    A : where orbits were sought: an even grid, and both sides of every bifurcation.
-    orbits : those at each A.
-    """
+    """Every orbit of up to `max_period` periods at each A: on a grid, and on both sides of every bifurcation."""
 
     A: np.ndarray
     B: float
@@ -62,23 +56,13 @@ class Family:
                 held[(*key, twins[key])].append(i)
                 rows[(*key, twins[key])].append(orbit)
         for key, places in held.items():
-            cuts = [
-                0,
-                *(k + 1 for k, (a, b) in enumerate(itertools.pairwise(places)) if b != a + 1),
-                len(places),
-            ]
-            for first, last in itertools.pairwise(cuts):
+            gaps = (np.flatnonzero(np.diff(places) != 1) + 1).tolist()
+            for first, last in itertools.pairwise([0, *gaps, len(places)]):
                 yield Branch(self.A[places[first:last]], rows[key][first:last])
 
 
 def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3) -> Family:
-    """All orbits at the values `A` and beside every bifurcation between the smallest and the largest of them.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is no number or out of range, or if there are fewer than two values of A.
-    """
+    """All orbits at the values `A` and beside every bifurcation between the smallest and the largest of them."""
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
         raise ValueError(bad("A", list(A), "at least two values"))

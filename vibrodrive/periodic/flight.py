@@ -44,9 +44,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from vibrodrive.jit.compile import inline, jit
-from vibrodrive.jit.trig import HALF_PI, PI, PI_LOW, TWO_PI, arc, arcsine
-from vibrodrive.kernels.codes import DOWN, S1, S2, S3, STICK, UP
+from vibrodrive.jit.trig import HALF_PI, PI, PI_LOW, TWO_PI, arc, arcsine, turns
+from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, STICK, UP
 from vibrodrive.kernels.motion import Field, arrive, excitation, slide_at
 from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import begin, decide_after_slide, direction
@@ -121,35 +123,19 @@ def launch(psi, A, B, up, p_up):
 
 @jit(_nrt=False)
 def flight(psi, A, B, horizon, word, slides):
-    """The flight launched at phase ψ.
+    """The flight launched at phase ψ; outside the open window from rest, at φ_up.
 
-    Parameters
-    ----------
-    psi : float
-        outside the open window the launch is from rest, at φ_up.
-    horizon : int
-        excitation periods for which the flight is followed (AIRBORNE, if fewer, where it never lands: B = 0).
-    word : int
-        the word so far, to be continued (see LETTERS, WORDS).
-    slides : float64 (any, 3)
-        receives one row per slide, as many as there are rows: phase of its beginning, duration, and how it began
-        (FROM_GROUND, FROM_STICK, FROM_REVERSAL).
+    `horizon`: excitation periods for which it is followed (AIRBORNE, if fewer, where it never lands: B = 0). `slides`
+    (any, 3) receives a row per slide, as far as there are rows: phase of its beginning, duration, how it began.
 
-    Returns
-    -------
-    k, phase : int, float
-        impact at 2πk + phase, 0 <= phase < 2π, counted from the period of the launch; k = -1: no impact found.
-    velocity : float
-        ξ' <= 0 into the impact.
-    slope : float
-        d(impact time)/dψ <= 0. A slide that begins later by δ, with the acceleration a, is slower by a δ from there on
-        and ends later by a δ over its acceleration there (saltation: friction changes sign); after a sticking δ = 0.
-        The impact comes (Σ a δ · duration) / |ξ'| earlier. Sticking sets the velocity to zero but keeps the
-        gap, so only a rest makes the slope vanish. -inf for an impact without speed.
-    word : int
-        continued by the states of the flight, without IMPACT, which the caller appends.
-    count : int
-        the number of slides.
+    Returns (k, phase, velocity, slope, word, count): the impact is at 2πk + phase, 0 <= phase < 2π, counted from the
+    period of the launch (k = -1: none found), with ξ' = velocity <= 0; the word is continued by the states of the
+    flight, without IMPACT, and `count` slides make it up.
+
+    The slope is d(impact time)/dψ <= 0. A slide that begins later by δ, with the acceleration a, is slower by a δ from
+    there on and ends later by a δ over its acceleration there (saltation: friction changes sign); after a sticking
+    δ = 0. The impact comes (Σ a δ · duration) / |ξ'| earlier. Sticking sets the velocity to zero but keeps the gap, so
+    only a rest makes the slope vanish. It is -inf for an impact without speed.
     """
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)
@@ -216,3 +202,44 @@ def flight(psi, A, B, horizon, word, slides):
             state, begun = to, FROM_REVERSAL
             delay *= segment.a0 / (force - s)
     return -1, math.nan, math.nan, math.nan, word, count
+
+
+@jit(_nrt=False)
+def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
+    """The next impact for every phase of `phi`, into the arrays behind it, all (n,); `no_slides` (0, 3)."""
+    up, _ = release_up(A, B)
+    end = window_end(up)
+    none = np.int64(NO_WORD)  # a literal would compile another specialisation
+    rested = False  # the flight out of a rest, which may be long, is followed once, and only if needed
+    k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
+    for i in range(len(phi)):
+        psi = turns(phi[i], 0.0)[1]
+        if up < psi < end:
+            k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, no_slides)
+        else:
+            if not rested:
+                rested = True
+                k0, phase0, velocity0, _, word0, _ = flight(up, A, B, horizon, append(none, REST + 1), no_slides)
+            k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
+            if psi >= end and k0 >= 0:
+                k = k0 + 1
+        phase[i] = landed
+        periods[i] = k
+        speed[i] = -velocity + 0.0  # no -0.0
+        slope[i] = rate
+        code[i] = append(word, IMPACT + 1)
+
+
+@jit(_nrt=False)
+def launch_after(phi, A, B):
+    """(ψ, rests): the phase φ of an impact, in [0, 2π), and whether a rest follows; if not, ψ is that of the launch."""
+    psi = turns(phi, 0.0)[1]
+    up, _ = release_up(A, B)
+    return psi, psi <= up or psi >= window_end(up)
+
+
+@jit(_nrt=False)
+def launch_window(A, B):
+    """(φ_up, π - φ_up, ψ*): the window, and the launch in it whose flight touches without speed if B = 0."""
+    up = release_up(A, B)[0]
+    return up, window_end(up), touching(A, up)

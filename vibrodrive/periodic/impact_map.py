@@ -21,31 +21,23 @@ from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.states import State
-from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
+from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
-from vibrodrive.periodic.landing import impacts, launch_after, launch_window
 
-HORIZON = 10_000
-"""Excitation periods for which a flight is followed: the smaller B, the longer the mass may stay in the air."""
+HORIZON = 10_000  # excitation periods for which a flight is followed: the smaller B, the longer it may last
 
 LANDINGS = 100
 """Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
 There is one for every number of periods that a flight may last, and those are about 0.1/B."""
 
-LARGEST_PHASE = 1e12
-"""Phases up to here, as times: beyond, a double has few digits left for where in its period one lies."""
-
+LARGEST_PHASE = 1e12  # beyond, a double has few digits left for the place in a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
 
-SLIDES_NAMED = 16
-"""Slides named of a flight that never lands."""
+SLIDES_NAMED = 16  # of a flight that never lands
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
-    """The states of the flight launched at ψ, from UP to IMPACT, without a rest before it.
-
-    The first SLIDES_NAMED of a flight that never lands.
-    """
+    """The states of the flight launched at ψ, from UP to IMPACT; SLIDES_NAMED slides of one that never lands."""
     k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NO_SLIDES)
     slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
     flight(psi, A, B, HORIZON, NO_WORD, slides)
@@ -114,10 +106,10 @@ class ImpactMap:
         self.A = check("A", A)
         self.B = check("B", B)
         self.moves = moves(self.A, self.B)
-        self.window: tuple[float, float]
-        self.touching: float  # the launch whose flight touches the obstacle without speed, if B = 0
-        window = launch_window(self.A, self.B) if self.moves else (HALF_PI, HALF_PI, math.nan)
-        self.window, self.touching = window[:2], window[2]
+        nothing = HALF_PI, HALF_PI, math.nan
+        up, end, touching = launch_window(self.A, self.B) if self.moves else nothing
+        self.window: tuple[float, float] = up, end
+        self.touching: float = touching  # the launch whose flight touches the obstacle without speed, if B = 0
 
     def __call__(self, phi: ArrayLike) -> Impacts:
         """The next impact after each of the phases `phi`, of any shape.
@@ -132,34 +124,21 @@ class ImpactMap:
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
-        phase, speed, slope = np.empty(n), np.empty(n), np.empty(n)
-        periods, code = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-        if not self.moves:
-            phase[:] = speed[:] = slope[:] = np.nan
-            periods[:] = -1
-            code[:] = 0
-        else:
+        phase, speed, slope = (np.full(start.shape, np.nan) for _ in range(3))
+        periods, code = np.full(start.shape, -1, dtype=np.int64), np.zeros(start.shape, dtype=np.int64)
+        if self.moves:
             done = 0
 
             def advance(steps: int) -> bool:
                 nonlocal done
                 part = slice(done, done + steps)
-                out = phase[part], periods[part], speed[part], slope[part], code[part]
+                out = (values.reshape(-1)[part] for values in (phase, periods, speed, slope, code))
                 impacts(flat[part], self.A, self.B, HORIZON, *out, NO_SLIDES)
                 done += steps
                 return done >= n
 
             in_slices(advance, first=FEW)
-        return Impacts(
-            start,
-            phase.reshape(start.shape),
-            periods.reshape(start.shape),
-            speed.reshape(start.shape),
-            slope.reshape(start.shape),
-            code.reshape(start.shape),
-            self.A,
-            self.B,
-        )
+        return Impacts(start, phase, periods, speed, slope, code, self.A, self.B)
 
     def __repr__(self) -> str:
         return f"ImpactMap(A={self.A!r}, B={self.B!r})"

@@ -36,7 +36,7 @@ NO_SLIDES = np.empty((0, 3))  # passed where the slides of a flight are not to b
 DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
 
 
-class Work(NamedTuple):
+class Pieces(NamedTuple):
     """Arrays of `split`: ends of the pieces waiting and their itineraries (DEPTH, 2), and no slides (0, 3)."""
 
     stack: np.ndarray
@@ -51,18 +51,9 @@ FEW = 64  # steps of the first slice: a step may take milliseconds where flights
 def flights(psi, n, A, B, horizon, slides):
     """Up to n flights in a row; fewer if the mass comes to rest or after `horizon` excitation periods in all.
 
-    Returns
-    -------
-    itinerary : int
-        the words of the flights, and the windows and rests between them.
-    periods, phase : int, float
-        of the last impact, or of the launch that ends a rest; counted from the period of the first launch.
-    slope : float
-        d(last impact time)/dψ; 0 after a rest.
-    flown, fate : int, int
-        number of flights, and FLYING, RESTS or LOST.
-    count : int
-        number of slides in all.
+    Returns (itinerary, periods, phase, slope, flown, fate, count): periods and phase are those of the last impact, or
+    of the launch that ends a rest, counted from the period of the first launch; the slope is d(last impact time)/dψ, 0
+    after a rest; `flown` flights with `count` slides end FLYING, RESTS or LOST.
     """
     up, _ = release_up(A, B)
     end = window_end(up)
@@ -89,15 +80,15 @@ def flights(psi, n, A, B, horizon, slides):
 
 
 @jit(_nrt=False)
-def split(range_, n, A, B, horizon, steps, under_way, ends, work):
-    """Divide the range (low, high) into the intervals with one itinerary of n flights, in at most `steps` halvings.
+def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
+    """Divide the interval `whole` (low, high) into those with one itinerary of n flights, in `steps` halvings at most.
 
     `ends` float64 (rows, 2) receives the first and last float of each. `under_way` int64 (2,) holds the number of
     pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is complete; if
     not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
     """
-    low, high = range_
-    stack, names, no_slides = work
+    low, high = whole
+    stack, names, no_slides = pieces
     top, found = under_way[0], under_way[1]
     if top < 0:
         stack[0, 0] = low
@@ -140,14 +131,14 @@ def split(range_, n, A, B, horizon, steps, under_way, ends, work):
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
     """[first, last] float of each interval of [low, high] with one itinerary of n flights, ascending."""
-    ends, work = np.empty((64, 2)), Work(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
+    ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 
     def advance(steps: int) -> bool:
         nonlocal ends
         if under_way[1] >= len(ends) - 1:
             ends = np.concatenate([ends, np.empty((3 * len(ends), 2))])
-        return split((low, high), n, A, B, horizon, steps, under_way, ends, work)
+        return split((low, high), n, A, B, horizon, steps, under_way, ends, pieces)
 
     in_slices(advance, first=FEW)
     return ends[: under_way[1]].tolist()

@@ -16,12 +16,10 @@ from vibrodrive.periodic.tracing import EDGE
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
+# distance in A and B, times `scale_of`, of two curves where they meet, at most: where they touch, the point is found
+# with the square root of the precision
 SAME_POINT = 1e-7
-"""How far in A and B, times `scale_of`, two curves may pass each other at a point where they meet: where they touch,
-the point is found with the square root of the precision."""
-
-TOUCHING = 1e-12
-"""How close in A, times `scale_of`, two curves are that cannot be told apart."""
+TOUCHING = 1e-12  # distance in A, times `scale_of`, of two curves that coincide within rounding
 
 
 class Meeting(NamedTuple):

@@ -24,11 +24,8 @@ from vibrodrive.periodic.itineraries import NO_SLIDES
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
-SAME = 1e-9
-"""How far in A, times `scale_of`, a solution may be from the bifurcation that the search found."""
-
-CLOSE = 0.05
-"""How close to going the other way a decision is looked at: at a grazing it changes as a square root."""
+SAME = 1e-9  # distance in A, times `scale_of`, of a solution from the bifurcation that the search found, at most
+CLOSE = 0.05  # distance of a decision from going the other way, at most: at a grazing it changes as a square root
 
 
 class Part(NamedTuple):

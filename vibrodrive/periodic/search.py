@@ -50,17 +50,14 @@ SAME_LAUNCH = 1e-8
 """Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. The two halves of an
 orbit that has just doubled its period are this close only within 1e-15 of the bifurcation."""
 
-LONGEST_PERIOD = 100
-"""The longest period sought, in excitation periods: what a search costs grows at least with its square."""
+LONGEST_PERIOD = 100  # excitation periods: the cost of a search grows at least with its square
 
 MOST_ITINERARIES = 400_000
 """Itineraries times periods that a search may have to look at: some ten seconds. Where the motion is irregular
 (A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
 allows 14 periods."""
 
-
-FEW = 4
-"""Phases that an orbit shows of itself."""
+FEW = 4  # phases that an orbit shows of itself
 
 
 def counted(impacts: int) -> str:
@@ -160,7 +157,9 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
         return []
     if system.B == 0.0:
         return [touching_orbit(system)]
-    found = [*resting(system, limit), *launching(system, limit)]
+    steep = STEEPEST * system.B / system.A
+    launched = (o for cell in cells_to_search(system, limit) for o in closed_orbits(system, *cell))
+    found = [*resting(system, limit), *(o for o in launched if abs(o.multiplier) < steep)]
     return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
 
 
@@ -182,21 +181,8 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
         yield trace_orbit(system, up, n, True)
 
 
-def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """The orbits that launch at every impact, as far as floats resolve them."""
-    steep = STEEPEST * system.B / system.A
-    for cell in cells_to_search(system, limit):
-        yield from (orbit for orbit in closed_orbits(system, *cell) if abs(orbit.multiplier) < steep)
-
-
 def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """All cells to be searched for orbits of up to `limit` periods.
-
-    Raises
-    ------
-    ValueError
-        if they are too many.
-    """
+    """All cells to be searched for orbits of up to `limit` periods. Raises ValueError if they are too many."""
     if system.B <= LEVEL * system.A:
         return []
     most = MOST_ITINERARIES // limit

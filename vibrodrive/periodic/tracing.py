@@ -16,23 +16,12 @@ import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Margin, newton
 
-LONGEST = 1.0 / 48.0
-"""Longest step, in widths of the box and radians of the times."""
-
-SHORTEST = 1e-9
-"""Shortest step: a curve that cannot be followed further is left there."""
-
-NEAR = LONGEST / 50.0
-"""A step across the end of a curve is no longer than this."""
-
-ROUNDING = 1e-10
-"""Margins that are this little below zero are zero."""
-
-FAR = 0.2
-"""Share of a step by which its prediction may be wrong."""
-
-MOST_POINTS = 20_000
-"""Points of one curve, at most."""
+LONGEST = 1.0 / 48.0  # step, in widths of the box and radians of the times
+SHORTEST = 1e-9  # step: a curve that cannot be followed further is left there
+NEAR = LONGEST / 50.0  # longest step across the end of a curve
+ROUNDING = 1e-10  # margins that are this little below zero are zero
+FAR = 0.2  # share of a step by which its prediction may be wrong
+MOST_POINTS = 20_000  # of one curve
 
 EDGE, LOST, CLOSED = "edge", "lost", "closed"
 """Ends of a curve beside a vanishing margin: the edge of the box, a place where no solution is found, or none."""
@@ -59,21 +48,14 @@ class Box(NamedTuple):
         return u
 
 
-class Path(NamedTuple):
-    """Points (m, S + 2) along a curve, and why it ends at its first and its last."""
-
-    points: np.ndarray
-    ends: tuple[str, str]
-
-
-def trace(condition: Condition, seed: np.ndarray, box: Box) -> Path:
-    """The whole curve through a solution `seed` inside the box."""
+def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray, tuple[str, str]]:
+    """Points (m, S + 2) of the whole curve through a solution `seed` inside the box, and why it ends at both ends."""
     forward, last = _Walk(condition, box).go(seed, 1.0)
     if last == CLOSED:
-        return Path(np.array(forward), (CLOSED, CLOSED))
+        return np.array(forward), (CLOSED, CLOSED)
     backward, first = _Walk(condition, box).go(seed, -1.0)
     points = [*reversed(backward[1:]), *forward] if len(backward) > 1 else [backward[0], *forward[1:]]
-    return Path(np.array(points), (first, last))
+    return np.array(points), (first, last)
 
 
 class _Walk:
@@ -101,10 +83,6 @@ class _Walk:
         """The point of the curve across from u, at right angles to the tangent."""
         row = tangent / self.scale
         return newton(self.condition, u, row, float(row @ u))
-
-    def between(self, a: np.ndarray, b: np.ndarray, tangent: np.ndarray, share: float) -> np.ndarray | None:
-        """The point of the curve a share of the way from a to b."""
-        return self.corrected(a + share * (b - a), tangent)
 
     def go(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
         """The points from the seed on, and why they end."""
@@ -189,10 +167,7 @@ class _Walk:
     ) -> np.ndarray | None:
         """The point of the curve between two others at which f changes its sign, None if it does not."""
 
-        def at(share: float) -> np.ndarray | None:
-            return self.between(here, there, tangent, share)
-
-        return zero_on(at, f)
+        return zero_on(lambda share: self.corrected(here + share * (there - here), tangent), f)
 
 
 def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], float]) -> np.ndarray | None:
@@ -233,10 +208,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
 
     Where B hardly changes along the curve, a guess at B may lead anywhere: B is approached along the curve first.
     """
-    row = np.zeros(len(here))
-    row[-1] = 1.0
-    straight = here + (B - here[-1]) / (there[-1] - here[-1]) * (there - here)
-    found = newton(condition, straight, row, B)
+    found = _solution_at(condition, here, there, -1, B)
     if found is not None and _lies_between(found, here, there):
         return float(found[-2])
     across = there - here
@@ -267,7 +239,7 @@ def cut(
     first = ends[0]
     for k, u in enumerate(points):
         if k and inside[k] != inside[k - 1]:
-            edge = _at_A(condition, points[k - 1], u, low)
+            edge = _solution_at(condition, points[k - 1], u, -2, low)
             if edge is not None:
                 edge[-2] = low
                 part.append(edge)
@@ -282,8 +254,11 @@ def cut(
         yield np.array(part), (first, ends[1])
 
 
-def _at_A(condition: Condition, here: np.ndarray, there: np.ndarray, A: float) -> np.ndarray | None:
-    """The point of the curve at A between two others."""
+def _solution_at(
+    condition: Condition, here: np.ndarray, there: np.ndarray, place: int, value: float
+) -> np.ndarray | None:
+    """The solution with a value of one unknown (A in place -2, B in -1), from a guess between two points."""
     row = np.zeros(len(here))
-    row[-2] = 1.0
-    return newton(condition, here + (A - here[-2]) / (there[-2] - here[-2]) * (there - here), row, A)
+    row[place] = 1.0
+    guess = here + (value - here[place]) / (there[place] - here[place]) * (there - here)
+    return newton(condition, guess, row, value)
