@@ -92,7 +92,7 @@ def fig12(session: Session) -> Figure:
     high = 2 * math.pi * math.ceil(slip.after[1] / (2 * math.pi))
     tau = np.linspace(low, high, 1000)
     time.plot(tau, np.sin(tau), color=style.look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
-    style.periods_ticks(time, low, high)
+    periods_ticks(time, low, high)
     style.name_axes(time, None, "xi")
     style.letter(phase, 0)
     style.letter(time, 1)
