@@ -174,10 +174,8 @@ def judge_tangency(w, k, i):
 
 
 @part
-def end_of_record(w, k, i, errors):
+def end_of_record(w, k, i):
     """What the record's end is off by, if the state may have ended just before it."""
-    if errors is None:
-        return NO_END
     heed_status(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -194,14 +192,42 @@ def end_of_record(w, k, i, errors):
     return lose_certainty(w, k, i)
 
 
+@inline
+def heed(w, k, i, errors):
+    """`heed_status`, where errors are wanted."""
+    if errors is not None:
+        heed_status(w, k, i)
+
+
+@inline
+def record_end(w, k, i, errors):
+    """`end_of_record`, where errors are wanted."""
+    if errors is not None:
+        return end_of_record(w, k, i)
+    return NO_END
+
+
+@inline
+def segment_end(w, k, i, method, event, h, side, there, errors):
+    """`end_of_segment`, where errors are wanted."""
+    if errors is not None:
+        return end_of_segment(w, k, i, method, event, h, side, there)
+    return NO_END
+
+
+@inline
+def pass_on(w, k, i, method, event, end, errors):
+    """`pass_errors_on`, where errors are wanted."""
+    if errors is not None:
+        pass_errors_on(w, k, i, method, event, end)
+
+
 @part
-def end_of_segment(w, k, i, method, event, h, side, there, errors):
+def end_of_segment(w, k, i, method, event, h, side, there):
     """Return what the state under way is off by at its end, h, with ξ and ξ' as computed in `there`.
 
     By that is judged, before anything is committed, if it ends there at all and if what follows is certain.
     """
-    if errors is None:
-        return NO_END
     heed_status(w, k, i)
     if not certain(w, i):
         return LOST
@@ -315,10 +341,8 @@ def end_of_wait(w, k, i, method, event, h, side, there):
 
 
 @part
-def pass_errors_on(w, k, i, method, event, end, errors):
+def pass_errors_on(w, k, i, method, event, end):
     """What the state that has just begun at the end of another is off by."""
-    if errors is None:
-        return
     w[r.X_SHARE + i], w[r.X_MORE + i] = end.x_share, end.x_more
     w[r.BEGUN_LATE + i], w[r.BEGUN_JUMP + i] = end.late, end.jump
     w[r.SHIFT + i] = 0.0

@@ -86,8 +86,7 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
 def finish_at_rest(w, k, i, transient, section, errors):
     """The mass never moves again."""
     margins.record_margin_of_rest(w, k, i, k[r.STATE + i] == codes.STICK)
-    if errors is not None:
-        certainty.heed_status(w, k, i)
+    certainty.heed(w, k, i, errors)
     record.emit_rest(w, k, i, transient, section, errors, certainty.NO_END)
 
 
@@ -281,7 +280,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
     event, h, side, there, late = end_of_state(w, k, i, method, errors)
     while event != codes.CONTINUE:
         if event == codes.END or h > w[r.LEFT + i]:
-            end = certainty.end_of_record(w, k, i, errors)
+            end = certainty.record_end(w, k, i, errors)
             record.emit_rest(w, k, i, extent.transient, section, errors, end)
             return False
         state = k[r.STATE + i]
@@ -293,7 +292,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
                 x, v = motion.state_at(w, i, h, w[r.AF + i] > 0.0)
         if not (certified or fixed):
             there = motion.arrive_later(w, k, i, x, v, h)
-        end = certainty.end_of_segment(w, k, i, method, event, h, side, there, errors)
+        end = certainty.segment_end(w, k, i, method, event, h, side, there, errors)
         record.emit_sections(w, k, i, h, extent.transient, section, errors, end)
         x_off, v_off = offsets_at_end(w, k, i, event, h)
         if not book_cost(w, k, i, extent):
@@ -302,7 +301,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
         force = go_to_end(w, k, i, method, x, v, side, there, late, extent)
         if event == codes.STRETCHED:
             begin_state(w, k, i, state, Start(x, v, x_off, v_off), force, False, method)
-            certainty.pass_errors_on(w, k, i, method, event, end, errors)
+            certainty.pass_on(w, k, i, method, event, end, errors)
             return True
         # decide
         to = switch.decide(event, side, force)
@@ -320,7 +319,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
         leaves = switch.can_leave(w, i, to) or not switch.waits(to)
         known = leaves and still and switch.waits(to)
         begin_next(w, k, i, method, leaves and not known, state, to, Start(x, 0.0, x_off, v_off), force)
-        certainty.pass_errors_on(w, k, i, method, event, end, errors)
+        certainty.pass_on(w, k, i, method, event, end, errors)
         if not leaves:
             finish_at_rest(w, k, i, extent.transient, section, errors)
         if not known:
