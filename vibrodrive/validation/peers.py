@@ -28,7 +28,7 @@ HEYOKA_WITHIN = 1e-11
 """Its Taylor series at the rounding of doubles: some 1e-13 over 20 periods."""
 
 
-UP, DOWN, STICK, REST, IMPACT = (int(state) for state in State)
+UP, DOWN, STICK, REST, IMPACT = (int(state) for state in State)  # plain integers, as they are compared at each switch
 
 End = tuple[float, float, bool]
 """Of a slide: when, at which ξ, and whether by an impact."""
