@@ -21,11 +21,10 @@ from typing import Any, BinaryIO
 
 from vibrodrive.jit.slices import Halt, Halted
 
-LOOK_SECONDS = 0.02
-"""Interval between looks at the flag while the other process computes."""
+LOOK_SECONDS = 0.02  # between looks at the flag while the other process computes
 
 Answer = tuple[bool, Any]
-"""Whether a call returned, and what; else the exception."""
+"""True and the result of a call, or False and its exception."""
 
 
 class Aside:
@@ -38,15 +37,7 @@ class Aside:
         self._warming = self._closed = False
 
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return the result of a function, which the other process finds by its name.
-
-        Raises
-        ------
-        Halted
-            if the flag is set meanwhile; then the search ends, too.
-        Exception
-            that of the function.
-        """
+        """Return the result of a function, found by its name; raise its exception, or Halted once the flag is set."""
         self.start()
         if self._warming:
             self._next_answer(halt)

@@ -14,11 +14,8 @@ from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt
 
-WARMING = Slot(-1, Rank.EXPORT)
-"""The slot of loading: it belongs to no page."""
-
-OPENING_SECONDS = 1.0
-"""How long it waits for a page that is going to be opened, and must be built before the browser can go on."""
+WARMING = Slot(-1, Rank.EXPORT)  # of no page
+OPENING_SECONDS = 1.0  # for a page to be opened, and built before kernels are loaded
 
 
 class Client(Protocol):

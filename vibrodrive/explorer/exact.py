@@ -17,11 +17,8 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.limit import limit
 
-VALUES = 60
-"""Values of A at which orbits are sought in a window, beside those around its bifurcations."""
-
-SAME = 1e-6
-"""How far, in phase, an impact of a motion may be from that of an orbit for the motion to be on it."""
+VALUES = 60  # of A in a window, at which orbits are computed, beside those around its bifurcations
+SAME = 1e-6  # difference in phase, at most, of an impact of a motion from one of an orbit for the motion to be on it
 
 
 class Line(NamedTuple):

@@ -15,18 +15,10 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
 PICTURE_ROWS = 360
-
-SHADES = 64
-"""Shades of ink, the first of them blank. In a difference three such scales follow one another: what both ways to
-find switches show, what only the chosen one does, and what only the certified one does."""
-
-BOTH, ONLY_CHOSEN, ONLY_CERTIFIED = (SHADES * k for k in range(3))
-
+SHADES = 64  # of ink, the first of them blank; a difference has three such scales, one after another
+ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-
-SLACK = 1
-"""Rows by which two spots may be apart and still be the same one: half a pixel decides on which of two rows it lies."""
-
+SLACK = 1  # rows between two spots that count as one: half a pixel decides on which of two rows it lies
 MARGIN = 0.04
 
 
@@ -41,7 +33,7 @@ def values_of(results: Results, quantity: str) -> np.ndarray:
 
 
 def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
-    """From the least to the largest value there is, and a little more."""
+    """Range of all values, with a margin."""
     part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
     ends = []
     for results in part.results:

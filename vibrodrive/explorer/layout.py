@@ -7,63 +7,31 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from bokeh import models
 from bokeh.document import Document
 from bokeh.events import DoubleTap, Tap
 from bokeh.layouts import column, row
-from bokeh.models import (
-    Button,
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTickFormatter,
-    Div,
-    HoverTool,
-    Range1d,
-    Select,
-    Slider,
-    TextInput,
-)
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Div, HoverTool, Range1d
 from bokeh.plotting import figure
 
-from vibrodrive.explorer.view import (
-    ALONE,
-    BESIDE,
-    DIAGRAM,
-    DIFFERENCE,
-    DIMENSIONLESS,
-    METHODS,
-    OF_MAPS,
-    QUANTITIES,
-    RANGES,
-    SI,
-    View,
-)  # fmt: skip
-from vibrodrive.model.drawing import MAP
+from vibrodrive.explorer.view import BESIDE, COMPARISONS, DIAGRAM, DIMENSIONLESS, METHODS, OF_MAPS, RANGES, SI, View
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
 from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
-"""Of the states of LASTING, and of the excitation."""
-
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
 SLIDERS = ("B", "eps", "eta", "section_phase", "dtau", "A", "transient", "periods")
-"""What has a slider, in the order of the page. The field beside it takes any value."""
-
-EXPONENTS = ("dtau",)
-"""Sliders over the decimal logarithm of their value."""
-
+EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
 PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
-
 WIDE, TALL, LOW = 900, 440, 280
-
-WORDS_TALL = 260
-"""Pixels for what is said of a motion: were it as tall as its text, each click would have the page laid out anew."""
+WORDS_TALL = 260  # fixed: with the height of its text, each click would lay out the page again
 
 
 @dataclass
 class Page:
-    """What the server changes, and what it listens to. `frame` and `other` (of the second diagram) have one image each;
-    the news of a picture comes with the first."""
+    """Models that the server changes or listens to. `frame` and `other` (of the second diagram) have one image each."""
 
     root: Any
     request: ColumnDataSource
@@ -107,15 +75,14 @@ def build(document: Document, view: View, token: str) -> Page:
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
     motion = ColumnDataSource(NO_MOTION)
-    phase, time = _phase_curve(motion), _time_curve(motion)
+    phase = _curve(motion, "xi", "dxi", 300, tools="pan,wheel_zoom,box_zoom,reset", y_axis_label="ξ′", x_axis_label="ξ")
+    tools = "xpan,xwheel_zoom,box_zoom,reset"
+    time = _curve(motion, "time", "xi", 600, tools=tools, x_axis_label="τ/2π", y_axis_label="ξ")
     notice = Div(text="", width=WIDE, height=18, styles={"color": "#b00020"})
     status, words = Div(text=LOADING, width=WIDE, height=36), Div(text=HINT, width=270, height=WORDS_TALL)
-    buttons = {
-        label: Button(label=label, width=70, height=30) for label in ("Back", "Reset", "Fit", "TOML", "PNG", "PDF")
-    }
-    top = [
-        inputs[n] for n in ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
-    ]
+    labels = ("Back", "Reset", "Fit", "TOML", "PNG", "PDF")
+    buttons = {label: models.Button(label=label, width=70, height=30) for label in labels}
+    top = ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
     side = {n: row(sliders[n], inputs[n]) for n in SLIDERS}
     scene = [row(*(inputs[n] for n in names)) for names in (tuple(SCENE)[:3], tuple(SCENE)[3:])]
     only = {
@@ -134,7 +101,7 @@ def build(document: Document, view: View, token: str) -> Page:
         p.xaxis.axis_label = symbol(view.x)
         p.yaxis.axis_label = symbol(view.y if view.mode == MAP else view.quantity)
     root = column(
-        row(*top),
+        row(*(inputs[n] for n in top)),
         row(
             column(notice, one, two, status, _legend(), row(phase, time)),
             column(
@@ -165,8 +132,8 @@ def build(document: Document, view: View, token: str) -> Page:
     return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
 
 
-def _join(document: Document, args: dict[str, Any], buttons: dict[str, Button]) -> None:
-    """Hand the models to the scripts by the names that these have for them, and let them hear of every change."""
+def _join(document: Document, args: dict[str, Any], buttons: dict[str, models.Button]) -> None:
+    """Hand the models to the scripts, by the names used there, and connect every change to them."""
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
@@ -186,13 +153,9 @@ def _join(document: Document, args: dict[str, Any], buttons: dict[str, Button]) 
             shown.js_on_event(click, tapped)
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
     buttons["Fit"].js_on_click(_call("fit_now()"))
-    for label, command in (
-        ("Reset", "reset: true"),
-        ("TOML", "file: 'toml'"),
-        ("PNG", "file: 'png'"),
-        ("PDF", "file: 'pdf'"),
-    ):
-        buttons[label].js_on_click(_call(f"command({{{command}}})"))
+    buttons["Reset"].js_on_click(_call("command({reset: true})"))
+    for kind in ("TOML", "PNG", "PDF"):
+        buttons[kind].js_on_click(_call(f"command({{file: '{kind.lower()}'}})"))
 
 
 def symbol(name: str) -> str:
@@ -204,12 +167,12 @@ def symbol(name: str) -> str:
     return f"{row.symbol} ({unit})" if unit else row.symbol
 
 
-def _call(call: str, **args: Any) -> CustomJS:
+def _call(call: str) -> CustomJS:
     """A call into browser.js, once that has run."""
-    return CustomJS(args=args, code=f"if (window.explorer) window.explorer.{call}")
+    return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
 
 
-def _ticks(scale: Select, mode: Select | None) -> CustomJSTickFormatter:
+def _ticks(scale: models.Select, mode: models.Select | None) -> CustomJSTickFormatter:
     return CustomJSTickFormatter(args={"scale": scale, "mode": mode}, code=(HERE / "ticks.js").read_text())
 
 
@@ -227,30 +190,19 @@ def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -
     return p
 
 
-def _plain(p: Any) -> None:
-    """Of a small figure: numbers along its axes take the same room whatever they are, or the page is laid out anew."""
+def _curve(motion: ColumnDataSource, x: str, y: str, width: int, **options: Any) -> Any:
+    """A small figure of two columns of a motion."""
+    p = figure(width=width, height=250, **options)
     p.toolbar.logo = None
-    p.yaxis.major_label_orientation = "vertical"
+    p.yaxis.major_label_orientation = "vertical"  # labels of constant width: else the page is laid out again
     p.axis.minor_tick_line_color = None
     p.center.clear()  # grids take a tenth of the time to the curves
-
-
-def _phase_curve(motion: ColumnDataSource) -> Any:
-    p = figure(width=300, height=250, tools="pan,wheel_zoom,box_zoom,reset", x_axis_label="ξ", y_axis_label="ξ′")
-    _plain(p)
-    p.multi_line("xi", "dxi", source=motion, color="colour", line_width=1.5)
-    return p
-
-
-def _time_curve(motion: ColumnDataSource) -> Any:
-    p = figure(width=600, height=250, tools="xpan,xwheel_zoom,box_zoom,reset", x_axis_label="τ/2π", y_axis_label="ξ")
-    _plain(p)
-    p.multi_line("time", "xi", source=motion, color="colour", line_width=1.5)
+    p.multi_line(x, y, source=motion, color="colour", line_width=1.5)
     return p
 
 
 def _legend() -> Div:
-    """What the colours of the curves mean: above them, where it is not painted anew with each."""
+    """The key to the colours of the curves."""
     names = [*(state.name.lower() for state in LASTING), "sin τ (scaled)"]
     lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
     return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
@@ -261,35 +213,35 @@ def _inputs(view: View) -> dict[str, Any]:
     parameters = [(name, symbol(name)) for name in RANGES]
     choices = {
         "mode": ("mode", [DIAGRAM, MAP], 95),
-        "quantity": ("ordinate", [(q, symbol(q)) for q in QUANTITIES], 115),
+        "quantity": ("ordinate", [(q, symbol(q)) for q in DIAGRAM_QUANTITIES], 115),
         "shade": ("colour", list(OF_MAPS), 150),
         "x": ("abscissa", parameters, 105),
         "scale": ("axis", [LINEAR, LOG], 80),
         "y": ("ordinate", parameters, 105),
         "y_scale": ("axis", [LINEAR, LOG], 80),
         "method": ("switches by", list(METHODS), 105),
-        "compare": ("certified too", [ALONE, BESIDE, DIFFERENCE], 110),
+        "compare": ("certified too", list(COMPARISONS), 110),
         "scene": ("A and B", [(DIMENSIONLESS, "given"), (SI, "of a scene in SI units")], 165),
     }
     state = view.state()
     found: dict[str, Any] = {
-        name: Select(name=name, title=title, options=options, value=state[name], width=width)
+        name: models.Select(name=name, title=title, options=options, value=state[name], width=width)
         for name, (title, options, width) in choices.items()
     }
     for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
         title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else symbol(name)
         width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
-        found[name] = TextInput(
+        found[name] = models.TextInput(
             name=name, title=title, value=repr(state[name]), width=width, disabled=name in view.axes
         )
     assert {*found} == {f.name for f in fields(View)} - {"low", "high", "bottom", "top", "y_low", "y_high", "at"}
     return found
 
 
-def _slider(name: str, view: View) -> Slider:
+def _slider(name: str, view: View) -> models.Slider:
     start, end, step = NAMES[name].slider or (0.0, 1.0, 0.1)
     value = float(getattr(view, name))
     value = math.log10(value) if name in EXPONENTS else value
     shown = "log Δτ" if name in EXPONENTS else symbol(name)
-    return Slider(name=name, title=shown, start=start, end=end, step=step, value=min(end, max(start, value)), width=150,
-                  show_value=False, disabled=name in view.axes)  # fmt: skip
+    shown_as: dict[str, Any] = {"title": shown, "width": 150, "show_value": False, "disabled": name in view.axes}
+    return models.Slider(name=name, start=start, end=end, step=step, value=min(end, max(start, value)), **shown_as)

@@ -1,4 +1,4 @@
-"""One motion of a diagram: its curves, coloured by state, and what is to be said of it."""
+"""One motion of a diagram: its curves, coloured by state, and its description."""
 
 from __future__ import annotations
 
@@ -17,17 +17,10 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import LASTING
 
-SHOWN = 12
-"""Excitation periods that are drawn, at most."""
-
-POINTS = 100
-"""Points of a curve in an excitation period."""
-
-FAST = 8
-"""Points in a period of the disturbance: less, and its ripple is lost, or drawn as a slow wave."""
-
-MOST_POINTS = 20_000
-"""Points of a curve, at most: a motion with many switches a period is drawn over fewer periods."""
+SHOWN = 12  # excitation periods drawn, at most
+POINTS = 100  # in an excitation period
+FAST = 8  # points in a period of the disturbance: with fewer, its ripple is lost, or drawn as a slow wave
+MOST_POINTS = 20_000  # of a curve: a motion with many switches a period is drawn over fewer periods
 
 
 class Motion(NamedTuple):
@@ -92,7 +85,7 @@ def warm() -> None:
 
 
 def words(motion: Motion, view: View) -> list[str]:
-    """What is to be said of it, a line each, as HTML."""
+    """Description of a motion, in lines of HTML."""
     t = motion.trajectory
     said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 
-FEWEST = 64
-"""Points of a level, at least: as many as are advanced abreast."""
+FEWEST = 64  # points of a level, at least: as many as the kernels advance together
 
 
 class Pace:
     """Excitation periods computed a second, as measured, for each kind of motion."""
 
-    FIRST = 5e5
-    """Before anything has been measured."""
+    FIRST = 5e5  # before anything has been measured
 
     def __init__(self) -> None:
         self._measured: dict[tuple[int, bool, bool], float] = {}
@@ -37,5 +35,4 @@ class Pace:
 
 
 def length(plan: Plan) -> int:
-    """Excitation periods of each of its motions."""
     return plan.settings.transient + plan.settings.periods

@@ -34,12 +34,9 @@ from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
 
 ADDRESS = "127.0.0.1"
-
 HOST_NAMES = (ADDRESS, "localhost")
-
 PORT = 6283
-"""Where the page is served unless that is taken (1000 · 2π): a browser keeps the scripts that it has loaded from there,
-compiled, and comes sooner to the next page."""
+"""Port of the page unless it is taken (1000 · 2π): a browser keeps the compiled scripts of a port for the next page."""
 
 
 class Refusal(RequestHandler):
@@ -113,23 +110,9 @@ def _listening(port: int | None) -> socket.socket:
 class Explorer:
     """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it.
 
-    Parameters
-    ----------
-    view : View
-        what a page shows unless its address says otherwise.
-    port : int, optional
-        to serve on, 0 for any that is free; PORT by default, or any if that is taken.
-    threads : int, optional
-        to compute with; all by default.
-    imported : callable, optional
-        called when all that it computes with has been imported, from another thread; perhaps again later.
-
-    Raises
-    ------
-    OSError
-        where the port cannot be served on.
-    ValueError
-        with one sentence, if there are not so many threads.
+    A page shows `view` unless its address says otherwise. `port` 0 is any that is free; None is PORT, or any if that is
+    taken. `imported` is called from another thread, perhaps repeatedly, when the code that computes has been imported.
+    Raises OSError for a port that is not available, ValueError if there are not so many threads.
     """
 
     def __init__(

@@ -30,8 +30,7 @@ NUMBERS = itertools.count()
 class Session:
     """A page, from when it is opened to when it is closed.
 
-    `base` is the view that "Reset" leads to; `address` the query of the page's own address, without its token. `status`
-    is what is said of the last picture, after the number of the view that it shows.
+    `base` is the view that "Reset" leads to; `address` the query of the page's own address, without its token.
     """
 
     def __init__(self, document: Document, engine: Engine, base: View, address: str, token: str) -> None:
@@ -44,7 +43,7 @@ class Session:
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
-        self.status = 0, ""
+        self.status = 0, ""  # number of the view in the last picture, and the text below it
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -64,8 +63,6 @@ class Session:
         """Nobody looks at the page: give up its work. A browser that keeps it for "back" leaves its session open."""
         self.engine.worker.cancel(self.number)
         self.work = None
-
-    # -- what the page says ------------------------------------------------------------------------------------
 
     def _heard(self, message: str) -> None:
         asked = json.loads(message)
@@ -109,8 +106,6 @@ class Session:
         else:
             self.request(Rank.PICTURE, view, seq, instead_of=(Rank.EXACT, Rank.MOTION))
 
-    # -- what the worker does for it -----------------------------------------------------------------------------
-
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
         """Have the task of this rank done with these arguments, and those of other ranks not any more."""
         self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments), instead_of)
@@ -130,8 +125,6 @@ class Session:
         self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
         if rank != Rank.EXPORT:  # exact curves come last, and now not at all
             self.later(self.nothing_sought)
-
-    # -- what the page is told ---------------------------------------------------------------------------------
 
     def later(self, change: Callable[[], None]) -> None:
         """Change the page from the thread of the server, if it is still open."""
@@ -174,7 +167,7 @@ Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
 
 
 def overlay_of(view: View) -> Overlay | None:
-    """What a view asks for; None: nothing, as there is nothing exact over other axes."""
+    """The exact curves that a view asks for; None if none, as over other axes."""
     if not view.orbits:
         return None
     if view.mode != MAP:
@@ -193,8 +186,7 @@ def read_address(address: str) -> View:
     return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
-OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN
-"""What goes with an axis: another brings its own."""
+OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # dropped with an axis: another has its own
 
 
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:

@@ -32,14 +32,9 @@ from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LOG
 from vibrodrive.periodic.search import kind_of
 
-REST_SECONDS = 0.12
-"""How long a first picture stands before finer ones are computed: while the mouse moves, the next request comes
-earlier than that."""
-
+REST_SECONDS = 0.12  # from a first picture to finer ones: while the mouse moves, the next request comes earlier
 PENDING = "multiplier and k₂ are being computed …"
-
 SOUGHT = " · exact curves are being computed"
-
 INK = ink_palette()
 
 
@@ -100,9 +95,8 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     head["status"] = said + meaning
     session.unpainted += 1
     # the head first, as Bokeh compares what is new with what was: it differs
-    session.later(
-        partial(_paint, session, [{"head": [json.dumps(head)], "image": [image], **place} for image in images])
-    )
+    frames = [{"head": [json.dumps(head)], "image": [image], **place} for image in images]
+    session.later(partial(_paint, session, frames))
 
 
 def _legend(view: View) -> str:

@@ -15,58 +15,27 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from vibrodrive.model import config
+from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import Method
-from vibrodrive.model.drawing import (
-    BIFURCATION,
-    DIAGRAM_QUANTITIES,
-    IMPACT_POWER,
-    MAP,
-    MAP_QUANTITIES,
-    OF_EVERY_SWEEP,
-    OF_SUMMARY,
-    SECTION_QUANTITIES,
-    check_range,
-    choose_drawing,
-)
+from vibrodrive.model.drawing import MAP, check_range, choose_drawing
 from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
 from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
-DIAGRAM = "diagram"
-"""A quantity over one parameter; the other mode is MAP, over two."""
-
-QUANTITIES = DIAGRAM_QUANTITIES
-OF_MAPS = tuple(q for q in MAP_QUANTITIES if q in (*OF_SUMMARY, IMPACT_POWER, *OF_EVERY_SWEEP))
-
-ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"
-"""The chosen way to find switches alone, beside the certified one, or what the two differ in."""
-
+DIAGRAM = "diagram"  # mode of a quantity over one parameter; the other is MAP, over two
+OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
+COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # of the chosen method and the certified one
 DIMENSIONLESS, SI = "dimensionless", "SI"
-"""A and B given, or following from a scene in SI units."""
-
 METHODS = tuple(m.name.lower() for m in Method)
-
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
-
-LONGEST = 10**6
-"""Excitation periods, left out or recorded: a page is no place to wait for more."""
-
+LONGEST = 10**6  # excitation periods, left out or recorded
 NOWHERE = math.nan
-
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
-"""Where an axis of each parameter, and of each quantity of a scene, lies, and how it is spaced, unless it is said."""
-
-
-SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")
-"""The fields of an axis, in the order of RANGES."""
-
-ENDS = ("bottom", "top")
-"""The fields of the range of what is shown: of the ordinate of a diagram, of the colours of a map."""
-
+SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
+ENDS = ("bottom", "top")  # of the ordinate of a diagram, of the colours of a map
 MAY_LACK = (*ENDS, "at")
 
 
@@ -81,7 +50,6 @@ def _number(key: str, value: object) -> float:
 
 
 def _parameter(key: str, value: object) -> float:
-    """A number in the range of that parameter."""
     try:
         return check(key, float(value))  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -89,7 +57,6 @@ def _parameter(key: str, value: object) -> float:
 
 
 def _of_scene(key: str, value: object) -> float:
-    """A quantity of the scene, in its range."""
     return check_scene(key, _number(key, value))
 
 
@@ -143,7 +110,7 @@ class View:
     high: float = _set(RANGES["A"][1], _number)
     scale: str = _set(RANGES["A"][2], _choice, names=(LINEAR, LOG))
     columns: int = _set(1000, _count, low=2, high=MOST_COLUMNS)
-    quantity: str = _set("dxi", _choice, names=QUANTITIES)
+    quantity: str = _set("dxi", _choice, names=drawing.DIAGRAM_QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
     top: float = _set(NOWHERE, _number)
     y: str = _set("B", _choice, names=tuple(RANGES))
@@ -152,7 +119,7 @@ class View:
     y_scale: str = _set(RANGES["B"][2], _choice, names=(LINEAR, LOG))
     rows: int = _set(250, _count, low=2, high=MOST_COLUMNS)
     shade: str = _set("period", _choice, names=OF_MAPS)
-    compare: str = _set(ALONE, _choice, names=(ALONE, BESIDE, DIFFERENCE))
+    compare: str = _set(ALONE, _choice, names=COMPARISONS)
     orbits: int = _set(0, _count, low=0, high=12)
     at: float = _set(NOWHERE, _number)
     method: str = _set("certified", _choice, names=METHODS)
@@ -178,13 +145,7 @@ class View:
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
-        """The view with these fields, numbers as numbers or as text, and the defaults for the others.
-
-        Raises
-        ------
-        ValueError
-            with one sentence naming the key, the value and what is allowed.
-        """
+        """The view with these fields, numbers as numbers or text, and defaults for the others. Raises ValueError."""
         known = {f.name: f for f in fields(cls)}
         values: dict[str, Any] = {}
         for key, value in written.items():
@@ -203,7 +164,7 @@ class View:
         return view
 
     def _check(self) -> None:
-        """Refuse what no field shows alone: ranges, and what the configuration refuses."""
+        """Refuse ranges that are empty or too large, and what the configuration refuses."""
         for low, high in (("low", "high"), ("y_low", "y_high"), ("bottom", "top")):
             a, b = getattr(self, low), getattr(self, high)
             if math.isnan(a) != math.isnan(b):
@@ -227,12 +188,11 @@ class View:
 
     @property
     def incline(self) -> float:
-        """The B of a view in which it is no axis."""
+        """B, unless it is an axis."""
         return incline(self.mu, self.alpha) if self.scene == SI else self.B
 
     @property
     def _usual_scene(self) -> str:
-        """What `scene` is unless it is said."""
         return SI if {*self.axes} & {*SCENE_AXES} else DIMENSIONLESS
 
     def address(self) -> str:
@@ -302,17 +262,15 @@ class View:
 
     @property
     def record(self) -> str:
-        """What is recorded of each motion."""
         if self.mode == MAP:
             return SUMMARY
-        return SECTION if self.quantity in SECTION_QUANTITIES else IMPACTS
+        return SECTION if self.quantity in drawing.SECTION_QUANTITIES else IMPACTS
 
     def _figure(self) -> list[str]:
-        """What `plot` is to draw of it."""
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []
         if self.mode == MAP:
             return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"', *limits]
-        lines = [f'kind = "{BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
+        lines = [f'kind = "{drawing.BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
         return [*lines, *limits]
 
 
@@ -320,11 +278,7 @@ def view_of(settings: config.Config) -> View:
     """The view that a configuration describes: its longest axis, or the one its figure has, along the abscissa.
 
     A sweep that records a summary over two axes is shown as a map. Of every other axis the first value is taken.
-
-    Raises
-    ------
-    ValueError
-        with one sentence, for what a view does not hold.
+    Raises ValueError for anything that a view cannot show.
     """
     plan = settings.plan()
     for name in plan.axes:
@@ -348,7 +302,8 @@ def view_of(settings: config.Config) -> View:
         y = settings.figure.get("y", names[1])
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")
-    values |= {key: quantity for key, known in (("quantity", QUANTITIES), ("shade", OF_MAPS)) if quantity in known}
+    shows = {"quantity": drawing.DIAGRAM_QUANTITIES, "shade": OF_MAPS}
+    values |= {key: quantity for key, known in shows.items() if quantity in known}
     if "limits" in settings.figure:
         limits = settings.figure["limits"]
         _, of = choose_drawing(plan, settings.figure.get("kind"), quantity)

@@ -20,22 +20,12 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 
-FRAME_SECONDS = 0.03
-"""What the first level may take: with the drawing, some 15 frames a second."""
-
-LEVEL_SECONDS = 0.15
-"""What each later level is to take: the eye sees the picture settle, and drawing takes a small part of it."""
-
+FRAME_SECONDS = 0.03  # of the first level: with the drawing, some 15 frames a second
+LEVEL_SECONDS = 0.15  # of each later level
 STRIDES = (16, 8, 4, 2, 1)
-
-COARSEST_DIAGRAM = 4
-"""Of a diagram every fourth column at least: coarser, its lines cannot be followed."""
-
-GROWTH = 4.0
-"""How many times more points a level may have than the one before."""
-
-SHORTEST = 8
-"""Periods of a sketch, at least: left out, and recorded."""
+COARSEST_DIAGRAM = 4  # largest stride of a diagram: with a larger one, its lines cannot be followed
+GROWTH = 4.0  # most times that a level may have the points of the one before
+SHORTEST = 8  # periods of a sketch, at least: left out, and recorded
 
 
 class Part(NamedTuple):
@@ -46,8 +36,7 @@ class Part(NamedTuple):
 
 
 class Level(NamedTuple):
-    """What there is to be drawn: motions of the sweep, and in the place of those still missing a sketch of fewer
-    periods, if there is one."""
+    """Motions of the sweep, and a sketch of fewer periods, if any, in place of those still missing."""
 
     sweep: Part
     sketch: Part | None
