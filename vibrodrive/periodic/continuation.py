@@ -28,6 +28,12 @@ def scale_of(A: float) -> float:
     return max(1.0, A / SCALE_FROM)
 
 
+def is_doubled(orbit: Orbit) -> bool:
+    """Whether its flights are twice those of an orbit of half as many impacts."""
+    half = orbit.impacts // 2
+    return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
+
+
 @dataclass(frozen=True)
 class Continuation:
     """An orbit as a function of A: its number of impacts, its period, and its itinerary.
@@ -45,12 +51,11 @@ class Continuation:
     @classmethod
     def of(cls, orbit: Orbit) -> Continuation:
         """The branch through an orbit found at some A."""
-        n, name = orbit.impacts, orbit.name
+        n = orbit.impacts
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
         itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NO_SLIDES)[0] for k in range(1, n + 1))
-        doubled = not rests and n % 2 == 0 and name[: n // 2] == name[n // 2 :]
-        return cls(orbit.B, n, orbit.period, rests, itinerary, doubled)
+        return cls(orbit.B, n, orbit.period, rests, itinerary, not rests and is_doubled(orbit))
 
     @property
     def parent(self) -> Continuation:

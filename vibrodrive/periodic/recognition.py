@@ -17,7 +17,7 @@ import numpy as np
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.conditions import Condition, Slide, newton
-from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK, scale_of
+from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK, is_doubled, scale_of
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK, NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES
@@ -42,10 +42,9 @@ class Part(NamedTuple):
 
 def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
     """The condition of a bifurcation and its unknowns there; None if no condition has a solution there."""
-    orbit = found.orbit
-    A, B = found.A, orbit.B
+    A, B = found.A, found.B
     solved = []
-    for condition, ends in candidates(found.kind, orbit):
+    for condition, ends in candidates(found.kind, found.orbit):
         row = np.zeros(len(ends) + 2)
         row[-1] = 1.0
         u = newton(condition, np.array([*ends, A, B]), row, B)
@@ -65,8 +64,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
     parts = parts_of(orbit, rests)
     force = [orbit.A * math.sin(p.end) - orbit.B for p in parts]
     if kind in (DOUBLING, FOLD):
-        half, name = orbit.impacts // 2, orbit.name
-        doubled = orbit.impacts % 2 == 0 and name[:half] == name[half:]
+        doubled = is_doubled(orbit)
         if kind == DOUBLING and doubled:
             yield _prescribed(kind, parts[: len(parts) // 2], False, -1, orbit, orbit.period // 2)
         else:
@@ -131,14 +129,6 @@ def _prescribed(
     return Condition(kind, tuple(slides), period, rests, critical, doubled), [p.end - turn for p in parts]
 
 
-def _after(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> list[Part]:
-    """One period that ends with part i, after which the mass rests: it begins after the rest, or where part i ends."""
-    if rests:
-        return list(parts[: i + 1])
-    first, *others = _rotated(parts, i + 1, orbit)
-    return [first._replace(begun=FROM_STICK), *others]
-
-
 def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
     """The same period, begun with another part."""
     span = TWO_PI * orbit.period
@@ -146,14 +136,15 @@ def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
     return [*parts[first:], *wrapped]
 
 
-def _period(parts: Sequence[Part], orbit: Orbit) -> int:
-    """Whole excitation periods until the rest after the last part ends, and the first part begins again."""
-    return math.ceil((parts[-1].end - parts[0].begin) / TWO_PI - 1e-2)
-
-
 def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    there = _after(parts, i, rests, orbit)
-    yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, _period(there, orbit))
+    """With one period that ends with part i, after which the mass rests, and begins after the rest or where i ends."""
+    there = list(parts[: i + 1])
+    if not rests:
+        first, *others = _rotated(parts, i + 1, orbit)
+        there = [first._replace(begun=FROM_STICK), *others]
+    # until the rest after the last part ends, and the first part begins again
+    period = math.ceil((there[-1].end - there[0].begin) / TWO_PI - 1e-2)
+    yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, period)
 
 
 def _stick(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:

@@ -158,8 +158,8 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
     if system.B == 0.0:
         return [touching_orbit(system)]
     steep = STEEPEST * system.B / system.A
-    launched = (o for cell in cells_to_search(system, limit) for o in closed_orbits(system, *cell))
-    found = [*resting(system, limit), *(o for o in launched if abs(o.multiplier) < steep)]
+    launched = (o for o in launching(system, limit) if abs(o.multiplier) < steep)
+    found = [*resting(system, limit), *launched]
     return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
 
 
@@ -215,11 +215,12 @@ def itinerary_cells(
                     yield a, b, n, periods
 
 
-def closed_orbits(system: ImpactMap, low: float, high: float, n: int, periods: int) -> Iterator[Orbit]:
-    """The orbits of n impacts with their smallest launch phase in the cell [low, high]."""
-    for psi, certain in returning_launches(system, low, high, n, periods):
-        if psi == min(launches(system, psi, n, periods)):
-            yield trace_orbit(system, psi, n, certain)
+def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
+    """The orbits that launch at every impact, each from the cell of its smallest launch phase."""
+    for low, high, n, periods in cells_to_search(system, limit):
+        for psi, certain in returning_launches(system, low, high, n, periods):
+            if psi == min(launches(system, psi, n, periods)):
+                yield trace_orbit(system, psi, n, certain)
 
 
 def returning_launches(

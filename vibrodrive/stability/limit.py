@@ -19,14 +19,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
-from vibrodrive.model.choices import Method
+from vibrodrive.model import choices, kinds, names, size, slips
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.kinds import above
-from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
-from vibrodrive.model.size import rows_that_fit
-from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, check_disturbance, search_band
@@ -140,7 +136,7 @@ def limit(
     *,
     B: float = 0.1,
     eps: float = 0.0,
-    eta: float = ETA,
+    eta: float = names.ETA,
     dtau: float | None = None,
     tol: float | None = None,
     xi0: float = 0.0,
@@ -204,8 +200,8 @@ def limit(
     """
     plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
     search = _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads))
-    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("a line while it lasts")("limit"):
+    slips.warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    with kinds.above("a line while it lasts")("limit"):
         ((_, found),) = search.run(strict=True)
     return found
 
@@ -213,7 +209,7 @@ def limit(
 def each_limit(
     arguments: Mapping[str, Any],
     disturbance: str = "eps",
-    method: str | Method | None = None,
+    method: str | choices.Method | None = None,
     criterion: str | Criterion = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
@@ -254,9 +250,9 @@ def plan_disturbed(
         method = "fixed" if name == "dtau" else "certified"
     plan = make_plan({"periods": PERIODS, **arguments, "method": method, name: 1e-3})
     refuse_axes(plan, axes, hint)
-    if name == "dtau" and plan.settings.method == Method.CERTIFIED:
+    if name == "dtau" and plan.settings.method == choices.Method.CERTIFIED:
         raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
-    rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
+    size.rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
     return plan
 
 
@@ -356,5 +352,5 @@ class _Search:
     def _limit(self, index: int, **found: Any) -> Limit:
         """The Limit at a point of the plan."""
         at = self.plan.arguments(index)
-        method = Method(self.plan.settings.method).name.lower()
+        method = choices.Method(self.plan.settings.method).name.lower()
         return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, **found)

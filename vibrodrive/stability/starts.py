@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,13 +24,10 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads, collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
-from vibrodrive.model.choices import Method, Status
+from vibrodrive.model import choices, kinds, names, slips
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.kinds import above
-from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability.limit import NO_PERIOD, refuse_axes, slipping
 from vibrodrive.stability.structure import BLURRED, SETTLING, WATCHED, period, reference_orbit
 
@@ -189,8 +185,8 @@ def start_limit(
         check("A", A)
     plan = _plan({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
     count = check_threads(threads)
-    warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("a line while it lasts")("start_limit"):
+    slips.warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    with kinds.above("a line while it lasts")("start_limit"):
         return nearest_other(plan.arguments(0), axis, count)
 
 
@@ -207,7 +203,7 @@ def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Pl
     if axis not in COORDINATES:
         kind = ValueError if isinstance(axis, str) else TypeError
         raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))
-    plan = make_plan({**arguments, "method": Method.CERTIFIED})
+    plan = make_plan({**arguments, "method": choices.Method.CERTIFIED})
     refuse_axes(plan, axes, f": ε = 0 for a limit in {axis}" if axes else "")
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: nothing else is disturbed"))
@@ -217,7 +213,7 @@ def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Pl
 def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None = None) -> StartLimit:
     """`start_limit` at a point, by the arguments of `simulate`; those of a disturbance and its grid are not used."""
     solution = settled(arguments, threads)
-    A, B = (check(name, arguments.get(name, PARAMETERS[name].default)) for name in ("A", "B"))
+    A, B = (check(name, arguments.get(name, names.PARAMETERS[name].default)) for name in ("A", "B"))
     if solution is None:
         return StartLimit(A, B, axis, 0, NOWHERE, NOWHERE)
     start = check(axis, solution.arguments[axis])
@@ -225,9 +221,9 @@ def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None =
     bit = float(np.spacing(abs(start)))
 
     def edge(sign: int) -> Edge:
-        room = start - PARAMETERS[axis].low if sign < 0 else PARAMETERS[axis].high - start
-        same = partial(same_solution, solution, axis, threads=threads)
-        return find_edge(lambda sizes: same(sign * sizes), max(0.0, min(reach, room)), bit)
+        room = start - names.PARAMETERS[axis].low if sign < 0 else names.PARAMETERS[axis].high - start
+        within = max(0.0, min(reach, room))
+        return find_edge(lambda sizes: same_solution(solution, axis, sign * sizes, threads), within, bit)
 
     return StartLimit(A, B, axis, len(solution.points), edge(-1), edge(+1))
 
@@ -261,20 +257,15 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
     return Edge(low, high, reach)
 
 
-def _undisturbed(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of the undisturbed motion, certified, with what tells its start and its section."""
-    kept = {name: value for name, value in arguments.items() if name in ("A", "B", "budget", "section_phase")}
-    start = {name: arguments.get(name, PARAMETERS[name].default) for name in COORDINATES}
-    long = max(SETTLING, arguments.get("transient", 0))
-    return {"section_phase": 0.0, **kept, **start, "method": Method.CERTIFIED, "transient": long}
-
-
 def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solution | None:
     """The solution that the undisturbed motion ends on; None if it has no period or never moves."""
-    exact = _undisturbed(arguments)
+    kept = {name: value for name, value in arguments.items() if name in ("A", "B", "budget", "section_phase")}
+    start = {name: arguments.get(name, names.PARAMETERS[name].default) for name in COORDINATES}
+    long = max(SETTLING, arguments.get("transient", 0))
+    exact = {"section_phase": 0.0, **kept, **start, "method": choices.Method.CERTIFIED, "transient": long}
     motion = simulate(**exact, periods=WATCHED)
     orbit = reference_orbit(motion)
-    if orbit is None or motion.status == Status.NEVER_LEAVES:
+    if orbit is None or motion.status == choices.Status.NEVER_LEAVES:
         return None
     n = orbit.n
     # a section in which the orbit rests every time cannot tell its solutions apart

@@ -22,13 +22,10 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, collect
-from vibrodrive.model.choices import Method
+from vibrodrive.model import choices, kinds, names, slips
 from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
-from vibrodrive.model.kinds import above
-from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import check, check_choice, check_count, real_array
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.slips import warn_of_slip
 from vibrodrive.stability import limit
 from vibrodrive.stability.limit import NO_PERIOD, PERIODS, Disturbance, Found
 from vibrodrive.stability.limit_search import GRIDS, Band, check_disturbance, search_band
@@ -96,7 +93,7 @@ def ends_on_one(
     rest |= {"transient": whole - compared, "periods": compared}
     section = collect(make_plan(swept | rest), threads).section
     ends = section.reshape(len(section), -1, compared, 2)
-    allowed = 0.0 if check_choice("method", point["method"], Method) == Method.FIXED else COINCIDE
+    allowed = 0.0 if check_choice("method", point["method"], choices.Method) == choices.Method.FIXED else COINCIDE
     return np.abs(ends - ends[:, :1]).max(axis=(1, 2, 3)) <= allowed
 
 
@@ -159,7 +156,7 @@ def unique_limit(
     *,
     B: float = 0.1,
     eps: float = 0.0,
-    eta: float = ETA,
+    eta: float = names.ETA,
     dtau: float | None = None,
     tol: float | None = None,
     tau0: float = 0.0,
@@ -209,8 +206,8 @@ def unique_limit(
     """
     plan = limit.plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
-    warn_of_slip([limit.slipping(plan)], depth=3)  # of the caller, two functions above
-    with above("a line while it lasts")("unique_limit"):
+    slips.warn_of_slip([limit.slipping(plan)], depth=3)  # of the caller, two functions above
+    with kinds.above("a line while it lasts")("unique_limit"):
         return _unique_limit(plan, 0, disturbance, count)
 
 
@@ -226,7 +223,7 @@ def each_unique_limit(
 def _unique_limit(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
     at = plan.arguments(index)
     n, _, starts = starts_that_reach_all(at, threads)
-    point = at["A"], at["B"], at["eta"], disturbance, Method(plan.settings.method).name.lower()
+    point = at["A"], at["B"], at["eta"], disturbance, choices.Method(plan.settings.method).name.lower()
     if n < 2:
         return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
     band = unique_from(at, disturbance, starts, threads)
