@@ -202,7 +202,7 @@ def test_nobody_watches_and_nothing_is_shown(quick, capfd):
 def test_a_terminal_is_told(quick, monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(import_module("vibrodrive.jobs.sweep"), "SHOWN_AFTER", 0.0)
+    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(**SWEEP, path="x.h5")
     shown = terminal.getvalue()
     assert "\r\x1b[Kx.h5  " in shown  # the line that is rewritten
@@ -256,7 +256,7 @@ def test_ipython_in_a_terminal_is_a_terminal(monkeypatch):
 def test_a_sweep_in_memory_is_shown_too(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(import_module("vibrodrive.jobs.call"), "SHOWN_AFTER", 0.0)
+    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
     assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
     assert terminal.getvalue().endswith("\r\x1b[K")  # and taken away

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
-from vibrodrive.jobs.progress import SHOWN_AFTER, Tally, show_sweep, show_to_person, watching
+from vibrodrive.jobs.progress import Tally, show_to_person, shown
 from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
@@ -19,7 +19,7 @@ from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.results import Results
 
 OWN = ("path", "overwrite", "threads", "executor")
-"""Keywords that say nothing of what is computed."""
+"""Keywords that do not change the results."""
 
 
 @as_written
@@ -141,15 +141,10 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
     from vibrodrive.batch.sweep import collect
     from vibrodrive.jit.compile import compilation
 
-    show, tally = show_to_person("sweep"), Tally()
-    if show is None:
-        return collect(plan, threads, executor)
+    tally = Tally()
     tally.start(plan.n_points, 0, plan.settings.transient + plan.settings.periods)
-    try:
-        with watching(lambda: show_sweep(show, tally, compilation), SHOWN_AFTER):
-            return collect(plan, threads, executor, tally.add)
-    finally:
-        show.clear()
+    with shown(show_to_person("sweep"), lambda show: show.look(tally.line, compilation)):
+        return collect(plan, threads, executor, tally.add)
 
 
 def _into_file(
@@ -177,7 +172,7 @@ def _into_file(
 
 @contextlib.contextmanager
 def _in_python() -> Iterator[None]:
-    """Errors that advise an option of the command line advise the keyword."""
+    """Let errors that advise an option of the command line advise the keyword."""
     try:
         yield
     except (ValueError, RuntimeError) as error:

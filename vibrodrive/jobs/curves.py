@@ -15,7 +15,7 @@ from vibrodrive.store.curves import StoredCurves, save
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse what the map does not describe: other axes than A and B, a disturbance, another way to find switches."""
+    """Refuse other axes than A and B, and what the map does not describe."""
     if set(plan.axes) != {"A", "B"}:
         raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone, or A and B"))
     for name, values in plan.axes.items():
@@ -30,19 +30,14 @@ def make(work: Work) -> bool:
     Of its axes only the ranges count, and the number of values of B, up to 17: at so many bifurcations are sought.
     """
     plan, longest = work.plan, work.own["max_period"]
-    A, B = _ends(plan, "A"), _ends(plan, "B")
+    A, B = ((float(plan.axes[name].min()), float(plan.axes[name].max())) for name in "AB")
     found = StoredCurves(curves(A, B, longest, num=min(len(plan.axes["B"]), NUM)), longest, A, B)
     save(work.path, found, work.origin("Bifurcations of a friction-impact oscillator"))
     return True
 
 
-def _ends(plan: Plan, name: str) -> tuple[float, float]:
-    values = plan.axes[name]
-    return float(values.min()), float(values.max())
-
-
 def listed(found: StoredCurves) -> dict[str, Any]:
-    """The same as `table` for other programs, of types that JSON knows; curves are numbered from 0."""
+    """Return the same as `table` for other programs, of types that JSON knows; curves are numbered from 0."""
     curves = [
         {
             "kind": c.kind, "period": c.period, "impacts": c.impacts, "word": c.word, "ends": list(c.ends),
@@ -56,7 +51,7 @@ def listed(found: StoredCurves) -> dict[str, Any]:
 
 
 def table(found: StoredCurves) -> str:
-    """The curves, a line each: where they begin and end, and why; then the points where two meet."""
+    """Return the curves, a line each: where they begin and end, and why; then the points where two meet."""
     head = f"{'kind':<15}  {'period':>6}  {'from A':>12}  {'B':>12}  {'to A':>12}  {'B':>12}  {'ends':<19}  word"
     lines = [head]
     for c in found.curves:

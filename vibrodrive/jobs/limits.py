@@ -17,16 +17,7 @@ from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.limit import AXES, Limit
-from vibrodrive.stability.limits import (
-    K1,
-    K2,
-    KU,
-    QUANTITIES,
-    Limits,
-    check_quantity,
-    each_of,
-    undisturbed_diagram,
-)
+from vibrodrive.stability.limits import K1, K2, KU, QUANTITIES, Limits, check_quantity, each_of, undisturbed_diagram
 from vibrodrive.stability.starts import StartLimit
 from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, write_limit, writing
@@ -75,7 +66,7 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """The kind of limit that a configuration asks for, and its criterion."""
+    """Return the kind of limit that a configuration asks for, and its criterion."""
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 
@@ -96,7 +87,7 @@ def _each(config: Config, plan: Plan, threads: int | None) -> Each:
 def _missing_limits(
     file: h5py.File, plan: Plan, curves: Sequence[tuple[str, str]], each: Each
 ) -> Iterator[tuple[int, tuple[int, ...], Found]]:
-    """(curve, index of the point, limit) of all that a file does not have yet, as they are found."""
+    """Find the limits that a file does not have yet: (curve, index of the point, limit) of each."""
     names = list(plan.axes)
     for c, (disturbance, method) in enumerate(curves):
         # where ε = 0, the limits in Δτ know nothing of η: one search answers for all of its values
@@ -117,7 +108,7 @@ def _missing_limits(
 
 
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
-    """The True of a bool array of one or two axes as products of indices along each axis: rows alike are one box."""
+    """Divide the True of a bool array of one or two axes into products of indices along each axis."""
     if missing.ndim == 1:
         if missing.any():
             yield (np.flatnonzero(missing),)
@@ -158,8 +149,7 @@ def table(found: Limits) -> str:
         numbers = [_number(column[at], bound[at]) for column, bound in zip(columns, bounds, strict=True)]
         cells = [*place, str(n[at]) if n[at] else "-", *numbers]
         lines.append("  ".join(f"{cell:>12}" for cell in cells))
-    lines.append(meaning)
-    return "\n".join(lines)
+    return "\n".join([*lines, meaning])
 
 
 def _number(value: float, bound: bool) -> str:

@@ -1,4 +1,4 @@
-"""What a map shows beside what its sweep recorded: the undisturbed motions, and other result files drawn over it."""
+"""Additions to a map of a sweep: the undisturbed motions, and other result files drawn over it."""
 
 from __future__ import annotations
 
@@ -23,27 +23,8 @@ NONE = {"eps": 0.0, "dtau": np.nan}
 def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
     """Whole periods between main impacts, as `gaps` of a summary, of the motion without ε and Δτ at every point.
 
-    They are followed as long as by `limits`, from the same start: near a bifurcation they settle slowly.
-
-    Parameters
-    ----------
-    results : Results
-        of a sweep over any axes.
-    threads : int, optional
-        all by default.
-
-    Returns
-    -------
-    int64 (axes…)
-        with one value along the axes eps and dtau; 0 where gaps do not repeat.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> from vibrodrive.jobs.maps import undisturbed_gaps
-    >>> swept = vd.sweep(A=[1.5, 2.8], eps=[1e-4, 1e-2], transient=50, periods=50, record="summary")
-    >>> undisturbed_gaps(swept).tolist()
-    [[1], [2]]
+    They are followed as long as by `limits`, from the same start: near a bifurcation they settle slowly. Returns int64
+    (axes…), with one value along the axes eps and dtau; 0 where gaps do not repeat.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED
@@ -57,14 +38,7 @@ def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray
 
 
 def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
-    """Files of curves or of limits as arguments of `map_figure`, one of each at most.
-
-    Raises
-    ------
-    ConfigError
-        for a file of another kind, and for two of one.
-    what `load` raises
-    """
+    """Read files of curves or of limits as arguments of `map_figure`. Raises ConfigError for two of a kind."""
     from vibrodrive.store.every_kind import load
     from vibrodrive.store.header import read_kind
 

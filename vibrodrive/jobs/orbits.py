@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,13 @@ from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.periodic.family import Family, family
+from vibrodrive.periodic.family import family
 from vibrodrive.periodic.search import check_period
 from vibrodrive.store.orbits import StoredOrbits, save
 
 MAX_PERIOD = 3
 
 DIAGRAMS = ("bifurcation", "multipliers")
-"""Figures of orbits over A."""
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
@@ -53,13 +51,8 @@ def make(work: Work) -> bool:
     return True
 
 
-def figures(stored: StoredOrbits, threads: int | None) -> list[Figure]:
-    """The bifurcation diagram above the motions of the configuration, and the multipliers."""
-    return [drawn(stored, threads=threads), drawn(stored, "multipliers")]
-
-
 def brute_force(plan: Plan, threads: int | None) -> Results:
-    """The section points of the plan's own motion."""
+    """Compute the section points of the plan's own motion."""
     kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
     s = plan.settings
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
@@ -74,10 +67,9 @@ def drawn(
     ax: Any = None,
     threads: int | None = None,
 ) -> Figure:
-    """A figure of what a file of orbits holds: "bifurcation" or "multipliers", as the command draws them.
+    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for another kind.
 
-    The brute-force points are computed anew from the configuration in the file, if that fits the file. `ax`: where to
-    draw, one for each panel. Raises ValueError for another kind or quantity.
+    The brute-force points are computed again from the configuration in the file, if that fits the file.
     """
     if kind not in DIAGRAMS:
         raise ValueError(bad("kind", kind, "one of " + ", ".join(DIAGRAMS)))
@@ -89,7 +81,7 @@ def drawn(
 
 
 def listed(stored: StoredOrbits) -> dict[str, Any]:
-    """The same as `table` for other programs, of types that JSON knows (NaN among the numbers)."""
+    """Return the same as `table` for other programs, of types that JSON knows (NaN among the numbers)."""
     found = stored.family
     bifurcations = [
         {
@@ -98,29 +90,29 @@ def listed(stored: StoredOrbits) -> dict[str, Any]:
         } for b in found.bifurcations
     ]  # fmt: skip
     return {
-        "B": found.B, "max_period": found.max_period, "values_of_A": len(found.A), "orbits": _kinds(found),
+        "B": found.B, "max_period": found.max_period, "values_of_A": len(found.A), "orbits": stored.facts()["orbits"],
         "bifurcations": bifurcations,
     }  # fmt: skip
 
 
-def _kinds(found: Family) -> dict[str, int]:
-    """How many orbits of each kind there are, over all A."""
-    return dict(sorted(Counter(o.kind for there in found.orbits for o in there).items()))
-
-
 def table(stored: StoredOrbits) -> str:
-    """The bifurcations, a line each, and how many orbits there are."""
+    """Return the bifurcations, a line each, and the number of orbits."""
     found = stored.family
     lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
     for b in found.bifurcations:
         orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}"
         lines.append(f"{b.A:18.14f}  {b.kind:<15}  {orbit}")
-    kinds = ", ".join(f"{n} {kind}" for kind, n in _kinds(found).items()) or "none"
+    kinds = ", ".join(f"{n} {kind}" for kind, n in stored.facts()["orbits"].items()) or "none"
     lines.append(
         f"{len(found.bifurcations)} bifurcations; orbits of up to {found.max_period} periods at "
         f"{len(found.A)} values of A: {kinds}"
     )
     return "\n".join(lines)
+
+
+def figures(stored: StoredOrbits, threads: int | None) -> list[Figure]:
+    """Draw the bifurcation diagram above the motions of the configuration, and the multipliers."""
+    return [drawn(stored, kind, threads=threads) for kind in DIAGRAMS]
 
 
 RECIPE = Recipe(check, make, figures, table, listed)

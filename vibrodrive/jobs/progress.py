@@ -29,7 +29,7 @@ COMPILING = "compiling kernels that this needs, once for this version, Python an
 
 @dataclass
 class Tally:
-    """What a sweep has done so far. One thread counts, another displays it."""
+    """Progress of a sweep. One thread counts, another displays it."""
 
     points: int = 0  # of the sweep
     done: int = 0  # computed, now or in an earlier run
@@ -68,7 +68,7 @@ class Tally:
 
 
 def duration(seconds: float) -> str:
-    """Seconds as a person says them: 4.1 ms, 0.32 s, 3.2 s, 4 min 10 s, 2 h 5 min, 3 d 4 h."""
+    """Write seconds as 4.1 ms, 0.32 s, 3.2 s, 4 min 10 s, 2 h 5 min or 3 d 4 h."""
     if seconds < 0.0995:
         return f"{1000 * seconds:.2g} ms"
     if seconds < 0.995:
@@ -100,6 +100,13 @@ class Show:
             self.say(COMPILING)
         self.update(lambda: f"compiling: {seconds:.0f} s")
 
+    def look(self, line: Callable[[], str], compilation: Compilation | None) -> None:
+        """Draw what `line` returns, or that kernels are being compiled (None: Numba is not loaded yet)."""
+        if compilation is not None and compilation.running:
+            self.compiling(compilation.seconds)
+        else:
+            self.update(line)
+
     def update(self, line: Callable[[], str]) -> None:
         """Draw what `line` returns, if it is time to."""
         if self._terminal:
@@ -125,14 +132,6 @@ class Show:
         with contextlib.suppress(OSError, ValueError):
             self._stream.write(text)
             self._stream.flush()
-
-
-def show_sweep(show: Show, tally: Tally, compilation: Compilation | None) -> None:
-    """Draw how far a sweep is, or that kernels are being compiled for it (None: Numba is not loaded yet)."""
-    if compilation is not None and compilation.running:
-        show.compiling(compilation.seconds)
-    else:
-        show.update(tally.line)
 
 
 class NotebookShow(Show):
@@ -166,8 +165,7 @@ class NotebookShow(Show):
 
 
 def show_to_person(name: str) -> Show | None:
-    """A Show where a person watches this Python: on a terminal, or in a notebook. None where nobody does, and while
-    something else is shown."""
+    """Return a Show on a terminal or in a notebook; None elsewhere, and while something else is shown."""
     if any(thread.name == WATCHER for thread in threading.enumerate()):
         return None
     ipython = sys.modules.get("IPython")
@@ -185,7 +183,7 @@ WATCHER = "watch"
 """Name of the thread that shows how work goes on: one at a time writes its line."""
 
 SHOWN_AFTER = 1.0
-"""Seconds after which what a call in Python does is shown to whoever watches: most are done by then."""
+"""Seconds after which the progress of a call in Python is shown: most are done by then."""
 
 
 @contextlib.contextmanager
@@ -194,10 +192,10 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
     ended = threading.Event()
 
     def watch() -> None:
-        late = ended.wait(after)
-        while not late:
+        wait = after
+        while not ended.wait(wait):
             look()
-            late = ended.wait(WATCH_SECONDS)
+            wait = WATCH_SECONDS
 
     watcher = threading.Thread(target=watch, name=WATCHER, daemon=True)
     watcher.start()
@@ -209,24 +207,27 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
-    """Show whoever watches that a call goes on: for how long, what it has found, and what is compiled for it."""
-    show = show_to_person(name)
+def shown(show: Show | None, look: Callable[[Show], None], after: float | None = None) -> Iterator[None]:
+    """Let `look` draw on a Show while the block runs, from `after` seconds (SHOWN_AFTER) on, and clear it then."""
     if show is None:
         yield
         return
+    try:
+        with watching(lambda: look(show), SHOWN_AFTER if after is None else after):
+            yield
+    finally:
+        show.clear()
+
+
+@contextlib.contextmanager
+def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
+    """Show that a call goes on: for how long, what it has found, and that kernels are compiled for it."""
     from vibrodrive.jit.compile import compilation
 
     began = time.monotonic()
 
-    def look() -> None:
-        if compilation.running:
-            show.compiling(compilation.seconds)
-        else:
-            show.update(lambda: f"under way: {duration(time.monotonic() - began)}  {found()}")
+    def line() -> str:
+        return f"under way: {duration(time.monotonic() - began)}  {found()}"
 
-    try:
-        with watching(look, SHOWN_AFTER):
-            yield
-    finally:
-        show.clear()
+    with shown(show_to_person(name), lambda show: show.look(line, compilation)):
+        yield

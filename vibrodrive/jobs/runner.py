@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Work(NamedTuple):
-    """What is to be computed, from which configuration, into which file.
+    """A computation: from which configuration, into which file.
 
     `own` are the settings of the command, by the names of root attributes. With `resume` the file that is there is
-    gone on with, otherwise it is replaced.
+    resumed, otherwise it is replaced.
     """
 
     config: Config
@@ -81,36 +81,9 @@ def run(
 ) -> tuple[Any, bool]:
     """Compute what a configuration asks for into a file; resume one that is there and was made from the same.
 
-    Parameters
-    ----------
-    kind : str
-        one of model.kinds.FILES that has a recipe.
-    config : Config
-    out : path
-    progress : callable, optional
-        called with (done, of how many).
-    threads : int, optional
-        all by default.
-    overwrite : bool
-        replace a result file that is there, once the new one is whole or laid out.
-
-    Returns
-    -------
-    object, bool
-        what the file holds, as `load` returns it; and whether anything had to be computed.
-
-    Raises
-    ------
-    TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed, before a file is made.
-    Different
-        if the file was made from another configuration.
-    NoResult
-        if it is of another kind; with `overwrite`: no result file of this program.
-    Busy
-        if another process is writing it.
-    OSError
-        if it cannot be written.
+    Returns the contents of the file, as `load` does, and whether anything had to be computed. With `overwrite` a result
+    file that is there is replaced, once the new one is whole or laid out. Raises what the recipe refuses, before a file
+    is made; Different, NoResult, Busy or OSError if the file cannot be resumed or written.
     """
     recipe, plan, path = recipe_of(kind), config.plan(), Path(out)
     check_threads(threads)

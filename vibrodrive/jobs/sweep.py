@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
-from vibrodrive.jobs.progress import SHOWN_AFTER, Show, Tally, duration, show_sweep, watching
+from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import catch
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
@@ -57,7 +57,7 @@ class Stopped(Exception):
 
 
 class Cancelled(Exception):
-    """What ends the work itself after a signal."""
+    """Ends the work itself after a signal."""
 
 
 def run(job: Job, show: Show) -> str:
@@ -76,14 +76,11 @@ def run(job: Job, show: Show) -> str:
     thread = threading.Thread(target=work.run, name="sweep", daemon=True)
     with _signals() as caught:
         thread.start()
+        thread.join(0.1)
         while thread.is_alive() and not caught:
+            work.look(show)
             thread.join(0.1)
-            for notice in work.news():
-                show.say(notice)
-            if thread.is_alive():
-                show_sweep(show, work.tally, work.compilation)
-        for notice in work.news():
-            show.say(notice)
+        work.tell(show)
         show.clear()
         if caught and thread.is_alive():
             raise Stopped(work.stop(caught[0], thread))
@@ -93,28 +90,16 @@ def run(job: Job, show: Show) -> str:
 
 
 def run_in_place(job: Job, show: Show | None) -> None:
-    """`run` in the thread that calls, whose signals stay as they are: KeyboardInterrupt and what else is raised there
-    ends it, when the file is in a state from which it can be resumed."""
+    """`run` in the calling thread, whose signals stay as they are.
+
+    An exception raised there, as KeyboardInterrupt, ends it when the file is in a state from which it can be resumed.
+    """
     work = _Work(job)
-    if show is None:
+    with shown(show, work.look):
         work.carry_out()
-    else:
-        _carry_out_shown(work, show)
-
-
-def _carry_out_shown(work: _Work, show: Show) -> None:
-    def look() -> None:
-        for notice in work.news():
-            show.say(notice)
-        show_sweep(show, work.tally, work.compilation)
-
-    try:
-        with watching(look, SHOWN_AFTER):
-            work.carry_out()
-    finally:
-        show.clear()
-    for line in (*work.news(), work.summary):
-        show.say(line)
+    if show is not None:
+        work.tell(show)
+        show.say(work.summary)
 
 
 class _Work:
@@ -134,9 +119,15 @@ class _Work:
         except BaseException as error:
             self.error = error
 
-    def news(self) -> Iterator[str]:
+    def tell(self, show: Show) -> None:
+        """Say what has come up since the last call."""
         while self._news:
-            yield self._news.pop(0)
+            show.say(self._news.pop(0))
+
+    def look(self, show: Show) -> None:
+        """Say the news, and draw how far the work is."""
+        self.tell(show)
+        show.look(self.tally.line, self.compilation)
 
     def stop(self, signum: int, thread: threading.Thread) -> str:
         """Bring the file into a state from which it can be resumed."""
@@ -158,13 +149,8 @@ class _Work:
         with _executor(job.dask, self._watch_workers) as cluster:
             executor = cluster if job.executor is None else job.executor
             fresh = job.overwrite or not path.exists()
-            writer = open_writer(
-                path,
-                job.plan,
-                job.origin,
-                overwrite=job.overwrite,
-                progress=self._watch(f"laying out {human(file_bytes(job.plan))}"),
-            )
+            watch = self._watch(f"laying out {human(file_bytes(job.plan))}")
+            writer = open_writer(path, job.plan, job.origin, overwrite=job.overwrite, progress=watch)
             self._writer = writer
             try:
                 if not fresh:
@@ -179,15 +165,14 @@ class _Work:
             except NoResult:
                 writer.abandon()
                 raise
-            except Exception as error:
+            except BaseException as error:
                 writer.close()
+                if not isinstance(error, Exception):  # Ctrl-C where this is the main thread
+                    raise
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
-            except BaseException:  # Ctrl-C where this is the main thread
-                writer.close()
-                raise
 
     def _watch_workers(self, workers: int) -> None:
-        """Say that a cluster has no workers when it is so; called again and again."""
+        """Say that a cluster has no workers, if it has none; called again and again."""
         if workers == 0 and not self.tally.waiting:
             self._news.append(f"--dask {self.job.dask}: the cluster has no workers: waiting for them")
         self.tally.waiting = "" if workers else "waiting for workers"
@@ -236,12 +221,14 @@ class _Work:
         """Load the kernels, compiled if they have to be, before time counts; returns how long that took."""
         self.tally.stage = "loading the kernels"
         began = monotonic()
+        from numba import config
+
         from vibrodrive.batch.sweep import load_kernels
         from vibrodrive.jit.compile import compilation
         from vibrodrive.jit.fletcher import fletcher32
 
         self.compilation, before = compilation, compilation.seconds
-        if _compiling():
+        if not getattr(config, "DISABLE_JIT", 0):
             writer.fletcher32 = fletcher32
             fletcher32(np.zeros(1))
         if not local:
@@ -283,11 +270,8 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     try:
         from distributed import Client
 
-        for chatty in (
-            "concurrent.futures",
-            "distributed",
-        ):  # they log tracebacks for what is reported in one line here
-            logging.getLogger(chatty).setLevel(logging.CRITICAL)
+        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of what is reported in one line here
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
     except ImportError:
@@ -336,13 +320,6 @@ def _signals() -> Iterator[list[int]]:
     finally:
         for s, handler in before.items():
             signal.signal(s, handler)
-
-
-def _compiling() -> bool:
-    """Whether Numba compiles at all (it can be switched off)."""
-    from numba import config
-
-    return not getattr(config, "DISABLE_JIT", 0)
 
 
 def _held(writer: Writer) -> str:
