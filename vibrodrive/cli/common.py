@@ -16,9 +16,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from vibrodrive.errors import ConfigError, Damaged
+from vibrodrive.model.names import PARAMETERS, SCENE
+from vibrodrive.model.parameters import bad, is_name
+
 if TYPE_CHECKING:
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
+    from vibrodrive.model.physical import Scene
     from vibrodrive.model.plan import Plan
 
 
@@ -26,8 +31,6 @@ class _Name(click.Path):
     """A path that a message of one line can show."""
 
     def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from vibrodrive.model.parameters import bad, is_name
-
         if not is_name(os.fspath(value)):
             role = "path" if param is None else str(param.name)
             raise click.ClickException(bad(role, os.fspath(value), "a name without control characters"))
@@ -41,9 +44,7 @@ SET = click.option(
     "--set", "overrides", metavar="KEY=VALUE", multiple=True, help="Replace an entry of the configuration."
 )
 METHOD = click.option(
-    "--method",
-    type=click.Choice(["certified", "muller", "fixed"]),
-    help="How a switch is found (default certified).",
+    "--method", type=click.Choice(["certified", "muller", "fixed"]), help="How a switch is found (default certified)."
 )
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on with it."
@@ -71,8 +72,6 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
 
 def refuse_axes(plan: Plan) -> None:
     """Refuse a configuration of more than one motion."""
-    from vibrodrive.errors import ConfigError
-    from vibrodrive.model.parameters import bad
     from vibrodrive.model.plan import POINT
 
     for name, values in plan.axes.items():
@@ -85,8 +84,6 @@ def refuse_axes(plan: Plan) -> None:
 
 def judge_idle(settings: Config) -> None:
     """Refuse an axis that does not act on the method (ConfigError), and say of a number that it does not."""
-    from vibrodrive.errors import ConfigError
-    from vibrodrive.model.names import PARAMETERS
     from vibrodrive.model.plan import idle, refuse_idle, says_idle
 
     plan = settings.plan()
@@ -102,12 +99,22 @@ def judge_idle(settings: Config) -> None:
 
 def judge_slip(settings: Config, always: bool = False) -> None:
     """Say which slip is likely, if all points have it: of those of a scene, and `always` for some commands."""
-    from vibrodrive.model.names import SCENE
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
     if (always or of_scene) and (said := slip(settings.plan().ends())):
         say(f"warning: {said}")
+
+
+def scene_of(settings: Config) -> Scene | None:
+    """Return the scene of the one motion of a configuration, if it has any. Its quantities may be axes of one value."""
+    from vibrodrive.model.physical import Scene
+
+    plan = settings.plan()
+    known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
+    if settings.physical is not None or "omega0" not in known:
+        return settings.physical
+    return Scene.quiet(**{name: known[name] for name in SCENE if name in known})
 
 
 def say(message: str) -> None:
@@ -129,15 +136,14 @@ def leave(code: int, message: str) -> NoReturn:
 @contextmanager
 def working(name: str) -> Iterator[Show]:
     """Show that work goes on, count while kernels are compiled, and say in one line what a runner refuses."""
-    from vibrodrive.errors import Damaged
     from vibrodrive.jit.compile import compilation
-    from vibrodrive.jobs.progress import Show, duration, watching
+    from vibrodrive.jobs.progress import Show, duration, shown
 
     show = Show(sys.stderr, name)
     show.update(lambda: "begun")
     counting = False
 
-    def look() -> None:
+    def look(show: Show) -> None:
         nonlocal counting
         if compilation.running:
             show.compiling(compilation.seconds)
@@ -146,13 +152,11 @@ def working(name: str) -> Iterator[Show]:
         counting = compilation.running
 
     try:
-        with watching(look):
+        with shown(show, look, after=0.0):
             yield show
+    except Damaged:
+        raise
     except (TypeError, ValueError) as error:
-        if isinstance(error, Damaged):
-            raise
         raise click.ClickException(str(error)) from error
-    finally:
-        show.clear()
     if compilation.seconds >= 1:
         show.say(f"kernels compiled in {duration(compilation.seconds)}")

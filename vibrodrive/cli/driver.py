@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli.common import FILE, JSON, SET, put_json, read, refuse_axes, working
+from vibrodrive.cli.common import FILE, JSON, SET, put_json, read, refuse_axes, scene_of, working
+from vibrodrive.errors import ConfigError
 
 
 @click.command()
@@ -19,27 +20,16 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     CONFIG has one scene in [physical], with a0 and omega0. The motion starts from rest; its switches are certified.
     """
-    from vibrodrive.errors import ConfigError
-    from vibrodrive.model.names import SCENE
-    from vibrodrive.model.physical import Scene
-
     configured = read(config, overrides, None)
     plan = configured.plan()
     refuse_axes(plan)
-    known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
-    scene = configured.physical
-    if scene is None and "a0" in known:  # quantities of the scene may be axes of one value
-        scene = Scene(**{name: known[name] for name in SCENE})
+    scene, point = scene_of(configured), plan.arguments(0)
     if scene is None or not scene.a0:
         raise ConfigError("physical.a0 is missing: a driver needs [physical] with a0 (m), omega0 (rad/s), mu and alpha")
     from vibrodrive.jobs.driver import driver as compute
 
-    settings = plan.settings
     with working(config.stem):
-        found = compute(
-            scene,
-            eps=known["eps"], eta=known["eta"], transient=settings.transient, periods=settings.periods,
-        )  # fmt: skip
+        found = compute(scene, **{name: point[name] for name in ("eps", "eta", "transient", "periods")})
     if not as_json:
         click.echo(found)
         return

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from vibrodrive.cli.common import FILE, JSON, put_json, say
+from vibrodrive.errors import Damaged
+from vibrodrive.model.kinds import FILES
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -26,12 +28,12 @@ if TYPE_CHECKING:
 @JSON
 def info(file: Path, as_json: bool) -> None:
     """Say what a result file of any kind holds and how far it is."""
-    from vibrodrive.model.kinds import FILES
     from vibrodrive.model.size import human
     from vibrodrive.store.every_kind import summary
 
     found = summary(file)
-    size, written = file.stat().st_size, _written(file)
+    size = file.stat().st_size
+    written = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
     if as_json:
         put_json(
             {"file": str(file), "kind": found.kind, "title": found.title, "computed": found.share, **found.facts}
@@ -53,11 +55,6 @@ def info(file: Path, as_json: bool) -> None:
         click.echo(f"{name:<{width}} {text}")
     for fault in found.faults:
         say(f"damaged: {fault}")
-
-
-def _written(file: Path) -> str:
-    """When a file was last written: the system knows, the file does not, so that equal runs make equal files."""
-    return datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
 
 
 @click.command()
@@ -89,18 +86,11 @@ PATIENCE = 60
 def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience: int = PATIENCE) -> Verified:
     """Call `read` in a process of its own, and show its progress.
 
-    HDF5 loops for ever on some damaged files, without Python looking at signals, and crashes on others.
-
-    Raises
-    ------
-    Damaged
-        if HDF5 crashes, or a step takes longer than `patience` seconds (except on Windows, which has no alarm).
-    NoResult, OSError
-        as `read`.
+    HDF5 loops for ever on some damaged files, without Python looking at signals, and crashes on others. Raises Damaged
+    if it crashes, or a step takes longer than `patience` seconds (except on Windows, which has no alarm); or as `read`.
     """
     from multiprocessing import get_context
 
-    from vibrodrive.errors import Damaged
     from vibrodrive.jobs.progress import Show
 
     context = get_context("spawn")
@@ -125,7 +115,7 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
 
 
 def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience: int, there: Connection) -> None:
-    """In the process of its own: send a line for each step, then what is found or raised."""
+    """Read in the process of its own: send a line for each step, then the result or the exception."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     def step(line: str) -> None:

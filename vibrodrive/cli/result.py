@@ -6,19 +6,8 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import (
-    FILE,
-    JSON,
-    OVERWRITE,
-    SET,
-    THREADS,
-    judge_idle,
-    judge_slip,
-    put_json,
-    read,
-    say,
-    working,
-)
+from vibrodrive.cli import common
+from vibrodrive.cli.common import FILE, JSON, OVERWRITE, SET, THREADS
 from vibrodrive.model.kinds import FILES
 from vibrodrive.store.place import check_output
 
@@ -65,10 +54,10 @@ def result_command(name: str, *, hidden: bool = False) -> click.Command:
         overwrite: bool,
         as_json: bool,
     ) -> None:
-        settings = read(config, overrides, None)
+        settings = common.read(config, overrides, None)
         if name == "orbits":
-            judge_idle(settings)
-        judge_slip(settings, always=name != "failures")
+            common.judge_idle(settings)
+        common.judge_slip(settings, always=name != "failures")
         kind = "curves" if name == "orbits" and len(settings.plan().axes) == 2 else name
         path = output or Path(config.stem + ".h5")
         picture = path.with_suffix(".png")
@@ -78,7 +67,7 @@ def result_command(name: str, *, hidden: bool = False) -> click.Command:
         from vibrodrive.jobs.runner import recipe_of, run
 
         recipe = recipe_of(kind)
-        with working(path.name) as show, drawn_as(**settings.look):
+        with common.working(path.name) as show, drawn_as(**settings.look):
 
             def progress(done: int, total: int) -> None:
                 show.update(lambda: f"{done} of {total}")
@@ -87,10 +76,10 @@ def result_command(name: str, *, hidden: bool = False) -> click.Command:
             for figure, target in zip(recipe.figures(found, threads), pictures, strict=True):
                 save(figure, target)
         if as_json:
-            put_json(recipe.listed(found))
+            common.put_json(recipe.listed(found))
         elif table := recipe.table(found):
             click.echo(table)
         done = "written" if computed else "is complete: nothing to do"
-        say(f"{path} {done}; {' and '.join(map(str, pictures))} drawn")
+        common.say(f"{path} {done}; {' and '.join(map(str, pictures))} drawn")
 
     return command

@@ -10,20 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibrodrive.cli.common import (
-    FILE,
-    METHOD,
-    OVERWRITE,
-    SET,
-    THREADS,
-    judge_idle,
-    judge_slip,
-    leave,
-    read,
-    same_command,
-    say,
-    working,
-)
+from vibrodrive.cli import common
+from vibrodrive.cli.common import FILE, METHOD, OVERWRITE, SET, THREADS
 from vibrodrive.cli.plot import check_drawing, draw
 from vibrodrive.model.drawing import FORMATS
 from vibrodrive.store.place import check_output
@@ -42,7 +30,7 @@ class _Command(click.Command):
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
-    """The figure asked for; Path() beside the result, where `--plot` stands alone."""
+    """Return the figure asked for; Path() beside the result, where `--plot` stands alone."""
     return FILE.convert(value, option, ctx) if value else None if value is None else Path()
 
 
@@ -77,10 +65,10 @@ def sweep(
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import refuse_large_block
 
-    settings = read(config, overrides, method)
+    settings = common.read(config, overrides, method)
     plan = settings.plan()
-    judge_idle(settings)
-    judge_slip(settings)
+    common.judge_idle(settings)
+    common.judge_slip(settings)
     path = output or Path(config.stem + ".h5")
     if picture == Path():
         picture = path.with_suffix(".png")
@@ -105,7 +93,7 @@ def sweep(
     try:
         show.say(run(Job(plan, origin, path, threads, dask, overwrite), show))
     except Stopped as stopped:
-        leave(130, f"{stopped}; resume with: {same_command()}")
+        common.leave(130, f"{stopped}; resume with: {common.same_command()}")
     _tell_statuses(path)
     if picture:
         draw(path, picture, {})
@@ -132,7 +120,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
     # in a thread of its own, for a signal reaches the main thread only between two of its steps
-    with working(path.name), ThreadPoolExecutor(1) as pool:
+    with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
     click.echo(f"time     about {duration(found.computing)}, besides {duration(found.loading)} to load the kernels")
 
@@ -149,4 +137,4 @@ def _tell_statuses(path: Path) -> None:
     for name, points in look(path).statuses.items():
         if name != Status.OK.name:
             advice = Status[name].advice if name in Status.__members__ else "unknown"
-            say(f"{points} points {name}: {advice}")
+            common.say(f"{points} points {name}: {advice}")
