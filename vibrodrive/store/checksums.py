@@ -132,7 +132,8 @@ SEAL = "content_sha256"
 
 def find_faults(file: h5py.File) -> list[str]:
     """Read everything; return what does not have the checksum that was written beside it."""
-    attrs, faults = file.attrs, []
+    attrs = file.attrs
+    faults = []
     if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
         faults.append("the configuration does not have the SHA-256 written beside it")
     for name, data in _datasets(file):

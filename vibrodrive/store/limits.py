@@ -156,8 +156,9 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], qu
 
     curves, numbers, _ = QUANTITIES[quantity]
     values = np.arange(len(curves), dtype=np.int8)
-    curve = netcdf.dimension(file, "curve", values, "disturbance and switching path")
-    curve.attrs["flag_values"], curve.attrs["flag_meanings"] = values, " ".join(f"{d}_{m}" for d, m in curves)
+    netcdf.dimension(file, "curve", values, "disturbance and switching path")
+    file["curve"].attrs["flag_values"] = values
+    file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in curves)
     for name, values in axes.items():
         netcdf.dimension(file, name, values, PARAMETERS[name].meaning)
     for name, meaning in numbers.items():
