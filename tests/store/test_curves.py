@@ -17,7 +17,7 @@ from vibrodrive.store.every_kind import load, summary
 from vibrodrive.store.header import read_kind
 from vibrodrive.store.layout import Origin
 
-ORIGIN = Origin("[sweep]\nA = 2\n", (), "Two of them")
+ORIGIN = Origin("[sweep]\nA = 2\n[orbits]\nmax_period = 2\n", (), "Two of them")
 
 FLIGHT = (Slide(False, FROM_STICK, 0, False), Slide(True, FROM_REVERSAL, 0, True))
 
@@ -51,7 +51,7 @@ def test_what_is_read_is_what_was_written(tmp_path):
 
 
 def test_no_curves(tmp_path):
-    save(tmp_path / "c.h5", StoredCurves([], 1, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
+    save(tmp_path / "c.h5", StoredCurves([], 2, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
     assert load(tmp_path / "c.h5").curves == []
     assert summary(tmp_path / "c.h5", thorough=True).faults == []
 

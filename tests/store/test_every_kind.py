@@ -17,6 +17,7 @@ from vibrodrive.errors import NoResult, OtherKind
 from vibrodrive.model.config import parse
 from vibrodrive.model.kinds import ABOVE, FILES, named
 from vibrodrive.store import curves, failures, limits, orbits
+from vibrodrive.store.every_kind import summary
 from vibrodrive.store.layout import Origin, about
 
 
@@ -121,6 +122,46 @@ def test_a_stranger_reads_what_it_is(made, kind):
             assert f" {name}: " in data.attrs["comment"]
             assert data.attrs[name] is not None
         assert np.all([v.attrs.get("long_name") for v in data.variables.values()])
+
+
+def an_orbit(path):
+    orbit = test_netcdf.ORBIT
+    origin = Origin("[sweep]\nA = [2.0, 2.1]\n[orbits]\nmax_period = 1\n")
+    orbits.save(path, orbits.Family(np.array([2.0, 2.1]), 0.1, 1, [[orbit], []], []), origin, 0.0)
+
+
+def two_curves(path):
+    curves.save(path, test_curves.made(), Origin("[sweep]\nA = [1.0, 2.0]\nB = [0.0, 1.0]\n[orbits]\nmax_period = 2\n"))
+
+
+def a_scene(path):
+    config = parse("[physical]\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]\nA = [1.0, 2.0]\n")
+    limits.create(path, config, config.plan().axes, "word")
+
+
+@pytest.mark.parametrize(
+    ("make", "at", "names"),
+    [
+        (a_sweep, "/", ["B", "eta", "periods", "method"]),
+        (some_limits, "/", ["B", "eta", "periods", "transient"]),
+        (a_scene, "velocity_mm_s", ["velocity_unit"]),
+        (some_failures, "/", ["B", "eta", "periods"]),
+        (an_orbit, "/", ["B", "max_period", "section_phase"]),
+        (two_curves, "/", ["max_period", "range_A", "range_B"]),
+    ],
+)
+def test_no_number_that_describes_a_file_changes_unnoticed(make, at, names, tmp_path):
+    path = tmp_path / "x.h5"
+    make(path)
+    assert summary(path, thorough=True).faults == []
+    for name in names:
+        with h5py.File(path, "r+") as file:
+            value = file[at].attrs[name]
+            file[at].attrs.modify(name, value[:-1] + "_" if isinstance(value, str) else np.asarray(value) + 1)
+        assert [fault for fault in summary(path, thorough=True).faults if f"attribute {name}: not" in fault], name
+        with h5py.File(path, "r+") as file:
+            file[at].attrs[name] = value
+    assert summary(path, thorough=True).faults == []
 
 
 def test_every_place_exists():

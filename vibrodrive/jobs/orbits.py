@@ -18,9 +18,7 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import family
 from vibrodrive.periodic.search import check_period
-from vibrodrive.store.orbits import StoredOrbits, save
-
-MAX_PERIOD = 3
+from vibrodrive.store.orbits import MAX_PERIOD, StoredOrbits, save
 
 DIAGRAMS = ("bifurcation", "multipliers")
 

@@ -8,7 +8,8 @@ the wrong place, or one that was never written: the index of chunks has no check
   damaged index, only this sum shows it. The SHA-256 of its plan covers the axes.
 - In a file that is written in one go, SHA-256 of all that it holds.
 
-Everywhere the configuration, an attribute, has its SHA-256 beside it.
+Everywhere the configuration, an attribute, has its SHA-256 beside it; the numbers among the attributes are those of the
+configuration, or of the plan of a sweep, and are compared with them.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import numpy as np
 from vibrodrive.errors import ConfigError, Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import Plan
-from vibrodrive.store.describe import settings_in_words
+from vibrodrive.store.describe import plain, settings_in_words
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:
@@ -36,6 +36,23 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
     different = {name: value for name, value in own.items() if file.attrs[name] != value}
     found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in different.items()]
     return found + compare(there, plan, without=own)
+
+
+def altered(file: h5py.File, **own: object) -> list[str]:
+    """Return the plain root attributes of an open file that are not those of its configuration: no checksum has them.
+
+    `own`: those of its command, by name; for `periods` and `max_period` the values where the configuration has none.
+    """
+    try:
+        config = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
+    except ConfigError:  # of another version
+        return []
+    plan = config.plan()
+    given = {name: value for name, value in (config.arguments | config.orbits).items() if name in own}
+    ranges = {f"range_{name}": (values.min(), values.max()) for name, values in plan.axes.items()}
+    expected = plain(plan) | ranges | own | given
+    wrong = [name for name in expected if name in file.attrs and not np.array_equal(file.attrs[name], expected[name])]
+    return [f"attribute {name}: not what was written" for name in wrong]
 
 
 def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str]:

@@ -23,7 +23,9 @@ from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.meetings import Meeting, meeting_points
 from vibrodrive.store import tables
+from vibrodrive.store.compare import altered
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.orbits import MAX_PERIOD
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,6 +76,11 @@ def read(file: h5py.File) -> StoredCurves:
     low, high = (tuple(map(float, file.attrs[f"range_{name}"])) for name in "AB")
     longest = tables.number(file, "max_period")
     return StoredCurves(list(_curves(file)), longest, low, high, str(file.attrs["title"]))  # type: ignore[arg-type]
+
+
+def faults(file: h5py.File, found: StoredCurves) -> list[str]:
+    """Return what cannot be in a file that was made from its configuration."""
+    return altered(file, max_period=MAX_PERIOD)
 
 
 def _tables(found: list[Curve]) -> dict[str, tables.Table]:

@@ -19,6 +19,7 @@ from vibrodrive.model.kinds import above
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
+from vibrodrive.store.compare import altered
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.layout import Origin, about
 
@@ -111,7 +112,7 @@ def read(file: h5py.File) -> FailureMap:
         judged=file["judged"][...],
         counts={kind: file[kind][...] for kind in KINDS},
         limit=file["limit"][...],
-        scalars=json.loads(file.attrs["scalars"]),
+        scalars={k: v for k, v in plan.scalars.items() if v == v},
         settings=dict(vars(plan.settings)),
         title=str(file.attrs["title"]),
     )
@@ -119,6 +120,7 @@ def read(file: h5py.File) -> FailureMap:
 
 def faults(file: h5py.File, found: FailureMap) -> list[str]:
     """Return what cannot be in a file that is complete."""
+    wrong = altered(file, periods=PERIODS)
     if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
-        return ["judged: fewer than failed"]
-    return []
+        wrong.append("judged: fewer than failed")
+    return wrong

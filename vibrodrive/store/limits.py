@@ -24,7 +24,7 @@ from vibrodrive.stability.limits import FINE, K2, QUANTITIES, SHOWN, Limits, che
 from vibrodrive.stability.starts import StartLimit
 from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.store import netcdf
-from vibrodrive.store.compare import differences, refuse_different
+from vibrodrive.store.compare import altered, differences, refuse_different
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.file import new_file, refuse_moved, unwritable
 from vibrodrive.store.header import reading
@@ -93,7 +93,10 @@ def quantity_of(file: h5py.File) -> str:
 
 def faults(file: h5py.File, found: Limits) -> list[str]:
     """Return contradictions in a file of limits."""
-    wrong = []
+    wrong = altered(file, periods=PERIODS)
+    scene = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).physical
+    if found.mm_s is not None and (scene is None or found.mm_s != 1e3 * scene.velocity(1.0)):
+        wrong.append(f"attribute {UNIT}: not what was written")
     if not np.isin(file["status"][...], (DONE, NOT_COMPUTED)).all():
         wrong.append("status: a value that means nothing")
     if (np.isnan(found.values) & found.done & (found.how == "")).any():

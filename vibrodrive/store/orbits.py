@@ -25,6 +25,7 @@ from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.store import tables
+from vibrodrive.store.compare import altered
 from vibrodrive.store.header import origin_of
 from vibrodrive.store.layout import Origin
 
@@ -36,6 +37,9 @@ CONTENTS = (
     "Every periodic orbit of the undisturbed motion (ε = 0) at each A that was looked at, a row each along `orbit`; "
     "its impacts are the rows first_impact to first_impact + impacts - 1 along `impact`; and the bifurcations."
 )
+MAX_PERIOD = 3
+"""Longest period of the orbits sought, where a configuration has none."""
+
 NEXT = " | "
 """Between the flights in the name of an orbit."""
 
@@ -113,6 +117,11 @@ def read(file: h5py.File) -> StoredOrbits:
     plan = _plan_of(origin, B)
     found = _family(file, B, None if plan is None else plan.axes["A"])
     return StoredOrbits(found, origin, tables.number(file, "section_phase"), plan)
+
+
+def faults(file: h5py.File, found: StoredOrbits) -> list[str]:
+    """Return what cannot be in a file that was made from its configuration."""
+    return altered(file, max_period=MAX_PERIOD)
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
