@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from vibrodrive.batch.records import Arrays
 from vibrodrive.batch.sweep import fill
 from vibrodrive.batch.trajectory import MAIN_IMPACT, main_impacts, simulate
 from vibrodrive.jit.slices import Halt
@@ -51,7 +52,7 @@ def computed(plan):
     n, periods = plan.n_points, plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4))
     results = np.empty((n, periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts
-    fill(plan.settings, plan.points(0, n), 2, Halt(), *results)
+    fill(plan.settings, plan.points(0, n), 2, Halt(), Arrays(*results))
     return [main_impacts(one) for one in impacts]
 
 

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from vibrodrive.kernels.outputs import Errors
 from vibrodrive.model.choices import Method
 from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
+
+
+class Arrays(NamedTuple):
+    """Arrays that kernels fill, with a row for each point; None where a quantity is not wanted."""
+
+    section: np.ndarray | None  # float64 (points, periods, 2)
+    status: np.ndarray  # int8 (points,)
+    margin: np.ndarray  # float64 (points,)
+    counts: np.ndarray  # int64 (points, states)
+    impacts: np.ndarray | None = None  # float64 (points, 2 periods, 4): main impacts, kernels/record.py
+    summary: np.ndarray | None = None  # float64 (points, OUT), kernels/summary.py
+    errors: Errors | None = None  # bounds, kernels/certainty.py: such motions are followed one by one, not in lanes
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:

@@ -20,13 +20,12 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
-from vibrodrive.batch.records import as_quantities, new_errors
+from vibrodrive.batch.records import Arrays, as_quantities, new_errors
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import LANES, new_lanes
-from vibrodrive.kernels.outputs import Errors
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
@@ -88,31 +87,14 @@ def fill_records(
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
     errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
-    fill(plan.settings, points, threads, halt, section, status, margin, counts, impacts, summary, errors)
+    arrays = Arrays(section, status, margin, counts, impacts, summary, errors)
+    fill(plan.settings, points, threads, halt, arrays)
     return as_quantities(summary, impacts, errors)
 
 
-def fill(
-    settings: Settings,
-    points: np.ndarray,
-    threads: int,
-    halt: Halt,
-    section: np.ndarray | None,
-    status: np.ndarray,
-    margin: np.ndarray,
-    counts: np.ndarray,
-    impacts: np.ndarray | None = None,
-    summary: np.ndarray | None = None,
-    errors: Errors | None = None,
-) -> None:
-    """Compute points (rows of COLUMNS) into arrays with a row for each.
-
-    section float64 (points, periods, 2), or None where it is not wanted.
-    impacts float64 (points, 2 periods, 4): the main impacts, where they are wanted (kernels/record.py).
-    summary float64 (points, OUT): what each motion comes to, where that is wanted (kernels/summary.py).
-    errors: bounds of what each motion is off by, where they are wanted (kernels/certainty.py); such motions are
-    followed one by one, not in lanes.
-    """
+def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
+    """Compute points (rows of COLUMNS) into arrays with a row for each."""
+    section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)
     if n == 0:
         return

@@ -16,6 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibrodrive.batch.records import Arrays
 from vibrodrive.batch.sweep import fill
 from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
 from vibrodrive.jit.slices import Halt
@@ -139,8 +140,8 @@ class Evaluator:
         n, periods = len(points), settings.periods
         section, impacts = np.empty((n, periods, 2)), np.empty((n, 2 * periods, 4))
         status = np.empty(n, np.int8)
-        others = np.empty(n), np.empty((n, 5), np.int64)
-        fill(settings, points, self._threads, self._halt, section, status, *others, impacts)
+        arrays = Arrays(section, status, np.empty(n), np.empty((n, 5), np.int64), impacts)
+        fill(settings, points, self._threads, self._halt, arrays)
         return section, impacts, status
 
     def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
