@@ -22,10 +22,11 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
+from vibrodrive.store import writer as writer_module
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.reader import DamagedBlock, look, place, verify
-from vibrodrive.store.writer import open_writer
+from vibrodrive.store.writer import Writer, open_writer
 
 ARRAYS = ("section", "status", "margin", "switches")
 
@@ -64,6 +65,36 @@ def test_what_is_written_is_let_go_before_it_is_committed(path):
     del wave
     assert not writer.done[0]
     assert kept() is None
+    writer.close()
+
+
+def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypatch):
+    """So it says of nothing that it is there before that is so, even if the power fails."""
+    order, put, flush = [], Writer._put, h5py.File.flush
+    monkeypatch.setattr(Writer, "_put", lambda self, k, name, values: order.append(name) or put(self, k, name, values))
+    monkeypatch.setattr(h5py.File, "flush", lambda self: order.append("flush") or flush(self))
+    plan = make()
+    writer = open_writer(path, plan, Origin(TEXT))
+    order.clear()
+    writer.write(fake.block(plan, 0))
+    writer.commit()
+    names = [v.name for v in variables_of(plan)]
+    assert order[: len(names) + 2] == [*names[:-1], "flush", "status", "flush"]
+    writer.close()
+
+
+def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
+    """A reader, or a process that is killed then, never meets a block that counts as computed and is blank."""
+    with h5py.File(finished) as file:
+        chunk = file["margin"].id.get_chunk_info(1)
+    damaged(finished, chunk.byte_offset + chunk.size // 2)
+    order, put, flush = [], writer_module.put_chunk, h5py.File.flush
+    monkeypatch.setattr(writer_module, "put_chunk", lambda data, *more: order.append(data.name[1:]) or put(data, *more))
+    monkeypatch.setattr(h5py.File, "flush", lambda self: order.append("flush") or flush(self))
+    writer = open_writer(finished, make(), Origin(TEXT))
+    writer.check()
+    assert order[:2] == ["status", "flush"]
+    assert {*order} == {"flush", *(v.name for v in variables_of(make()))}
     writer.close()
 
 
