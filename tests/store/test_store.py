@@ -301,6 +301,19 @@ def test_an_unfinished_file_can_be_read(path):
         assert np.isnan(data.section_xi.values[~done]).all()
 
 
+def test_what_is_half_written_is_not_read(path):
+    """Of an unfinished file only committed blocks are read, to their last point."""
+    plan = make()
+    write(path, plan, which=[1])
+    with h5py.File(path, "a") as file:
+        for name in ("section_xi", "section_dxi"):  # of the block behind it, without their status
+            file[name][40:60] = 1.0
+    results = load(path)
+    assert np.isnan(results.section[40:60]).all()
+    for k, done in ((19, False), (20, True), (39, True), (40, False)):
+        assert np.isnan(load(path).select(A=plan.axes["A"][k]).section).any() != done
+
+
 XARRAY = """
 import sys, xarray
 with xarray.open_dataset(sys.argv[1], engine="h5netcdf") as data:
