@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -18,7 +19,9 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.jobs import sweep as job
+from vibrodrive.model.plan import make_plan
 from vibrodrive.store.reader import look, verify
 
 distributed = pytest.importorskip("distributed")
@@ -130,6 +133,14 @@ def test_any_executor_gives_the_same_bits(local):
         assert bits(vd.sweep(**ARGUMENTS, executor=pool)) == local
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         assert bits(vd.sweep(**ARGUMENTS, executor=pool)) == local
+
+
+@pytest.mark.jit
+def test_blocks_of_an_executor_bear_their_numbers():
+    plan = replace(make_plan({"A": np.linspace(3.0, 3.25, 40), "transient": 0, "periods": 2}), tiling=(10,))
+    with ThreadPoolExecutor(2) as pool:
+        found = {block.index: (block.start, block.stop) for block in run_blocks(plan, [1, 3], executor=pool)}
+    assert found == {1: (10, 20), 3: (30, 40)}
 
 
 @pytest.mark.jit
