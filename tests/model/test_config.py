@@ -122,6 +122,8 @@ def test_options_replace_what_the_file_says():
         ("[physical]\na0 = 1e300\nomega0 = 1e9\nmu = 1\nalpha = 0\n", ["A", "number"]),
         (MINIMAL + "[switching]\nmethod = 'fixed'\n", ["dtau", "missing", "fixed"]),
         (MINIMAL + "[figure]\nkind = 'pie'\n", ["figure.kind", "pie", "poincare"]),
+        (MINIMAL + "[figure]\ncolour = 'red'\n", ["[figure]", "colour", "kind"]),
+        (MINIMAL + "[orbits]\nperiods = 3\n", ["[orbits]", "periods", "max_period"]),
         (MINIMAL + "[figure]\nkind = ['pie']\n", ["figure.kind", "pie", "poincare"]),
         (MINIMAL + "[figure]\nlimits = [2, 1]\n", ["figure.limits", "[2, 1]", "lower"]),
         (MINIMAL + "[figure]\nlimits = ['a', 'b']\n", ["figure.limits", "lower"]),
