@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.cli.common import judge_idle
+from vibrodrive.model.config import parse
 
 LIMITS = """
 title = "Two limits"
@@ -209,6 +211,14 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
     out = run("info", "muller.h5")[1]
     assert "tol = 1e-09" in out
     assert "eta =" not in out
+
+
+def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
+    """A configuration may write down every number, as those of the explorer do."""
+    judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
+    assert capsys.readouterr().err == ""
+    judge_idle(parse(IDLE))
+    assert capsys.readouterr().err.count("it is ignored") == 2
 
 
 @pytest.mark.jit
