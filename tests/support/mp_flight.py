@@ -8,6 +8,8 @@ from tests.support.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
 
 NAMES = {UP: "UP", DOWN: "DOWN", STICK: "STICK", REST: "REST", IMPACT: "IMPACT"}
 
+DIGITS = 50  # whatever was computed before
+
 SMALL = 1e-12  # step of a difference: its error is of second order, far below what is compared
 
 
@@ -47,12 +49,14 @@ def after(A: float, B: float, phi: Any, n: int) -> Any:
     return 2 * mp.pi * periods + phi
 
 
+@mp.workdps(DIGITS)
 def slope(A: float, B: float, phi: float, n: int = 1) -> Any:
     """d(n-th impact)/dφ by a central difference."""
     step = mp.mpf(SMALL)
     return (after(A, B, phi + step, n) - after(A, B, phi - step, n)) / (2 * step)
 
 
+@mp.workdps(DIGITS)
 def orbit_phase(A: float, B: float, near: float, n: int, period: int) -> Any:
     """The phase near `near` that returns after n impacts and `period` periods, by the secant method."""
     turn = 2 * mp.pi * period
