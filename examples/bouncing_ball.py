@@ -25,36 +25,36 @@ MARKS = "os^vD"
 
 PAGE = """# The inelastic bouncing ball
 
-For B → ∞ the model is one whose laws are published. Written by `python -m examples.bouncing_ball`.
+After this page you know how far the program agrees with published laws. For B → ∞ the model becomes the completely inelastic
+bouncing ball, whose laws are known in closed form. `python -m examples.bouncing_ball` writes this page.
 
-The steeper the incline, or the smoother, the less friction matters. In units of the friction gravity along the incline
-is B = tan α / μ and the largest acceleration of the excitation A, so the mass becomes a ball that falls onto a
-vibrating table and does not rebound: the completely inelastic bouncing ball of Mehta and Luck (Phys. Rev. Lett. 65,
-393, 1990), whose one parameter is Γ = A/B, the acceleration of the table over that of gravity. What is known of it in
-closed form:
+Friction matters less on a steeper or smoother incline. In units of friction, gravity along the incline is B = tan α / μ, and
+the largest acceleration of the excitation is A. For large B the mass becomes a ball that falls onto a vibrating table and
+does not rebound: the completely inelastic bouncing ball of Mehta and Luck (Phys. Rev. Lett. 65, 393, 1990). Its one
+parameter is Γ = A/B, the acceleration of the table over that of gravity. These laws are known:
 
-- the ball rests after each impact up to Γ = √(1 + π²); from there on the impact falls into the half wave in which
-  the table throws it up again at once;
-- between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable, with the multiplier 1 − √(Γ² − π²), which
-  is 0 where the rest vanishes and −1 where the period doubles;
-- its impacts are at the phase arccos(π/Γ) of the excitation sin τ, at the speed |ξ'| = 2πB. In SI units that is
-  g sin α times the period of the excitation: the speed of a free fall along the incline that lasts one period.
+- The ball rests after each impact up to Γ = √(1 + π²). Beyond, the impact falls into the half wave in which the table throws
+  the ball up again immediately.
+- Between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable. Its multiplier is 1 − √(Γ² − π²): 0 where the
+  rest vanishes, −1 where the period doubles.
+- The impacts are at the phase arccos(π/Γ) of the excitation sin τ, with the speed |ξ'| = 2πB. In SI units this is g sin α
+  times the period of the excitation: the speed after a free fall of one period along the incline.
 
-Friction is 1/B of gravity, so these laws are missed by some 1/B. The factor follows from the first order in 1/B, in
-closed form but for the time of the turn
+Friction is 1/B of gravity, so the errors of these laws are about 1/B. The first order in 1/B gives the factor, in closed
+form except for the time of the reversal
 ([vibrodrive/validation/bouncing_ball.py](../vibrodrive/validation/bouncing_ball.py) derives it). "Left by law and
 first order" is the second order, 1/B², down to rounding, which it reaches at B = 1e7 to 1e8.
 
 {table}
 
-A law holds here if the slope of log(error) over log(B) is −1 within 0.01 and (found − law) · B at the largest B is the
-derived factor within 1e-5. Γ is from `bifurcations`, phase, speed and multiplier from `orbits`. There is no B up to 1e8
-at which rounding hides the error; A = ΓB ends at 1e9. At B = 10 the laws say nothing of Γ = 3.5: the shift of
-√(1 + π²) is 0.26 there, and the mass still rests.
+A law holds here if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the largest B equals the
+derived factor within 1e-5. Γ is from `bifurcations`; phase, speed and multiplier are from `orbits`. At no B up to 1e8 does
+rounding hide the error; A = ΓB ends at 1e9. At B = 10 the laws do not apply at Γ = 3.5: the shift of √(1 + π²) is 0.26
+there, and the mass still rests.
 
 ![Relative error of the five laws over B](bouncing_ball.png)
 
-*Marks: relative error of each law at what the program finds. Lines: the first order in 1/B, derived, of slope −1.*
+*Marks: relative error of each law, compared with the result of the program. Lines: the first order in 1/B, derived, of slope −1.*
 """
 
 

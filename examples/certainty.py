@@ -34,96 +34,102 @@ MOTIONS: dict[str, dict[str, Any]] = {
 }
 """What the figure shows, from rest."""
 
-PAGE = """# What a motion is off by
+PAGE = """# Error bounds of a motion
 
-Written by `python -m examples.certainty --scenes {number}`.
+After this page you know what the error bounds of a motion guarantee, how they are proved, and how they compare with
+true errors. `python -m examples.certainty --scenes {number}` writes this page.
 
-`simulate` follows a motion in double precision. Every switch is found from the state that the one before has left, and
-inherits what that state is off by. [`certainty.py`](../vibrodrive/kernels/certainty.py) carries a bound of it along:
-`Trajectory.error` for the section points, `switch_errors` for the switches, and `certain_until`, the period from which
-on a decision may be wrong. `sweep(…, record="error")` keeps the largest bound of each motion.
+`simulate` follows a motion in double precision. It finds every switch from the state after the previous
+switch, and so inherits the error of that state. [`certainty.py`](../vibrodrive/kernels/certainty.py) propagates a bound of
+this error: `Trajectory.error` for the section points, `switch_errors` for the switches, and `certain_until`, the period
+from which on a decision may be wrong. `sweep(…, record="error")` keeps the largest bound of each motion.
 
 ![Error and bound along four motions](certainty.png)
 
-*Error of the instant of each switch, found in 50 digits, and its bound. At A = 12 the bound ends with the last switch
-that is certain; some switches later the computed motion takes another turn than the true one, with no margin small.*
+*Error of the instant of each switch, from a computation with 50 digits, and its bound. At A = 12 the bound ends with the
+last certain switch. Some switches later the computed motion takes another branch than the true one, although no margin is
+small.*
 
-## What is bounded
+## The bounds
 
-A state begins at the computed instant $\\hat{{\\tau_0}}$, and in truth at $\\tau_0$. Sliding is
-$\\xi'' = H(\\tau) - s$, eq. (1), and in *absolute* time the right side is the same for both: they differ by a straight
-line. With $E$ and $X$
-for the differences of ξ' and ξ at $\\hat{{\\tau_0}}$, either motion continued there by its closed form,
+A state begins at the computed instant $\\hat{{\\tau_0}}$; the true instant is $\\tau_0$. Sliding is
+$\\xi'' = H(\\tau) - s$, eq. (1). In *absolute* time the right side is the same for both motions, so they differ by a straight
+line. Let $E$ and $X$ be the differences of ξ' and ξ at $\\hat{{\\tau_0}}$, each motion continued there by its closed form. Then
 
 ```math
 \\Delta\\xi' = E, \\qquad \\Delta\\xi = X + E\\,h .
 ```
 
-To this comes what the closed form rounds at $h$.
+The rounding error of the closed form at $h$ is added.
 
-**A start from rest** that is off by $|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$, with $\\xi'' = a_0$ at
-$\\hat{{\\tau_0}}$ and $|H'| \\le M$ near by, has
+**A start from rest** with an error of $|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$, with $\\xi'' = a_0$ at $\\hat{{\\tau_0}}$ and
+$|H'| \\le M$ nearby, has
 
 ```math
 |E| \\le |a_0|\\,\\delta + \\tfrac{{1}}{{2}} M\\delta^2, \\qquad
 |\\Delta X| \\le \\tfrac{{1}}{{2}} |a_0|\\,\\delta^2 + \\tfrac{{1}}{{6}} M\\delta^3 .
 ```
 
-**A slide ends by ξ' = 0** where the computed ξ' vanishes, to its rounding, and $a_1 = H - s$. The true ξ' is at most
-$E_1 = |E| + \\text{{rounding}}$ there, so it has a zero no further away than
+**The start of a motion** is exact: the bits of τ₀ that its phase cannot hold are stored separately. ξ'' there has the
+rounding error of H. Where H rounds to ±1, this error may reverse a velocity ξ'₀ of the order of its square over |H'|, about
+1e-29: such a start is TOO_CLOSE. A gap or velocity too small for all bits of a double has an error of less than 1e-300,
+which is added.
+
+**A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$ there. The true ξ'
+is at most $E_1 = |E| + \\text{{rounding}}$, so it has a zero within a distance of
 
 ```math
 \\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} ;
 ```
 
-for $a_1^2 \\le 2ME_1$ there may be none. **An impact** is the same with ξ in the place of ξ', with $|\\xi'|$ less its
-error in that of $|a_1|$, and with a bound of $|\\xi''|$ in that of $M$. It leaves ξ = ξ' = 0: only the error of its
-instant goes on. **A wait** ends where H = ±1, whatever was before: at ε = 0 at a known arcsine, good to its last bits;
-at ε > 0 at a zero of H, off by the rounding of H over |H'|. After a rest nothing is left of any error before it.
+for $a_1^2 \\le 2ME_1$ there may be none. **An impact** has the same bound with ξ instead of ξ', with $|\\xi'|$ minus its error
+instead of $|a_1|$, and with a bound of $|\\xi''|$ instead of $M$. It leaves ξ = ξ' = 0: only the error of its instant
+remains. **A wait** ends where H = ±1, independent of the earlier motion: at ε = 0 at a known arcsine, accurate to its last
+bits; at ε > 0 at a zero of H, with an error of the rounding of H over |H'|. After a rest no earlier error remains.
 
-**Signs.** If only absolute values were added up, stable motions would seem to lose digits: what one late start does to
-ξ and to ξ' cancels in part at the next impact. What comes of the instant of the last impact is therefore carried with
-its sign: $E = e\\,u + E'$ and $X = x\\,u + X'$ with one unknown $|u| \\le 1$. At a reversal $e$ becomes $a_0\\,e/a_1$,
-which is the derivative of the map from impact to impact. So the bound shrinks where a motion is stable, and grows where
-it is not, as its errors do.
+**Signs.** With absolute values only, stable motions would seem to lose digits: the effects of one late start on ξ and on
+ξ' cancel in part at the next impact. Therefore the effect of the instant of the last impact has a sign: $E = e\\,u + E'$ and
+$X = x\\,u + X'$ with one unknown $|u| \\le 1$. At a reversal $e$ becomes $a_0\\,e/a_1$, which is the derivative of the map from
+impact to impact. So the bound shrinks where a motion is stable, and grows where it is not, as the errors do.
 
-**Decisions.** The zero found is the first of the true ξ', too, if no dip on the way came closer to 0 than twice $E_1$.
-A reversal is in the air if ξ there is above its bound. H decides as computed if its distance from ±1 is above
-$M\\delta_1$ and the rounding of H. Otherwise the motion is `TOO_CLOSE`, `certain_until` is the period in which the
-state began that met the decision, and all errors from there on are infinite, to the end of the record: a rest that
-follows a wrong turn is exact, but another motion's.
+**Decisions.** The zero found is also the first zero of the true ξ' if no earlier minimum came closer to 0 than twice $E_1$.
+A reversal is in the air if ξ exceeds its bound there. H decides as computed if its distance from ±1 exceeds $M\\delta_1$ and
+the rounding of H. Otherwise the motion is `TOO_CLOSE`, `certain_until` is the period in which the state before the decision
+began, and all errors from there to the end of the record are infinite: a rest after a wrong decision is exact, but belongs
+to another motion.
 
-**A section point** has the errors of its state at that time. Within δ of a switch it may belong to the state on the
-other side, and the jump of ξ' is added: that is |ξ'| itself at an impact.
+**A section point** has the errors of its state at that time. Within δ of a switch it may belong to the state on the other
+side. Then the jump of ξ' is added, which is |ξ'| itself at an impact.
 
-## What is assumed
+## Assumptions
 
-- Arithmetic is that of IEEE 754, with fused products where the code says so
+- Arithmetic is that of IEEE 754, with fused products where the code uses them
   ([`branchless.py`](../vibrodrive/jit/branchless.py)).
-- Sine and cosine are off by less than 1.4e-16 ([`trig.py`](../vibrodrive/jit/trig.py)), and a closed form by less than
-  eight units in the last place of its terms, added up in size ([`margins.py`](../vibrodrive/kernels/margins.py):
-  `gap_rounding`, `velocity_rounding`).
-- The search passes over no zero, and has seen from close by every dip that is less than 2E₁ deep
+- The error of sine and cosine is less than 1.4e-16 ([`trig.py`](../vibrodrive/jit/trig.py)). The error of a closed form is
+  less than eight units in the last place of the sum of the magnitudes of its terms
+  ([`margins.py`](../vibrodrive/kernels/margins.py): `gap_rounding`, `velocity_rounding`).
+- The search passes no zero, and it evaluates the function near every minimum below 2E₁
   ([`first_zero.py`](../vibrodrive/kernels/first_zero.py)).
 - The bounds themselves are computed in double precision, rounded to nearest. The eight units leave room for that.
 
-This is a proof by hand, held against 50 digits below; it is not interval arithmetic. With Muller's method the value of
-the switching function where it stops takes the place of rounding, so the bounds hold what `tol` does; that the grid has
-missed no zero is assumed. A fixed grid has no bounds: its lateness is the disturbance under study.
+This is a proof by hand, compared with 50 digits below; it is not interval arithmetic. With Muller's method the value of the
+switching function at the end of its iteration replaces the rounding error, so the bounds depend on `tol`. They assume that
+the grid missed no zero. A fixed grid has no bounds: its lateness is the disturbance under study. In a carried sweep each
+value starts from a computed state, and its bounds start from zero.
 
-In a sweep without `record="error"` the status OK says of each switch that it is right from the state it starts from,
-as computed. With it each motion is followed by itself to the end of its record; without it many are followed side by
-side, and what repeats is copied. On one thread that is six times as fast with a disturbance (A from 2 to 3.25,
-ε = 2e-4, 200 periods) and fifty times at ε = 0 (300 periods). `simulate` takes a sixth to a quarter longer for bounds.
+In a sweep without `record="error"` the status OK certifies each switch for the computed state in which it starts. With it
+the sweep follows each motion separately to the end of its record. Without it a batch holds many motions, and repetitions are
+copied. On one thread the second is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods) and fifty
+times at ε = 0 (300 periods). The bounds cost `simulate` a sixth to a quarter of its time.
 
-## Against 50 digits
+## Comparison with 50 digits
 
-Scenes drawn from all bands (seed {seed}), up to {most} switches each, compared number by number: instants, ξ and ξ' of
-switches, ξ and ξ' of section points. The last columns are about each scene's largest bound over its largest error.
+Random scenes from all bands (seed {seed}), up to {most} switches each, compared number by number: instants, ξ and ξ' of switches,
+ξ and ξ' of section points. The last columns give the ratio of each scene's largest bound to its largest error.
 
 {table}
 
-`vibrodrive validate --only bounds` draws others.
+`vibrodrive validate --only bounds` compares other random scenes.
 """
 
 
