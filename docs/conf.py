@@ -17,7 +17,7 @@ from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
-os.environ["PYTHONPATH"] = str(ROOT)  # of the kernels that run what the pages show
+os.environ["PYTHONPATH"] = str(ROOT)  # for the kernels that run the examples of the pages
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
 import vibrodrive  # noqa: E402
@@ -35,10 +35,10 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["validation/*"]
 
 myst_enable_extensions = ["dollarmath"]
-myst_fence_as_directive = ["math"]  # as GitHub has them
+myst_fence_as_directive = ["math"]  # as on GitHub
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
-smartquotes = False  # what stands in quotes is to be typed, and ξ' is no quotation
+smartquotes = False  # quoted text is for typing, and the prime of ξ' is no quotation mark
 
 nb_execution_mode = "force"
 nb_execution_timeout = 300
@@ -47,7 +47,7 @@ nb_execution_in_temp = True
 nb_render_markdown_format = "myst"
 nb_output_stderr = "remove-warn"  # a warning of an example is an error
 
-# What a command prints comes in pieces of 100 bytes; myst-nb's own nb_merge_streams would end a line after each.
+# The output of a command comes in pieces of 100 bytes; nb_merge_streams of myst-nb would end a line after each.
 NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 
 autodoc_member_order = "bysource"
@@ -66,32 +66,32 @@ PAGES = {
         "RELEASING": "releasing",
     }.items()
 }
-"""Documents of the folder above, and the pages that show them."""
+"""Documents of the folder above, and the pages that include them."""
 
 LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)")
 
 
 def read_page(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Links to a document that a page shows go to that page."""
+    """Redirect links from included documents to the pages that include them."""
     source[0] = LINK.sub(lambda m: f"]({PAGES.get(m[1], m[1])}", source[0])
 
 
 def read_included(app: Sphinx, path: Path, docname: str, source: list[str]) -> None:
-    """Links of a document of the folder above, as they are from here."""
+    """Rewrite the links of an included document relative to this folder."""
     if f"../{path.name}" in PAGES:
         source[0] = LINK.sub(lambda m: f"]({os.path.relpath(m[1], 'docs').replace(os.sep, '/')}", source[0])
         read_page(app, docname, source)
 
 
 APPLIED = re.compile(r"<mo>&ApplyFunction;</mo>(?!\s*<mo[^>]*>[(\[])")
-"""Between sin and what is no bracket; docutils leaves no space there."""
+"""A function name without a bracket after it; docutils leaves no space there."""
 
 NUMBER = re.compile(r"[\d.]*\de[-\d]\d*×?")
-"""With an exponent: browsers would end a line at its minus."""
+"""A number with an exponent; browsers would break the line at its minus sign."""
 
 
 def formula(tex: str, block: bool) -> str:
-    """A formula as MathML, which browsers draw by themselves; its number beside it."""
+    """Return a formula as MathML, which browsers draw without scripts, with its number to the right."""
     tag = re.search(r"\\tag\{(.*?)\}", tex)
     drawn = tex2mathml(tex.replace(tag[0], "") if tag else tex, as_block=block)
     drawn = APPLIED.sub('<mspace width="0.17em"/>', drawn)
@@ -109,7 +109,7 @@ def visit_block(page: Any, node: nodes.math_block) -> None:
 
 
 def keep_numbers_whole(app: Sphinx, page: nodes.document) -> None:
-    """Cells of a table that are a number have a class of their own."""
+    """Give table cells that contain only a number the class "number"."""
     for cell in page.findall(nodes.entry):
         if NUMBER.fullmatch(cell.astext()):
             cell["classes"].append("number")

@@ -1,4 +1,4 @@
-"""The pictures of the explorer: docs/explorer.gif and docs/explorer.png, taken in headless Chromium.
+"""Take the pictures of the explorer, docs/explorer.gif and docs/explorer.png, in headless Chromium.
 
 python -m docs.film
 """
@@ -23,7 +23,7 @@ WIDTH = 880
 """Pixels of the film."""
 
 SHORT, LONG = 160, 2500
-"""Milliseconds for which a picture stands, while something moves and at the end of a scene."""
+"""Milliseconds for which a picture is shown: during a movement, and at the end of a scene."""
 
 
 class Film:
@@ -42,7 +42,7 @@ class Film:
 
     def write(self, path):
         sample = self.pictures[-1].copy()
-        for k, colour in enumerate(CURVE_COLOURS):  # the thin lines of a legend would not get a colour of their own
+        for k, colour in enumerate(CURVE_COLOURS):  # otherwise the thin lines of a legend get no colour of their own
             sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
         colours = sample.quantize(192, dither=Image.Dither.NONE)
         frames = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in self.pictures]
@@ -54,7 +54,7 @@ def play(film):
     tab = film.tab
     film.shoot(LONG // 2)
     for _ in range(9):
-        tab.wheel(716, 500, -100)  # on the axis: along it alone
+        tab.wheel(716, 500, -100)  # on the axis: zooms along this axis only
         film.shoot()
     film.shoot(LONG // 2)
     for eps in np.linspace(0.0, 2e-4, 13)[1:]:
@@ -62,7 +62,7 @@ def play(film):
         film.shoot()
     film.shoot(LONG // 2)
     tab.click(690, 300)
-    tab.until("page.words && !page.words.includes('being computed')", "all that is said of a motion")
+    tab.until("page.words && !page.words.includes('being computed')", "the complete text of a motion")
     film.shoot(LONG)
 
 

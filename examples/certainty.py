@@ -36,8 +36,7 @@ MOTIONS: dict[str, dict[str, Any]] = {
 
 PAGE = """# Error bounds of a motion
 
-After this page you know what the error bounds of a motion guarantee, how they are proved, and how they compare with
-true errors. `python -m examples.certainty --scenes {number}` writes this page.
+After this page you know the meaning and the proof of the error bounds of a motion, and their ratio to the true errors. `python -m examples.certainty --scenes {number}` writes this page.
 
 `simulate` follows a motion in double precision. It finds every switch from the state after the previous
 switch, and so inherits the error of that state. [`certainty.py`](../vibrodrive/kernels/certainty.py) propagates a bound of
