@@ -1,4 +1,4 @@
-"""Studies made with vibrodrive, each a script that can be run: `python -m examples.three_questions`.
+"""Studies with vibrodrive. Each is a script: `python -m examples.three_questions`.
 
-They are not installed: run them in the root of a clone.
+Examples are not installed. Run them in the root of a clone.
 """

@@ -1,10 +1,11 @@
-"""Are the switching times of your own program right? Each is held against the certified one from the same state.
+"""Check the switching times of your own program: compare each with the certified one from the same state.
 
     python -m examples.audit mine.csv --A 3.04   # in the root of a clone
 
-`mine.csv` has a line of titles, then one switch a line: tau, xi, dxi, state. The state is the one that begins there
-(UP, DOWN, STICK or REST), ξ and ξ' are those it begins with: after an impact 0 and 0. Each line is judged by itself:
-the certified motion starts from what the line before says, so that an error is counted once, where it was made.
+`mine.csv` has a line of titles, then one switch a line: tau, xi, dxi, state. `state` is the state that begins at this
+switch (UP, DOWN, STICK or REST), with ξ and ξ' at its beginning: 0 and 0 after an impact. Each line is judged
+separately: the certified motion starts from the state of the previous line, so that an error counts once, where it
+was made.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ import vibrodrive as vd
 from vibrodrive import State
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
-"""Verdicts: the next switch, if late or early; one before it was missed; another state begins, or was to be left."""
+"""Verdicts: the right switch, late or early; an earlier switch was missed; another state begins or ends."""
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A state begins: at τ, with ξ and ξ' (dimensionless)."""
+    """The begin of a state: its time τ, and ξ and ξ' there (dimensionless)."""
 
     tau: float
     xi: float
@@ -37,7 +38,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Judged:
-    """A switch, its verdict, and how late it came (NaN unless it is right; negative: too early)."""
+    """A switch, its verdict, and its lateness (NaN unless it is right; negative: too early)."""
 
     switch: Switch
     verdict: str
@@ -45,15 +46,16 @@ class Judged:
 
 
 def audit(switches: Sequence[Switch], A: float, B: float = 0.1, eps: float = 0.0, eta: float = vd.ETA) -> list[Judged]:
-    """Judge every switch but the first, from the state that the one before it began."""
+    """Judge every switch except the first, from the state that begins at the previous switch."""
     return [_judge(a, b, {"A": A, "B": B, "eps": eps, "eta": eta}) for a, b in pairwise(switches)]
 
 
 def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
-    """The certified switch after `start` against the one found.
+    """Compare the switch found with the certified switch after `start`.
 
-    The motion is followed to beyond the one found. What `start` overshot or came too early is on its own line: from
-    below the obstacle it starts at it, and waits until its state begins.
+    The certified motion is computed beyond the switch found. An error of `start` counts on its own line: if it is
+    below the obstacle, or its state has not begun yet, the motion starts at the obstacle and waits until the state
+    begins.
     """
     periods = 2 + int((found.tau - start.tau) / (2.0 * np.pi))
     scene = {**model, "xi0": max(start.xi, 0.0), "dxi0": start.dxi, "tau0": start.tau}
@@ -62,7 +64,7 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
         rows = rows[1:]
     if not len(rows) or State(rows["before"][0]).name != start.state:
         return Judged(found, OTHER, np.nan)
-    rows = rows[rows["after"] != State.IMPACT]  # over at once: what follows it is the switch
+    rows = rows[rows["after"] != State.IMPACT]  # instantaneous: the next row is the switch
     times = 2.0 * np.pi * rows["period"] + rows["phase"]
     if len(rows) > 1 and times[1] <= found.tau:
         return Judged(found, MISSED, np.nan)
@@ -72,7 +74,7 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
 
 
 def read(path: str) -> list[Switch]:
-    """The switches of a file. Raises OSError, KeyError (a title is missing) and ValueError (no number)."""
+    """Read the switches of a file. Raises OSError, KeyError (a missing title) and ValueError (an invalid number)."""
     with open(path, newline="") as file:
         return [
             Switch(float(row["tau"]), float(row["xi"]), float(row["dxi"]), row["state"].strip())
@@ -81,7 +83,7 @@ def read(path: str) -> list[Switch]:
 
 
 def report(judged: Iterable[Judged]) -> str:
-    """Counts, the lateness of the right ones, and the first that is not right."""
+    """Return the counts, the lateness of the right switches, and the first wrong switch, as text."""
     judged = list(judged)
     counts = Counter(j.verdict for j in judged)
     lines = [f"{len(judged)} switches: " + ", ".join(f"{counts[v]} {v}" for v in (RIGHT, MISSED, OTHER))]
@@ -95,8 +97,8 @@ def report(judged: Iterable[Judged]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Hold switching times of your own against certified ones.")
-    parser.add_argument("file", help="tau, xi, dxi, state: a line a switch, under a line of titles")
+    parser = argparse.ArgumentParser(description="Compare your switching times with certified ones.")
+    parser.add_argument("file", help="CSV file with the titles tau, xi, dxi, state, and one line per switch")
     parser.add_argument("--A", type=float, required=True)
     parser.add_argument("--B", type=float, default=0.1)
     parser.add_argument("--eps", type=float, default=0.0)

@@ -1,9 +1,9 @@
-"""The limit of a steep incline: for B → ∞ the mass is the completely inelastic bouncing ball of Mehta and Luck (1990).
+"""Compare the limit B → ∞ with the completely inelastic bouncing ball of Mehta and Luck (1990).
 
     python -m examples.bouncing_ball   # in the root of a clone
 
-writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the one-impact orbit against their laws
-for the ball, over B. `--docs DIR` writes both to another folder.
+writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the one-impact orbit and their laws for
+the ball, over B. `--docs DIR` writes both to another folder.
 """
 
 from __future__ import annotations
@@ -25,42 +25,45 @@ MARKS = "os^vD"
 
 PAGE = """# The inelastic bouncing ball
 
-After this page you know how far the program agrees with published laws. For B → ∞ the model becomes the completely inelastic
-bouncing ball, whose laws are known in closed form. `python -m examples.bouncing_ball` writes this page.
+After this page you know how far the program agrees with published laws. For B → ∞ the model becomes the
+completely inelastic bouncing ball, whose laws are known in closed form. `python -m examples.bouncing_ball`
+writes this page.
 
-Friction matters less on a steeper or smoother incline. In units of friction, gravity along the incline is B = tan α / μ, and
-the largest acceleration of the excitation is A. For large B the mass becomes a ball that falls onto a vibrating table and
-does not rebound: the completely inelastic bouncing ball of Mehta and Luck (Phys. Rev. Lett. 65, 393, 1990). Its one
-parameter is Γ = A/B, the acceleration of the table over that of gravity. These laws are known:
+Friction matters less on a steeper or smoother incline. In units of friction, gravity along the incline is B =
+tan α / μ, and the largest acceleration of the excitation is A. For large B the mass becomes a ball that falls
+onto a vibrating table and does not rebound: the completely inelastic bouncing ball of Mehta and Luck (Phys.
+Rev. Lett. 65, 393, 1990). Its one parameter is Γ = A/B, the acceleration of the table over that of gravity.
+These laws are known:
 
-- The ball rests after each impact up to Γ = √(1 + π²). Beyond, the impact falls into the half wave in which the table throws
-  the ball up again immediately.
-- Between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable. Its multiplier is 1 − √(Γ² − π²): 0 where the
-  rest vanishes, −1 where the period doubles.
-- The impacts are at the phase arccos(π/Γ) of the excitation sin τ, with the speed |ξ'| = 2πB. In SI units this is g sin α
-  times the period of the excitation: the speed after a free fall of one period along the incline.
+- The ball rests after each impact up to Γ = √(1 + π²). Beyond, the impact falls into the half wave in which the
+  table throws the ball up again immediately.
+- Between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable. Its multiplier is 1 − √(Γ² − π²):
+  0 where the rest vanishes, −1 where the period doubles.
+- The impacts are at the phase arccos(π/Γ) of the excitation sin τ, with the speed |ξ'| = 2πB. In SI units this
+  is g sin α times the period of the excitation: the speed after a free fall of one period along the incline.
 
-Friction is 1/B of gravity, so the errors of these laws are about 1/B. The first order in 1/B gives the factor, in closed
-form except for the time of the reversal
-([vibrodrive/validation/bouncing_ball.py](../vibrodrive/validation/bouncing_ball.py) derives it). "Left by law and
-first order" is the second order, 1/B², down to rounding, which it reaches at B = 1e7 to 1e8.
+Friction is 1/B of gravity, so the errors of these laws are about 1/B. The first order in 1/B gives the factor,
+in closed form except for the time of the reversal
+([vibrodrive/validation/bouncing_ball.py](../vibrodrive/validation/bouncing_ball.py) derives it). "Left by law
+and first order" is the second order, 1/B², down to rounding, which it reaches at B = 1e7 to 1e8.
 
 {table}
 
-A law holds here if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the largest B equals the
-derived factor within 1e-5. Γ is from `bifurcations`; phase, speed and multiplier are from `orbits`. At no B up to 1e8 does
-rounding hide the error; A = ΓB ends at 1e9. At B = 10 the laws do not apply at Γ = 3.5: the shift of √(1 + π²) is 0.26
-there, and the mass still rests.
+A law holds here if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the largest
+B equals the derived factor within 1e-5. Γ is from `bifurcations`; phase, speed and multiplier are from
+`orbits`. At no B up to 1e8 does rounding hide the error; A = ΓB ends at 1e9. At B = 10 the laws do not apply at
+Γ = 3.5: the shift of √(1 + π²) is 0.26 there, and the mass still rests.
 
 ![Relative error of the five laws over B](bouncing_ball.png)
 
-*Marks: relative error of each law, compared with the result of the program. Lines: the first order in 1/B, derived, of slope −1.*
+*Marks: relative error of each law, compared with the result of the program. Lines: the first order in 1/B,
+derived, of slope −1.*
 """
 
 
 @styled
 def figure(found: Sequence[Approach]) -> Figure:
-    """Relative error of each law over B, with the derived line of slope -1."""
+    """Draw the relative error of each law over B, with the derived line of slope -1."""
     fig, axes = new(height=4.2)
     ax = axes[0, 0]
     for a, mark in zip(sorted(found, key=lambda a: -a.error[0]), MARKS, strict=True):
@@ -75,7 +78,7 @@ def figure(found: Sequence[Approach]) -> Figure:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="The page and the figure of the inelastic bouncing ball.")
+    parser = argparse.ArgumentParser(description="Write the page and the figure of the inelastic bouncing ball.")
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder to write to")
     folder = parser.parse_args().docs
     found = approach()

@@ -1,8 +1,8 @@
-"""A vibratory driver in SI units: at which frequency does it work best, and what does that motion stand?
+"""Find the best frequency of a vibratory driver in SI units, and the largest disturbance that its motion tolerates.
 
     python -m examples.driver   # in the root of a clone
 
-writes driver.png: impact power, blows and limit of stability over the frequency of the excitation.
+writes driver.png: impact power, impacts a second and limit of stability over the frequency of the excitation.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ DRIVER = {"a0": 0.8e-3, "mu": 0.6, "alpha": 3.4, "mass": 250.0}
 
 @dataclass(frozen=True)
 class Course:
-    """What the driver does over its frequency, float64 arrays (n,) in SI units.
+    """Results over the frequency of the excitation, float64 arrays (n,) in SI units.
 
     omega0 : frequency of the excitation, rad/s.
     power : mean power of the impacts, W.
     speed : speed of the fastest impact, m/s.
-    blows : impacts a second, touches included.
-    period : period of the motion in periods of the excitation; 0: none up to 64.
+    blows : impacts a second, including touches.
+    period : period of the motion in periods of the excitation; 0 if none up to 64.
     """
 
     omega0: np.ndarray
@@ -38,7 +38,7 @@ class Course:
 
 
 def course(omega0: Sequence[float] | np.ndarray) -> Course:
-    """Follow a motion from rest at each frequency (rad/s), all of them in one sweep."""
+    """Compute a motion from rest at each frequency (rad/s), all in one sweep."""
     scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # some are too slow to leave the obstacle
     r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
     each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
@@ -52,13 +52,13 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
 
 
 def stands(omega0: float) -> float:
-    """The limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN where there is none."""
+    """Return the limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN without a limit."""
     scene = vd.Scene(omega0=omega0, **DRIVER)
     return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity))
 
 
 def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:
-    """Power, blows and limit (m/s, at each of `frequencies`) over the frequency."""
+    """Draw power, impacts a second and limit (m/s, at each of `frequencies`) over the frequency."""
     drawing = Figure(figsize=(7.0, 6.0), layout="constrained")
     power, blows, limit = drawing.subplots(3, 1, sharex=True)
     power.plot(found.omega0, found.power, "k-")
@@ -77,10 +77,10 @@ def main() -> None:
     print(
         f"best at {found.omega0[best]:.0f} rad/s: {found.power[best]:.1f} W, {found.blows[best]:.1f} impacts a second,"
     )
-    print(f"the fastest at {found.speed[best]:.3f} m/s; period {found.period[best]}")
+    print(f"fastest impact {found.speed[best]:.3f} m/s; period {found.period[best]}")
     frequencies = np.linspace(104.0, 152.0, 13)
     limits = [stands(w) for w in frequencies.tolist()]
-    print(f"at {frequencies[6]:.0f} rad/s it stands {1e3 * limits[6]:.1f} mm/s")
+    print(f"at {frequencies[6]:.0f} rad/s it tolerates {1e3 * limits[6]:.1f} mm/s")
     figure(found, frequencies, limits).savefig("driver.png", dpi=110)
 
 

@@ -1,10 +1,10 @@
-"""Why limits are judged at the main impacts: what k₂(ε) depends on under each criterion.
+"""Show the dependence of k₂(ε) on arbitrary choices, for several criteria: the reason to use the main impacts.
 
     python -m examples.limit_definition   # in the root of a clone
 
-prints the tables of docs/stability.md: k₂ over the phase of the section; over the share that makes an impact slow
-enough for a touch, where the dividing speed is prescribed and where it is free; over the length of the record and the
-solution reached.
+prints the tables of docs/stability.md: k₂ over the phase of the section; over the share of the slowest main impact
+below which an impact is a touch, with a prescribed and with a free dividing speed; over the length of the record and
+the solution reached.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Kept = Callable[[ReferenceOrbit, Motion], bool]
 
 
 def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
-    """k₂(ε) over the section's phase: float64 (phases, A)."""
+    """Return k₂(ε) over the phase of the section: float64 (phases, A)."""
     wanted = Criterion(criterion, (criterion,))  # "order" and "gaps" are no criteria of `vd.limit`
     found = []
     for phase in PHASES:
@@ -42,7 +42,7 @@ def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1
 
 
 def with_free_speed(share: float) -> Kept:
-    """The criterion "impacts" with another share."""
+    """Return the criterion "impacts" with another share."""
     return lambda base, motion: (
         base.cycle is not None
         and follow_cycle(base.cycle, motion.impacts, len(motion.section), share=share) is not None
@@ -50,7 +50,7 @@ def with_free_speed(share: float) -> Kept:
 
 
 def with_given_speed(share: float) -> Kept:
-    """The same, but every impact slower than the share is a touch, every faster one is main."""
+    """Return the same criterion, but every impact slower than the share is a touch, and every faster one is main."""
 
     def kept(base: ReferenceOrbit, motion: Motion) -> bool:
         if base.cycle is None:
@@ -63,7 +63,7 @@ def with_given_speed(share: float) -> Kept:
 
 
 def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.ndarray:
-    """k₂(ε) under a criterion of one's own: float64 (A,)."""
+    """Return k₂(ε) for any criterion: float64 (A,)."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None)) as evaluator:
@@ -82,7 +82,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
 
 
 def table(name: str, rows: dict[str, np.ndarray]) -> str:
-    """Markdown: a row for each entry, a column for each A, and how far the largest is above the least."""
+    """Return a Markdown table: a row for each entry, a column for each A, and the ratio of the largest to the least."""
     values = np.array(list(rows.values()))
     spread = values.max(axis=0) / values.min(axis=0)
     lines = [

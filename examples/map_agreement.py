@@ -1,17 +1,17 @@
-"""The pixels of a map over A and B, held against the list of stable orbits.
+"""Compare the pixels of a map over A and B with the list of stable orbits.
 
     python -m examples.map_agreement   # in the root of a clone
 
 writes docs/map_agreement.md. `--curves FILE` takes the curves from a file of `vibrodrive orbits`, `--sample N` judges N
 pixels, `--docs DIR` writes to another folder.
 
-The two have nothing in common but the closed form between switches. A pixel is a summary of one motion from rest, from
-its switches. The list has the fixed points of the impact-phase map, found by searching, and their multipliers. A pixel
-agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list; or if
-the list has none and the pixel has no period of that length either (or the mass never leaves the obstacle).
+The two share only the closed form between switches. A pixel is a summary of one motion from rest, computed from its
+switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers. A
+pixel agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list.
+If the list is empty, a pixel agrees if it has no period of that length either, or the mass never leaves the obstacle.
 
-Pixels next to a curve of bifurcations are not judged: there a motion has not settled, or belongs to the other side. Of
-the others, each that does not agree is followed on for a reason.
+Pixels next to a curve of bifurcations are not judged: a motion there has not settled, or belongs to the other side.
+Each other pixel that disagrees is examined further for the reason.
 """
 
 from __future__ import annotations
@@ -38,39 +38,39 @@ MAX_PERIOD = 3
 
 PAGE = """# A map compared with the list of orbits
 
-After this page you know how far two independent parts of the program agree: a map of motions and the list of stable orbits.
-`python -m examples.map_agreement --sample {sample}` writes this page.
+After this page you know how far two independent parts of the program agree: a map of motions and the list of
+stable orbits. `python -m examples.map_agreement --sample {sample}` writes this page.
 
-The map is that of `configs/map_AB.toml` without its row B = 0: {num_A} × {num_B} motions from rest, of {transient}
-and {periods} periods. The list is that of `orbits(A, B, {max_period})` at each pixel. A pixel agrees if its period, its
-impacts a period and its largest impact speed (within 1e-4) are those of a stable orbit of the list. If the list has no
-stable orbit, a pixel agrees if its motion has no period up to {max_period} either, or never leaves the obstacle. Pixels within one
-pixel of a curve of `curves` (periods up to {max_period}) are excluded. A sample of the others, with a fixed seed, is judged, because
-each needs a separate search.
+The map is that of `configs/map_AB.toml` without its row B = 0: {num_A} × {num_B} motions from rest, of {transient} and {periods}
+periods. The list is that of `orbits(A, B, {max_period})` at each pixel. A pixel agrees if its period, its impacts a period
+and its largest impact speed (within 1e-4) are those of a stable orbit of the list. If the list has no stable
+orbit, a pixel agrees if its motion has no period up to {max_period} either, or never leaves the obstacle. Pixels within
+one pixel of a curve of `curves` (periods up to {max_period}) are excluded. A sample of the others, with a fixed seed, is
+judged, because each needs a separate search.
 
 {table}
 
-Each pixel that disagrees is examined further: with {patience} periods of transient and, if that does not settle it, from an
-impact of the listed orbits. {verdict}
+Each pixel that disagrees is examined further: with {patience} periods of transient and, if that does not settle it,
+from an impact of the listed orbits. {verdict}
 """
 
 
 SAME_SPEED = 1e-4
-"""Relative difference up to which impact speeds are the same: a period is given to what repeats within 1e-6."""
+"""Relative difference up to which impact speeds are equal: a motion has a period if it repeats within 1e-6."""
 
 COMPARED = ("period", "impacts", "impact_speed_max")
-"""Quantities of a summary that say which orbit a pixel shows."""
+"""Quantities of a summary that identify the orbit of a pixel."""
 
 TRANSIENT, PERIODS = 500, 64
-"""Of each pixel, as in configs/map_AB.toml."""
+"""Periods of each pixel, as in configs/map_AB.toml."""
 
 ON = 0.25
-"""Distance between the points that stand for a curve, in pixels."""
+"""Distance between the points that represent a curve, in pixels."""
 
 PATIENCE = 100_000
-"""Transient periods of a motion that has not come to its orbit in those of the map."""
+"""Transient periods of a motion that has not reached its orbit within TRANSIENT."""
 
-CLOSE = "a decision closer than rounding tells"
+CLOSE = "a decision within rounding error"
 SLOW = "slow to settle: a longer transient agrees"
 COEXISTING = "another motion coexists: started on a listed orbit it stays there"
 UNEXPLAINED = "unexplained"
@@ -80,7 +80,7 @@ REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A pixel that is not as the list has it: where, its period (0: none), those of the list, and why."""
+    """A pixel that disagrees with the list: A, B, its period (0: none), the periods of the list, and the reason."""
 
     A: float
     B: float
@@ -91,8 +91,8 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How many pixels a map has, how many are far from every curve, how many of those were judged, how many of the
-    judged ones show an orbit of the list, and those that do not agree."""
+    """Counts of pixels: of the map, far from every curve, judged, showing an orbit of the list; and the
+    pixels that disagree."""
 
     pixels: int
     far: int
@@ -102,12 +102,12 @@ class Agreement:
 
     @property
     def share(self) -> float:
-        """Of the judged pixels that agree, 0 to 1."""
+        """Share of the judged pixels that agree, 0 to 1."""
         return 1.0 - len(self.wrong) / self.judged
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Disagreements by reason."""
+        """Numbers of disagreements by reason."""
         counted = Counter(d.reason for d in self.wrong)
         return {reason: counted[reason] for reason in REASONS if counted[reason]}
 
@@ -123,8 +123,8 @@ def compare_map(
 ) -> Agreement:
     """Compare the pixels of a map over the axes A and B (ascending, even, B > 0) with the list of orbits.
 
-    `curves` are the bifurcations of orbits of up to `max_period` periods. Of the pixels far from them `sample` are
-    judged, drawn with `seed`; all by default.
+    `curves` are the bifurcations of orbits of up to `max_period` periods. `sample` of the pixels far from them are
+    judged, selected with `seed`; by default all are.
     """
     swept = vd.sweep(A=A, B=B, transient=TRANSIENT, periods=PERIODS, record="summary")
     far = np.argwhere(~near_curves(A, B, curves))
@@ -145,7 +145,7 @@ def compare_map(
 
 
 def near_curves(A: np.ndarray, B: np.ndarray, curves: Sequence[Curve]) -> np.ndarray:
-    """Which pixels are within one pixel of a curve: bool (A, B)."""
+    """Return True for each pixel within one pixel of a curve: bool (A, B)."""
     near = np.zeros((len(A), len(B)), dtype=bool)
     steps = np.array([A[1] - A[0], B[1] - B[0]])
     square = np.stack(np.meshgrid(range(-2, 3), range(-2, 3), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -162,14 +162,14 @@ def near_curves(A: np.ndarray, B: np.ndarray, curves: Sequence[Curve]) -> np.nda
 
 
 def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
-    """The orbits of the list on which a motion may settle."""
+    """Return the orbits of the list on which a motion may settle."""
     return [
         orbit for orbit in orbits_of(ImpactMap(float(A), float(B)), max_period) if orbit.kind in (STABLE, SUPERSTABLE)
     ]
 
 
 def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:
-    """Whether a motion is one of the stable orbits, or, where there is none, of no period up to the longest."""
+    """Return True if a motion is one of the stable orbits or, without any, has no period up to the longest."""
     period = 0 if pixel["status"] == vd.Status.NEVER_LEAVES else int(pixel["period"])
     if not stable:
         return not 1 <= period <= max_period
@@ -182,7 +182,7 @@ def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> b
 
 
 def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> str:
-    """Why a pixel does not agree."""
+    """Return the reason for the disagreement of a pixel."""
     if pixel["status"] == vd.Status.TOO_CLOSE:
         return CLOSE
 
@@ -192,7 +192,7 @@ def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], 
 
     if agrees(settled(transient=PATIENCE), stable, max_period):
         return SLOW
-    # behind an impact the mass is at rest at the obstacle: the orbit goes on from the phase of any
+    # after an impact the mass rests at the obstacle: the orbit continues from the phase of any impact
     starts = [float(orbit.phases[0]) for orbit in stable]
     if any(agrees(settled(transient=0, tau0=start), stable, max_period) for start in starts):
         return COEXISTING
@@ -200,7 +200,7 @@ def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], 
 
 
 def table(found: Agreement, most: int = 20) -> list[str]:
-    """Markdown: the counts, the disagreements by reason, and the first of each."""
+    """Return Markdown: the counts, the disagreements by reason, and the first disagreements."""
     lines = [
         "| | pixels |",
         "|---|---|",
@@ -225,7 +225,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="folder to write to")
     parser.add_argument("--curves", type=Path, help="file of curves over the ranges of the map")
-    parser.add_argument("--sample", type=int, default=5000, help="pixels that are judged")
+    parser.add_argument("--sample", type=int, default=5000, help="number of pixels to judge")
     options = parser.parse_args()
     plan = read(ROOT / "configs" / "map_AB.toml").plan()
     A, B = plan.axes["A"], plan.axes["B"][1:]

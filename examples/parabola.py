@@ -1,9 +1,9 @@
-"""The picture of docs/certified.md: a switching function, and the parabolas below it that lead to its first zero.
+"""Draw the picture of docs/certified.md: a switching function, and the parabolas below it that lead to its first zero.
 
     python -m examples.parabola   # in the root of a clone
 
 writes parabola.png. The mass rests at the obstacle and waits for H = 1 under a fast disturbance: g = 1 − H. The bounds
-and the steps are those of the page, written here once more and apart from the kernels.
+and the steps are those of the page, implemented here independently of the kernels.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ A, B, EPS, ETA = 3.04, 0.1, 2e-5, vd.ETA
 
 @dataclass(frozen=True)
 class Step:
-    """The parabola value + slope s + bend s²/2 from `start` on, good for 0 <= s <= length."""
+    """The parabola value + slope s + bend s²/2 from `start` on, a lower bound for 0 <= s <= length."""
 
     start: float
     length: float
@@ -34,7 +34,7 @@ class Step:
 
 
 def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 1.0) -> np.ndarray:
-    """g = 1 − H, or its derivative; `slow` and `fast` take or leave a part of it."""
+    """Return g = 1 − H or a derivative; `slow` and `fast` are the factors of its parts, 1 or 0."""
     constant = slow * (1.0 + B) if order == 0 else 0.0
     turn = 0.5 * math.pi * order
     own = slow * A * np.sin(np.asarray(tau) + turn)
@@ -42,14 +42,14 @@ def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 
 
 
 def below_all(start: float, reach: float) -> Step:
-    """The parabola that bounds |g'''| gives, as far as `reach` or its root."""
+    """Return the parabola from the bound of |g'''|, up to `reach` or its root."""
     m3 = A + A * EPS * ETA**5
     bend = float(g(start, 2)) - m3 * reach / 3.0
     return _until_root(start, reach, float(g(start)), float(g(start, 1)), bend)
 
 
 def below_slow(start: float, reach: float) -> Step:
-    """The same for the slow part alone, less the amplitude of the fast one."""
+    """Return the same for the slow part minus the amplitude of the fast part."""
     bend = float(g(start, 2, fast=0.0)) - A * reach / 3.0
     value = float(g(start, fast=0.0)) - A * EPS * ETA**2
     return _until_root(start, reach, value, float(g(start, 1, fast=0.0)), bend)
@@ -62,7 +62,7 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """The steps from τ to within `closest` of the first zero: the longer of the two parabolas' each time."""
+    """Return the steps from τ to within `closest` of the first zero, each the longer of the two parabolas."""
     steps: list[Step] = []
     while not steps or steps[-1].length > closest:
         slow, own = below_slow(tau, 0.5), below_all(tau, reach)
@@ -73,7 +73,7 @@ def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[
 
 
 def figure() -> Figure:
-    """The whole way above, the last steps below."""
+    """Draw the complete search above, the last steps below."""
     steps = search()
     zero = steps[-1].start + steps[-1].length
     drawing = Figure(figsize=(7.2, 6.4), layout="constrained")
@@ -86,7 +86,7 @@ def figure() -> Figure:
             s = np.linspace(0.0, step.length, 200)
             (line,) = axes.plot(step.start + s, step.at(s), color="#0072b2", linewidth=1.2)
             axes.plot(step.start, float(g(step.start)), "o", color="#0072b2", markersize=3.5)
-        line.set_label("parabolas below it, and where each begins")
+        line.set_label("parabolas below it, with their starts")
         axes.plot(zero, 0.0, "s", color="#d55e00", label="first zero")
         axes.set_xlim(low, high)
         axes.set_ylabel("g")
@@ -94,7 +94,9 @@ def figure() -> Figure:
     near.set_ylim(-0.12, 0.5)
     near.set_xlabel("τ")
     grid = np.arange(0.0, zero + 0.09, 0.03)
-    drawing.axes[0].plot(grid, g(grid), "x", color="0.4", label="a grid of Δτ = 0.03: two zeros lie between its points")
+    drawing.axes[0].plot(
+        grid, g(grid), "x", color="0.4", label="a grid of Δτ = 0.03, with two zeros between its points"
+    )
     drawing.legend(*drawing.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
     return drawing
 

@@ -1,14 +1,14 @@
-"""Three questions the paper leaves open, answered with numbers from the impact-phase map: the tables of docs/orbits.md.
+"""Answer three open questions of the paper with the impact-phase map: the tables of docs/orbits.md.
 
 (a) `chaos`: is there chaos between two values of A, or only windows of superstable and stable orbits?
 
-(b) `what_sets_limit`: what does the limit k₂ of practically orbital stability correlate with: the multiplier, or the
-distance to the nearest unstable orbit, grazing or border collision?
+(b) `what_sets_limit`: which property correlates with the limit k₂ of practical orbital stability: the multiplier, or
+the distance to the nearest unstable orbit, grazing or border collision?
 
 (c) `kinds_of`: which of the bifurcations that a diagram shows are period doublings, folds, border collisions, grazings?
 
     python -m examples.three_questions               # (a) and (c): some ten seconds; in the root of a clone
-    python -m examples.three_questions limits.h5     # and (b), from what `vibrodrive limits configs/limits.toml` wrote
+    python -m examples.three_questions limits.h5     # and (b), from the file of `vibrodrive limits configs/limits.toml`
     python -m examples.three_questions --num 40001   # (a) on a finer grid of A
 """
 
@@ -34,10 +34,10 @@ from vibrodrive.store.every_kind import load
 
 @dataclass(frozen=True, eq=False)
 class Chaos:
-    """The answer to (a): what the motion from rest ends in on a grid of A.
+    """Answer to (a): the final motion from rest on a grid of A.
 
-    A, exponent : the grid, and the Lyapunov exponent per period at each of its values; -inf where the mass rests again,
-        as a rest forgets all but the time.
+    A, exponent : the grid, and the Lyapunov exponent per period at each of its values; -inf if the mass rests again,
+        because the state after a rest does not depend on the state before.
     """
 
     A: np.ndarray
@@ -45,14 +45,14 @@ class Chaos:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Share of the grid by kind: "superstable" where the mass rests, "stable", "irregular" where motions part."""
+        """Shares of the grid: "superstable" if the mass rests, "stable", "irregular" if close motions diverge."""
         rests, stable = np.isneginf(self.exponent), self.exponent < 0.0
         kinds = {"superstable": rests, "stable": stable & ~rests, "irregular": ~stable}
         return {kind: float(where.mean()) for kind, where in kinds.items()}
 
 
 def chaos(low: float = 3.15, high: float = 3.19, num: int = 4001, B: float = 0.1, transient: int = 5000) -> Chaos:
-    """Question (a) on `num` values of A from low to high, over 500 periods after the transient."""
+    """Answer question (a) on `num` values of A from low to high, over 500 periods after the transient."""
     A = np.linspace(low, high, num)
     found = vd.sweep(A=A, B=B, record="summary", transient=transient, periods=500)
     return Chaos(A, np.asarray(found.lyapunov))
@@ -63,14 +63,14 @@ MEASURES = ("multiplier", "unstable", "border", "grazing", "nearest")
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Where the most stable orbit lies at each of A (n,); NaN where there is none, or no such neighbour.
+    """Distances from the most stable orbit to its neighbours at each of A (n,); NaN without an orbit or neighbour.
 
     period : its period, int64; 0 if none is stable within the periods searched.
     multiplier : its modulus.
     unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
     border : distance from one of its impacts to the nearest end of the window.
     grazing : distance from one of its launches to the nearest grazing.
-    nearest : the smallest of the three distances that there are.
+    nearest : the smallest of the existing ones of the three distances.
     """
 
     A: np.ndarray
@@ -86,7 +86,7 @@ class Surroundings:
 
 
 def surroundings(A: Iterable[float], B: float = 0.1, max_period: int = 6) -> Surroundings:
-    """The neighbourhood, in phase, of the stable orbit with the smallest multiplier at each of A."""
+    """Return the distances, in phase, of the most stable orbit (smallest multiplier) to its neighbours at each of A."""
     values = np.array(list(A), dtype=np.float64)
     rows = np.array([_around(a, B, max_period) for a in values.tolist()]).reshape(-1, 5)
     return Surroundings(values, rows[:, 0].astype(np.int64), *rows[:, 1:].T)
@@ -113,7 +113,7 @@ def _around(A: float, B: float, max_period: int) -> tuple[float, float, float, f
 
 
 def distance(some: Sequence[float] | np.ndarray, others: Sequence[float] | np.ndarray) -> float:
-    """The smallest distance on the circle between two sets of phases; NaN if one is empty."""
+    """Return the smallest distance on the circle between two sets of phases; NaN if one is empty."""
     if not len(some) or not len(others):
         return math.nan
     apart = np.abs(np.subtract.outer(some, others))
@@ -123,9 +123,9 @@ def distance(some: Sequence[float] | np.ndarray, others: Sequence[float] | np.nd
 def what_sets_limit(
     A: Sequence[float] | np.ndarray, k2: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 6
 ) -> dict[str, tuple[float, int]]:
-    """Question (b): rank correlation of k₂ with the period and each of MEASURES, and how many A it rests on.
+    """Answer question (b): rank correlation of k₂ with the period and each of MEASURES, and the number of A used.
 
-    `k2` holds the limit at each of A; NaN and infinite ones (none found) are left out.
+    `k2` holds the limit at each of A; NaN and infinite values (no limit found) are ignored.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def what_sets_limit(
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> float:
-    """Spearman's rank correlation, equal values sharing their rank; NaN if one does not vary."""
+    """Return Spearman's rank correlation; equal values share their rank; NaN if one array is constant."""
     if len(x) < 2:
         return math.nan
     a, b = (_ranks(v) - 0.5 * (len(v) - 1) for v in (x, y))
@@ -160,9 +160,9 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 
 
 def kinds_of(seen: Iterable[float], found: Sequence[Bifurcation]) -> dict[float, Bifurcation]:
-    """Question (c): for every A at which a diagram changes, the closest bifurcation that it can show.
+    """Answer question (c): for every A at which a diagram changes, the closest bifurcation visible in it.
 
-    It shows no unstable orbit, and nothing where a stable one only rests, or sticks, from there on.
+    A diagram shows no unstable orbit, and no bifurcation at which a stable orbit only begins to rest or to stick.
     """
     visible = [b for b in found if _shows(b)]
     if not visible:
@@ -182,7 +182,7 @@ SEEN = (1.1, 2.604, 2.69, 3.057, 3.154, 3.19, 3.203)
 
 
 def chaos_table(num: int) -> Iterator[str]:
-    """Question (a), as lines of Markdown."""
+    """Return the table of question (a) as lines of Markdown."""
     answer = chaos(num=num)
     yield "| values of A | spacing | " + " | ".join(answer.shares) + " | largest exponent |"
     yield "|---" * (3 + len(answer.shares)) + "|"
@@ -192,7 +192,7 @@ def chaos_table(num: int) -> Iterator[str]:
 
 
 def limit_table(path: Path) -> Iterator[str]:
-    """Question (b), as lines of Markdown, for each curve of a file of limits."""
+    """Return the table of question (b) as lines of Markdown, for each curve of a file of limits."""
     found = load(path)
     yield "| k₂ in, switches | " + " | ".join(("period", *MEASURES)) + " |"
     yield "|---" * (2 + len(MEASURES)) + "|"
@@ -203,7 +203,7 @@ def limit_table(path: Path) -> Iterator[str]:
 
 
 def bifurcation_table(max_period: int = 6) -> Iterator[str]:
-    """Question (c), as lines of Markdown."""
+    """Return the table of question (c) as lines of Markdown."""
     yield "| seen at A ≈ | exactly | kind | period |"
     yield "|---|---|---|---|"
     for a, b in kinds_of(SEEN, bifurcations(max_period=max_period)).items():
@@ -211,9 +211,9 @@ def bifurcation_table(max_period: int = 6) -> Iterator[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="The tables of docs/orbits.md.")
-    parser.add_argument("limits", nargs="?", type=Path, help="a file that `vibrodrive limits` wrote")
-    parser.add_argument("--num", type=int, default=4001, help="values of A at which chaos is looked for")
+    parser = argparse.ArgumentParser(description="Print the tables of docs/orbits.md.")
+    parser.add_argument("limits", nargs="?", type=Path, help="a file of `vibrodrive limits`")
+    parser.add_argument("--num", type=int, default=4001, help="number of values of A in the search for chaos")
     arguments = parser.parse_args()
     print(*chaos_table(arguments.num), "", sep="\n")
     if arguments.limits is not None:
