@@ -120,8 +120,7 @@ state on the other side. Then the jump of ξ' is added, which is |ξ'| itself at
 This is a proof by hand, compared with 50 digits below; it is not interval arithmetic. With Muller's
 method the value of the switching function at the end of its iteration replaces the rounding error, so the
 bounds depend on `tol`. They assume that the grid missed no zero. A fixed grid has no bounds: its lateness
-is the disturbance under study. In a carried sweep each value starts from a computed state, and its bounds
-start from zero.
+is the disturbance under study.
 
 In a sweep without `record="error"` the status OK certifies each switch for the computed state in which it
 starts. With it the sweep follows each motion separately to the end of its record. Without it a batch
