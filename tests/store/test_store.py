@@ -77,10 +77,9 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
     writer = open_writer(path, plan, Origin(TEXT))
     order.clear()
     writer.write(fake.block(plan, 0))
-    writer.commit()
+    writer.close()
     names = [v.name for v in variables_of(plan)]
     assert order[: len(names) + 2] == [*names[:-1], "flush", "status", "flush"]
-    writer.close()
 
 
 def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
