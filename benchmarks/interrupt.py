@@ -42,6 +42,7 @@ def latency(case: Callable[[], object]) -> float:
 
 
 def main() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts background jobs with SIGINT ignored
     work.prepare()
     for name, case in work.CASES.items():
         found = [latency(case) for _ in range(TIMES)]

@@ -157,8 +157,11 @@ def _units_compile_nothing_and_start_nothing(request):
     guard.on = False
 
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell hands it to what it runs in the background
+# A shell starts background jobs with SIGINT ignored, and nohup starts its command with SIGHUP ignored.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 HANDLED = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 HANDLERS = {s: signal.getsignal(s) for s in HANDLED}
