@@ -1,6 +1,6 @@
 """Warnings of allowed but unlikely arguments: A and B swapped, ε in per cent, a scene not in SI units.
 
-Only `limit`, `orbits` and scenes have this check. A sweep without a scene may cover any range.
+Only `limit`, `orbits` and scenes have this check. A sweep without a scene, and existing results, may cover any range.
 """
 
 from __future__ import annotations
