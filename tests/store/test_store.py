@@ -222,7 +222,7 @@ def test_an_axis_that_was_changed_is_found(finished, name):
     with h5py.File(finished, "a") as file:
         file[name][0] += 0.5
     for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
-        with pytest.raises(Damaged, match=f"axis {name} is not what was written"):
+        with pytest.raises(Damaged, match=f"axis {name}: changed after it was written"):
             reads(finished)
 
 
