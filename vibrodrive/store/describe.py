@@ -41,7 +41,7 @@ def acting(plan: Plan) -> dict[str, Any]:
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain attributes and their comment. `what`: a sentence on the contents of this kind of file."""
+    """Return plain attributes and their comment. The argument `what` describes the contents."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

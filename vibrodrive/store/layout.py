@@ -1,10 +1,10 @@
-"""The result file as it lies on the disk: HDF5 with netCDF-4 dimension scales, laid out whole beforehand.
+"""Layout of the file of a sweep: HDF5 with netCDF-4 dimension scales, laid out completely before the sweep.
 
-One dimension per axis, in order, then `period` (and `state` for the switch counts). Every chunk of every
-variable is allocated before the first point is computed, so that a running sweep overwrites chunks in
-place and never touches the structure of the file: a kill can hurt no more than the chunk being written.
-A sweep of one point has no axes; its file has an axis `point` of length 1. Where parameters change together
-their values are coordinates along the axis `point`.
+One dimension per axis, in order, then `period` (and `state` for the switch counts). All chunks of all variables are
+allocated before the first point is computed. A running sweep then overwrites chunks in place and never changes the
+structure of the file: if the process is killed, only the chunk being written can be damaged.
+A sweep of one point has no axes; its file has an axis `point` of length 1. The values of parameters that change
+together are coordinates along the axis `point`.
 """
 
 from __future__ import annotations

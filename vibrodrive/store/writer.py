@@ -90,7 +90,7 @@ class Writer:
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
-            self._pending[block.index] = block.status.copy()  # a view would keep the whole wave in memory
+            self._pending[block.index] = block.status.copy()  # a view would keep the complete wave in memory
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
 
