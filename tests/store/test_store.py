@@ -209,7 +209,7 @@ def test_what_all_points_share_lies_open(finished):
 def test_an_open_attribute_that_was_changed_is_found(finished, name, value):
     with h5py.File(finished, "a") as file:
         file.attrs[name] = value
-    assert verify(finished).general == [f"attribute {name}: not what was written"]
+    assert verify(finished).general == [f"attribute {name}: changed after it was written"]
     assert load(finished).scalars["B"] == 0.1
     writer = open_writer(finished, make(), Origin(TEXT))
     with pytest.raises(Damaged, match=f"attribute {name}"):
@@ -222,7 +222,7 @@ def test_an_axis_that_was_changed_is_found(finished, name):
     with h5py.File(finished, "a") as file:
         file[name][0] += 0.5
     for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
-        with pytest.raises(Damaged, match=f"axis {name} is not what was written"):
+        with pytest.raises(Damaged, match=f"axis {name}: changed after it was written"):
             reads(finished)
 
 

@@ -1,6 +1,6 @@
-"""`vd.sweep`: a sweep as it is asked for in Python, into memory or into a file.
+"""`vd.sweep`: a sweep called from Python, into memory or into a file.
 
-A file is written, gone on with and refused as by `vibrodrive sweep`: by the same job, which is told the same plan.
+Files are written, resumed and refused by the same job as in `vibrodrive sweep`.
 """
 
 from __future__ import annotations
@@ -49,52 +49,52 @@ def sweep(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Results:
-    """Simulate every point of the product of the axes, or of a list of points.
+    """Simulate all points of the product of the axes, or of a list of points.
 
-    Ctrl-C is answered within a second. Threads end with it, and so do an executor's tasks in threads or processes of
-    this machine; workers of Dask finish the block that they have begun, and nobody waits for it. What takes longer than
-    a second shows how far it is on a terminal and in a notebook, and nowhere else.
+    Ctrl-C ends the call within a second. It also ends threads, and the tasks of an executor in threads or processes of
+    this machine; workers of Dask finish their current block, without delay for the call. A terminal or notebook shows
+    the progress of a call that takes longer than a second.
 
     Parameters
     ----------
     A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
         as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
-        are in the order in which the keywords are written. A must be given, here or among the points.
+        have the order of the keywords in the call. A is required, here or among the points.
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
     record : "section", "impacts", "summary" or "error", or several of them
-        what is kept of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies,
-        Lyapunov exponent, …), computed while it is followed, however long that is; bounds of what it is off by, for
-        which every motion is followed by itself to its end: some times the work, and many times where it repeats.
+        records of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies, Lyapunov
+        exponent, …) over all recorded periods; bounds of its error. Error bounds need each motion to be computed
+        separately to its end: several times the work, and many times if the motion repeats.
     points : mapping of str to sequences of one length, optional
-        parameters that change together, by name: point k has the k-th value of each. They make one axis, `point`,
-        whose values count from 0; a table of pandas will do.
+        parameters that change together, by name: point k has the k-th value of each. They form one axis, `point`,
+        with values 0, 1, …; a pandas.DataFrame is possible.
     path : str or path, optional
-        result file (.h5) to write instead of keeping all in memory. A file that is there and was made from the same,
-        here or by `vibrodrive sweep`, is gone on with: what it lacks is computed. It holds these arguments as a
-        configuration for `vibrodrive sweep`, which goes on with it, too, and from that writes the same bytes.
+        result file (.h5) to write instead of keeping all results in memory. An existing file of the same sweep, also
+        one of `vibrodrive sweep`, is resumed. The file contains these arguments as a configuration, from which
+        `vibrodrive sweep` can resume it or write a bitwise equal file.
     overwrite : bool
-        replace a result file that is there, of whatever kind. Nothing else is ever replaced.
+        replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
         threads to use; all by default.
     executor : concurrent.futures.Executor, optional
-        computes the blocks elsewhere, e.g. ``dask.distributed.Client.get_executor()``.
+        computes the blocks, e.g. ``dask.distributed.Client.get_executor()``.
 
     Returns
     -------
     Results
-        with status, margin (axes…), switches (axes…, 5), axes, and what is recorded: section (axes…, periods, 2), and
-        the arrays that `Results` lists. It does not depend on the number of threads, on the executor or on whether
-        there is a file, to the bit. With `path` the arrays are read from there on access, as from `load`.
+        with status, margin (axes…), switches (axes…, 5), axes, and the records: section (axes…, periods, 2), and the
+        arrays listed in `Results`. Results are bitwise equal for any number of threads, any executor, and with or
+        without a file. With `path` the arrays are read from the file on access, as by `load`.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; also if the results do not fit the memory or
-        the disk; if the file was made from something else (Different, with the keys that differ), is no result file
-        or damaged beyond reading (NoResult).
+        with one sentence: key, value, allowed values; also if the results do not fit the memory or the disk; if the
+        file is of another sweep (Different, with the keys that differ), is no result file or damaged beyond reading
+        (NoResult).
     RuntimeError
-        if another process is writing the file (Busy), or the work broke off (Failed); what is written stays.
+        if another process is writing the file (Busy), or the computation failed (Failed); written blocks remain.
     OSError
         if the system refuses.
 
@@ -112,7 +112,7 @@ def sweep(
     >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
     ['eps', 'A']
 
-    Random starts, of which each point has one:
+    Random starts, one for each point:
 
     >>> start = np.random.default_rng(seed=1)
     >>> starts = {"xi0": start.uniform(0, 8, 5), "dxi0": start.uniform(-3, 3, 5)}
@@ -120,7 +120,7 @@ def sweep(
     >>> several.shape, list(several.points)
     ((5,), ['xi0', 'dxi0'])
 
-    The first one into a file; stopped and called again, it goes on:
+    The first sweep into a file; a repeated call would resume it:
 
     >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
     >>> bool((s.section == r.section).all())
@@ -172,7 +172,7 @@ def _into_file(
 
 @contextlib.contextmanager
 def _in_python() -> Iterator[None]:
-    """Let errors that advise an option of the command line advise the keyword."""
+    """Replace options of the command line by keywords in error messages."""
     try:
         yield
     except (ValueError, RuntimeError) as error:

@@ -15,9 +15,9 @@ from vibrodrive.store.curves import StoredCurves, save
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse other axes than A and B, and what the map does not describe."""
+    """Refuse axes other than A and B, a disturbance, and a method other than `certified`."""
     if set(plan.axes) != {"A", "B"}:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone, or A and B"))
+        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A only, or A and B"))
     for name, values in plan.axes.items():
         if not values.min() < values.max():
             raise ValueError(bad(name, values.tolist(), "at least two values"))
@@ -27,7 +27,8 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def make(work: Work) -> bool:
     """Find the curves of bifurcations in the ranges of a plan.
 
-    Of its axes only the ranges count, and the number of values of B, up to 17: at so many bifurcations are sought.
+    Only the ranges of the axes are used, and the number of values of B, up to 17: the search for bifurcations starts at
+    so many values.
     """
     plan, longest = work.plan, work.own["max_period"]
     A, B = ((float(plan.axes[name].min()), float(plan.axes[name].max())) for name in "AB")
@@ -37,7 +38,7 @@ def make(work: Work) -> bool:
 
 
 def listed(found: StoredCurves) -> dict[str, Any]:
-    """Return the same as `table` for other programs, of types that JSON knows; curves are numbered from 0."""
+    """Return the contents of `table` in types of JSON; curves are numbered from 0."""
     curves = [
         {
             "kind": c.kind, "period": c.period, "impacts": c.impacts, "word": c.word, "ends": list(c.ends),
@@ -51,7 +52,7 @@ def listed(found: StoredCurves) -> dict[str, Any]:
 
 
 def table(found: StoredCurves) -> str:
-    """Return the curves, a line each: where they begin and end, and why; then the points where two meet."""
+    """Return the curves, one line each with both ends and their reasons; then the points where two curves meet."""
     head = f"{'kind':<15}  {'period':>6}  {'from A':>12}  {'B':>12}  {'to A':>12}  {'B':>12}  {'ends':<19}  word"
     lines = [head]
     for c in found.curves:

@@ -1,4 +1,4 @@
-"""`vd.driver`: what a driver does, in SI units, and what it does ±1 % beside its setting."""
+"""`vd.driver`: motion of a driver in SI units, and its change if a parameter changes by ±1 %."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.physical import Scene
 
 VARIED = {"a0": "a0", "omega0": "Ω0", "mu": "μ", "alpha": "α"}
-"""Quantities of the scene that are changed by 1 %, and their symbols. The mass scales powers only."""
+"""Quantities of the scene that are varied by 1 %, and their symbols. The mass scales powers only."""
 
 STEP = 0.01
 
@@ -22,30 +22,30 @@ TURN = 2.0 * math.pi
 
 @dataclass(frozen=True)
 class Driver:
-    """A driver's motion in SI units, from rest at the obstacle, after its transient.
+    """Motion of a driver in SI units, from rest at the obstacle, after its transient.
 
     Attributes
     ----------
     scene : Scene
     period : float
-        of the motion, in s; NaN where it does not repeat within 64 periods of the excitation.
+        period of the motion, in s; NaN if it does not repeat within 64 excitation periods.
     blows : float
-        impacts a second, touches included.
+        impacts per second, including touches.
     speed, speed_mean : float
-        velocity of the fastest blow, and of the mean one, in m/s.
+        largest and mean velocity of the impacts, in m/s.
     power : float
         mean power of the impacts, in W.
     friction, drive : float
-        mean power lost to friction, and of the excitation, in W: `drive` is the sum of `power` and `friction`.
+        mean power of friction and of the excitation, in W: `drive` is the sum of `power` and `friction`.
     lift : float
         largest gap, in m.
     conveying : float
-        mean velocity where no obstacle is in reach, in m/s, negative down the incline; -inf where B > 1, as the mass
-        then slides faster and faster. Against the obstacle the mean velocity is 0.
+        mean velocity without an obstacle, in m/s, negative down the incline; -inf for B > 1, as the mass then
+        accelerates without limit. With the obstacle the mean velocity is 0.
     status : Status
-        of both motions, the first that is not OK.
+        of the motions with and without the obstacle, the first that is not OK.
     beside : dict of str to (Driver, Driver)
-        for a0, omega0, mu and alpha the driver with 1 % less of it, and with 1 % more.
+        for a0, omega0, mu and alpha the driver with 1 % less and with 1 % more of it.
     """
 
     scene: Scene
@@ -62,7 +62,7 @@ class Driver:
     beside: dict[str, tuple[Driver, Driver]] = field(default_factory=dict, repr=False)
 
     def __str__(self) -> str:
-        """A table: the motion here, and with 1 % less and more of each quantity."""
+        """Return a table: this motion, and those with 1 % less and more of each quantity."""
         s = self.scene
         rows = [("here", self)]
         for name, pair in self.beside.items():
@@ -92,15 +92,15 @@ SHOWN = {
     "lift": ("lift", "mm", 1e3),
     "conveying": ("free", "mm/s", 1e3),
 }
-"""Columns of the table: heading, unit, and how many of these units are one of SI."""
+"""Columns of the table: heading, unit, and factor from the SI unit to it."""
 
 FREE = """\
-free: mean conveying velocity where no obstacle is in reach, negative down the incline; at the obstacle it is 0.
-power is that of the blows; – is a motion that does not repeat within 64 periods of the excitation."""
+free: mean conveying velocity without an obstacle, negative down the incline; with the obstacle it is 0.
+power: power of the blows; –: the motion does not repeat within 64 excitation periods."""
 
 
 def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
-    """Compute what a driver does, in SI units, here and with 1 % less and more of a0, omega0, mu and alpha.
+    """Compute the motion of a driver in SI units, also with 1 % less and more of a0, omega0, mu and alpha.
 
     Parameters
     ----------
@@ -108,17 +108,17 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     eps, eta : float
         disturbance, as in `simulate`.
     transient, periods : int
-        excitation periods left out, and recorded.
+        excitation periods before the record, and recorded.
 
     Returns
     -------
     Driver
-        period, blows a second, their speed, powers, lift and conveying velocity as numbers; printed, a table.
+        period, impacts per second, their speed, powers, lift and conveying velocity; it prints as a table.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        with one sentence: key, value, allowed values.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
         scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
     n = len(scenes)
     A, B = np.array([(s.A, s.B) for s in scenes]).T
-    # where B <= 1 the mass never slides down faster than 2 A (1 + ε η): from this height it does not reach the obstacle
+    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η): from this height the mass does not reach the obstacle
     far = np.where(B > 1.0, 0.0, 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + periods))
     points = {"A": np.tile(A, 2), "B": np.tile(B, 2), "xi0": np.append(np.zeros(n), far)}
     r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record=["section", "summary"])

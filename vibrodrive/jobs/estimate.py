@@ -1,4 +1,4 @@
-"""Rough time of a sweep, from a wave of its points that is timed."""
+"""Rough time of a sweep, from the measured time of one wave of its points."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 
 POINTS = 1024
-"""Points of the wave at most: enough to show how much points differ, few enough for seconds."""
+"""Points of the wave, at most: enough to sample different points, few enough to take seconds."""
 
 SECONDS = 0.4
-"""Time from which on a wave is extrapolated."""
+"""Measured time from which on a wave is extrapolated."""
 
 GROWTH = 4
-"""Ratio of the periods of one attempt to those of the one before."""
+"""Ratio of the periods of successive attempts."""
 
 
 class Estimate(NamedTuple):
-    """Seconds for all points, and before that for loading the kernels, which are compiled by then."""
+    """Seconds for computing all points, and for loading the compiled kernels."""
 
     computing: float
     loading: float
@@ -31,7 +31,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class _Wave(Plan):
-    """Some points of a plan, in the place of all of them: float64 (n, len(COLUMNS))."""
+    """A plan reduced to some of its points: float64 (n, len(COLUMNS))."""
 
     some: np.ndarray = field(default_factory=lambda: np.empty((0, len(COLUMNS))))
 
@@ -40,7 +40,7 @@ class _Wave(Plan):
 
 
 def estimate(plan: Plan, threads: int | None) -> Estimate:
-    """Measure roughly how long a sweep will take here. Compiles the kernels if they are not on the disk."""
+    """Estimate the time of a sweep on this machine. Compiles the kernels if they are not on the disk."""
     began = monotonic()
     from vibrodrive.batch.sweep import check_threads, load_kernels
     from vibrodrive.jit.compile import compilation
@@ -52,11 +52,11 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
 
 
 def _computing(plan: Plan, threads: int) -> float:
-    """Seconds for all points and periods.
+    """Return the seconds for all points and periods.
 
     One wave of points spread over the sweep is computed, for a growing number of periods until that takes SECONDS.
-    Motions settle, and periods that repeat are copied: the rest of the periods is taken to go on as the last three
-    quarters of the longest attempt.
+    Motions settle, and periods that repeat are copied. Hence the remaining periods are assumed to take as long as the
+    last three quarters of the longest attempt.
     """
     from vibrodrive.batch.sweep import compute
 

@@ -1,4 +1,4 @@
-"""The failure map from a configuration into a file: switches judged over two axes, and limits beside them."""
+"""Compute the failure map of a configuration into a file: judged switches over two axes, and limits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ JUDGED = 10
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse other axes than A and dtau, or A and eps, and those that a map cannot have."""
+    """Refuse axes other than A and dtau, or A and eps, and axes that do not suit a map."""
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
         raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))

@@ -1,4 +1,4 @@
-"""Limits over A, B or η, from a configuration into a file, filled limit by limit, resumed where it stopped."""
+"""Compute the limits over A, B or η of a configuration into a file, limit by limit; resume an existing file."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, 
 Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found]]]
-"""The limits of one disturbance and path at some values of the axes."""
+"""Function that finds the limits of one disturbance and path at some values of the axes."""
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse other axes than one or two of A, B and eta (of k1 one, A or B), and what its search refuses."""
+    """Refuse axes other than one or two of A, B and eta (k1: one, A or B), and arguments that the search refuses."""
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
@@ -41,10 +41,10 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 
 
 def make(work: Work) -> bool:
-    """Compute the limits that a file lacks, each written as it is found.
+    """Compute the limits missing in a file and write each as soon as it is found.
 
     The axes are those of the configuration. Its other parameters, transient, periods (1000 and 1500 unless given), the
-    start, the section and tol are those of every motion; eps, if given, disturbs those whose limit in Δτ is sought.
+    start, the section and tol hold for all motions; eps, if given, disturbs the motions of the limits in Δτ.
     """
     config, plan = work.config, work.plan
     quantity, criterion = _judged(config)
@@ -66,7 +66,7 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """Return the kind of limit that a configuration asks for, and its criterion."""
+    """Return the kind of limit of a configuration, and its criterion."""
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 
@@ -87,10 +87,10 @@ def _each(config: Config, plan: Plan, threads: int | None) -> Each:
 def _missing_limits(
     file: h5py.File, plan: Plan, curves: Sequence[tuple[str, str]], each: Each
 ) -> Iterator[tuple[int, tuple[int, ...], Found]]:
-    """Find the limits that a file does not have yet: (curve, index of the point, limit) of each."""
+    """Find the limits missing in a file: (curve, index of the point, limit) of each."""
     names = list(plan.axes)
     for c, (disturbance, method) in enumerate(curves):
-        # where ε = 0, the limits in Δτ know nothing of η: one search answers for all of its values
+        # at ε = 0 the limits in Δτ do not depend on η: one search suffices for all η
         free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
         along = names.index("eta") if free else None
         for box in boxes(file["status"][c] != DONE):
@@ -108,7 +108,7 @@ def _missing_limits(
 
 
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
-    """Divide the True of a bool array of one or two axes into products of indices along each axis."""
+    """Divide the True entries of a bool array with one or two axes into products of indices along the axes."""
     if missing.ndim == 1:
         if missing.any():
             yield (np.flatnonzero(missing),)
@@ -120,18 +120,18 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 
 
 def table(found: Limits) -> str:
-    """A line for each point: its place on the axes, n, and the limits: k2 or ku, and the velocity amplitude V in ε; k1.
+    """Return a line for each point: its axis values, n, and the limits: k2 or ku with the velocity amplitude V, or k1.
 
-    A limit in Δτ is a velocity as it stands (of switches on the grid; after Muller's method they are not late by Δτ).
-    For a scene in SI units V stands there in mm/s, too. "-" is what is not known; "<" marks an upper bound.
+    V of a limit in Δτ exists for switches on the grid only: after Muller's method they are not late by Δτ. A scene in
+    SI units adds V in mm/s. "-" means unknown; "<" marks an upper bound.
     """
     k, values = found.quantity, found.values
     kept = found.numbers["several_below" if k == KU else "kept_below"]
-    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # lost at the smallest value tried
+    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # the smallest tested value is above the limit
     if k == K1:
         heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(values)
         bounds = list(below)
-        meaning = "k1: how far this coordinate of the start may be off; inf where every start ends on one solution"
+        meaning = "k1: allowed error of this coordinate of the start; inf if every start ends on one solution"
     else:
         V = found.numbers["velocity"]
         heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]

@@ -1,4 +1,4 @@
-"""Additions to a map of a sweep: the undisturbed motions, and other result files drawn over it."""
+"""Additions to a map of a sweep: undisturbed motions, and other result files drawn over it."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ NONE = {"eps": 0.0, "dtau": np.nan}
 
 
 def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
-    """Whole periods between main impacts, as `gaps` of a summary, of the motion without ε and Δτ at every point.
+    """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
 
-    They are followed as long as by `limits`, from the same start: near a bifurcation they settle slowly. Returns int64
-    (axes…), with one value along the axes eps and dtau; 0 where gaps do not repeat.
+    These motions have the start of the sweep and the length of those in `limits`, as they settle slowly near a
+    bifurcation. Returns int64 (axes…), with one value along the axes eps and dtau; 0 if gaps do not repeat.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED
@@ -38,7 +38,7 @@ def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray
 
 
 def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
-    """Read files of curves or of limits as arguments of `map_figure`. Raises ConfigError for two of a kind."""
+    """Read files of curves or of limits as arguments of `map_figure`. Raises ConfigError for two files of one kind."""
     from vibrodrive.store.every_kind import load
     from vibrodrive.store.header import read_kind
 

@@ -1,4 +1,4 @@
-"""`vibrodrive orbits CONFIG`: a table, a file and figures of all orbits over a range of A."""
+"""`vibrodrive orbits CONFIG` over A: a table, a file and figures of all orbits."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ DIAGRAMS = ("bifurcation", "multipliers")
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse what orbits over A do not have: another axis than A, a disturbance, another way to find switches."""
+    """Refuse an axis other than A, a disturbance, and a method other than `certified`."""
     if list(plan.axes) != ["A"]:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A alone, or A and B"))
+        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A only, or A and B"))
     if len(np.unique(plan.axes["A"])) < 2:
         raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two values"))
     return check_undisturbed(config, plan)
 
 
 def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse a disturbance, and another way to find switches; return the longest period sought."""
+    """Refuse a disturbance, and a method other than `certified`; return the longest period of the search."""
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], "0: only the undisturbed motion is a map"))
     if plan.settings.method != Method.CERTIFIED:
@@ -42,7 +42,7 @@ def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
 
 
 def make(work: Work) -> bool:
-    """Find all orbits over the A of a plan. Its section phase is that of the diagram."""
+    """Find all orbits over the A of a plan. The diagram has the section phase of the plan."""
     scalars = work.plan.scalars
     found = family(work.plan.axes["A"], scalars["B"], work.own["max_period"])
     save(work.path, found, work.origin("Orbits of a friction-impact oscillator"), scalars["section_phase"])
@@ -50,7 +50,7 @@ def make(work: Work) -> bool:
 
 
 def brute_force(plan: Plan, threads: int | None) -> Results:
-    """Compute the section points of the plan's own motion."""
+    """Compute the section points of the motions of the plan."""
     kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
     s = plan.settings
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
@@ -65,9 +65,9 @@ def drawn(
     ax: Any = None,
     threads: int | None = None,
 ) -> Figure:
-    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for another kind.
+    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for an unknown kind.
 
-    The brute-force points are computed again from the configuration in the file, if that fits the file.
+    The simulated points are computed again from the configuration in the file, if it matches the file.
     """
     if kind not in DIAGRAMS:
         raise ValueError(bad("kind", kind, "one of " + ", ".join(DIAGRAMS)))
@@ -79,7 +79,7 @@ def drawn(
 
 
 def listed(stored: StoredOrbits) -> dict[str, Any]:
-    """Return the same as `table` for other programs, of types that JSON knows (NaN among the numbers)."""
+    """Return the contents of `table` in types of JSON (the numbers include NaN)."""
     found = stored.family
     bifurcations = [
         {
@@ -94,7 +94,7 @@ def listed(stored: StoredOrbits) -> dict[str, Any]:
 
 
 def table(stored: StoredOrbits) -> str:
-    """Return the bifurcations, a line each, and the number of orbits."""
+    """Return the bifurcations, one line each, and the number of orbits."""
     found = stored.family
     lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
     for b in found.bifurcations:
@@ -109,7 +109,7 @@ def table(stored: StoredOrbits) -> str:
 
 
 def figures(stored: StoredOrbits, threads: int | None) -> list[Figure]:
-    """Draw the bifurcation diagram above the motions of the configuration, and the multipliers."""
+    """Draw the bifurcation diagram over the simulated motions of the configuration, and the multipliers."""
     return [drawn(stored, kind, threads=threads) for kind in DIAGRAMS]
 
 

@@ -1,9 +1,9 @@
-"""Progress of a sweep in one line: rewritten on a terminal, printed now and then elsewhere.
+"""Progress of a sweep in one line: rewritten on a terminal, printed periodically elsewhere.
 
-Not click's progress bar (8.5, tried): where there is no terminal it prints its label once, and no progress; a
-terminal that goes away ends the work with OSError; a message from elsewhere lands behind the bar on its line; a line
-wider than the terminal is not cut, and wraps; and its time left takes what an earlier run has done for work of this
-one: at 96 of 100 steps, the first 90 of them resumed, it said 0.04 s for the last second.
+Reasons against the progress bar of click (8.5, tested): without a terminal it prints its label once and no progress; a
+terminal that is closed ends the work with OSError; other messages appear on the line of the bar; a line wider than the
+terminal is not cut, and wraps; and its remaining time counts the work of an earlier run as work of this one: at 96 of
+100 steps, the first 90 of them resumed, it showed 0.04 s for the last second.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
 PLAIN_SECONDS = 10.0
-"""Where stderr is no terminal (a log, a batch system) a line every so often is enough."""
+"""Seconds between lines if stderr is no terminal (a log, a batch system)."""
 
-COMPILING = "compiling kernels that this needs, once for this version, Python and processor"
-"""Shown when it begins; its duration is not known in advance."""
+COMPILING = "compiling the kernels, once for this version, Python and processor"
+"""Shown at the start of a compilation; its duration is unknown."""
 
 
 @dataclass
@@ -32,16 +32,16 @@ class Tally:
     """Progress of a sweep. One thread counts, another displays it."""
 
     points: int = 0  # of the sweep
-    done: int = 0  # computed, now or in an earlier run
+    done: int = 0  # computed, including earlier runs
     fresh: int = 0  # computed in this run
-    periods: int = 0  # excitation periods of one point, transient included
-    stage: str = ""  # what goes on before the first point
-    elsewhere: str = ""  # what workers may be doing before the first point is back
-    waiting: str = ""  # what a cluster lacks to go on
+    periods: int = 0  # excitation periods of one point, including the transient
+    stage: str = ""  # activity before the first point
+    elsewhere: str = ""  # possible activity of workers before the first point arrives
+    waiting: str = ""  # reason why a cluster waits
     began: float = field(default_factory=time.monotonic)  # of the computation
 
     def start(self, points: int, done: int, periods: int) -> None:
-        """The computation begins: from here on time counts."""
+        """Start the computation and its time."""
         self.points, self.done, self.periods = points, done, periods
         self.stage, self.began = "", time.monotonic()
 
@@ -55,7 +55,7 @@ class Tally:
         return self.fresh / max(time.monotonic() - self.began, 1e-9)
 
     def line(self) -> str:
-        """Share done, rate and time left."""
+        """Return share done, rate and remaining time."""
         if self.stage:
             return self.stage
         share = f"{100 * self.done / max(self.points, 1):5.1f} %"
@@ -83,7 +83,7 @@ def duration(seconds: float) -> str:
 
 
 class Show:
-    """Shows a line on a stream; a stream that has gone away (a closed terminal) is no reason to stop."""
+    """A progress line on a stream; errors of the stream (a closed terminal) are ignored."""
 
     def __init__(self, stream: TextIO, name: str) -> None:
         self._stream = stream
@@ -94,21 +94,21 @@ class Show:
         self._announced = False
 
     def compiling(self, seconds: float) -> None:
-        """Say that kernels are being compiled, once, and count the seconds it takes."""
+        """Report once that kernels are being compiled, and show the seconds."""
         if not self._announced:
             self._announced = True
             self.say(COMPILING)
         self.update(lambda: f"compiling: {seconds:.0f} s")
 
     def look(self, line: Callable[[], str], compilation: Compilation | None) -> None:
-        """Draw what `line` returns, or that kernels are being compiled (None: Numba is not loaded yet)."""
+        """Draw `line()`, or the time of a running compilation (None: Numba is not loaded yet)."""
         if compilation is not None and compilation.running:
             self.compiling(compilation.seconds)
         else:
             self.update(line)
 
     def update(self, line: Callable[[], str]) -> None:
-        """Draw what `line` returns, if it is time to."""
+        """Draw `line()`; without a terminal at most every PLAIN_SECONDS."""
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             self._write(f"\r\x1b[K{self._name}  {line()}"[: width + 4])
@@ -118,12 +118,12 @@ class Show:
             self._write(f"{self._name}  {line()}\n")
 
     def say(self, message: str) -> None:
-        """A line that is not overwritten."""
+        """Print a line that is not overwritten."""
         self.clear()
         self._write(f"{message}\n")
 
     def clear(self) -> None:
-        """Take the rewritten line away."""
+        """Erase the rewritten line."""
         if self._drawn:
             self._write("\r\x1b[K")
             self._drawn = False
@@ -135,7 +135,7 @@ class Show:
 
 
 class NotebookShow(Show):
-    """Shows its lines below the cell of a notebook that runs; the last one is replaced as it changes."""
+    """Progress lines below the running cell of a notebook; the last line is replaced when it changes."""
 
     def __init__(self, display: Callable[..., Any], name: str) -> None:
         super().__init__(sys.stderr, name)
@@ -165,7 +165,7 @@ class NotebookShow(Show):
 
 
 def show_to_person(name: str) -> Show | None:
-    """Return a Show on a terminal or in a notebook; None elsewhere, and while something else is shown."""
+    """Return a Show on a terminal or in a notebook; None elsewhere, and while another Show is active."""
     if any(thread.name == WATCHER for thread in threading.enumerate()):
         return None
     ipython = sys.modules.get("IPython")
@@ -180,15 +180,15 @@ def show_to_person(name: str) -> Show | None:
 WATCH_SECONDS = 0.2
 
 WATCHER = "watch"
-"""Name of the thread that shows how work goes on: one at a time writes its line."""
+"""Name of the thread that shows progress; at most one exists."""
 
 SHOWN_AFTER = 1.0
-"""Seconds after which the progress of a call in Python is shown: most are done by then."""
+"""Seconds after which the progress of a call in Python is shown; most calls are shorter."""
 
 
 @contextlib.contextmanager
 def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
-    """Call `look` every WATCH_SECONDS, from `after` seconds on, in a thread of its own while the block runs."""
+    """Call `look` every WATCH_SECONDS, from `after` seconds on, in a separate thread while the block runs."""
     ended = threading.Event()
 
     def watch() -> None:
@@ -208,7 +208,7 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
 
 @contextlib.contextmanager
 def shown(show: Show | None, look: Callable[[Show], None], after: float | None = None) -> Iterator[None]:
-    """Let `look` draw on a Show while the block runs, from `after` seconds (SHOWN_AFTER) on, and clear it then."""
+    """Let `look` draw on a Show while the block runs, from `after` seconds (default SHOWN_AFTER) on; then clear it."""
     if show is None:
         yield
         return
@@ -221,7 +221,7 @@ def shown(show: Show | None, look: Callable[[Show], None], after: float | None =
 
 @contextlib.contextmanager
 def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
-    """Show that a call goes on: for how long, what it has found, and that kernels are compiled for it."""
+    """Show the elapsed time of a call, its results so far, and compilations."""
     from vibrodrive.jit.compile import compilation
 
     began = time.monotonic()

@@ -1,4 +1,4 @@
-"""From a configuration to a result file of a kind other than sweeps: one road for all, a Recipe for what differs."""
+"""Compute the result file of a configuration, for all kinds except sweeps; each kind has a Recipe."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class Work(NamedTuple):
-    """A computation: from which configuration, into which file.
+    """A computation: configuration, file and options.
 
-    `own` are the settings of the command, by the names of root attributes. With `resume` the file that is there is
-    resumed, otherwise it is replaced.
+    `own` are the settings of the command, by the names of root attributes. `resume` is True to resume an existing file
+    and False to replace it.
     """
 
     config: Config
@@ -34,26 +34,26 @@ class Work(NamedTuple):
     resume: bool
 
     def origin(self, title: str) -> Origin:
-        """Return where the file comes from, for the file. `title` is used if the configuration has none."""
+        """Return the Origin of the file. `title` is used if the configuration has none."""
         return Origin(self.config.text, self.config.overrides, self.config.title or title)
 
 
 class Recipe(NamedTuple):
-    """How a kind of file is made and shown.
+    """Functions that make and show a kind of file.
 
     Attributes
     ----------
     check
-        called before a file is made: returns the command's own settings. Raises TypeError or ValueError with one
-        sentence naming the key, the value and what is allowed.
+        called before a file is made: returns the settings of the command. Raises TypeError or ValueError with one
+        sentence: key, value, allowed values.
     make
-        computes into the file; returns whether anything had to be computed.
+        computes into the file; returns True if anything had to be computed.
     figures
-        draws what the file holds, with so many threads, for the endings in `Kind.figures`.
+        draws the contents of the file, with a number of threads, for the endings in `Kind.figures`.
     table, listed
-        returns what the command prints: text, "" for nothing, or facts for `--json`.
+        return the output of the command: text ("" for none), or facts for `--json`.
     partial
-        whether a file may be there in part, which `make` completes. Others are written in one go.
+        True if `make` can complete a partial file; other files are written in one step.
     """
 
     check: Callable[[Config, Plan], dict[str, Any]]
@@ -79,11 +79,11 @@ def run(
     threads: int | None = None,
     overwrite: bool = False,
 ) -> tuple[Any, bool]:
-    """Compute what a configuration asks for into a file; resume one that is there and was made from the same.
+    """Compute the result of a configuration into a file; resume an existing file of the same configuration.
 
-    Returns the contents of the file, as `load` does, and whether anything had to be computed. With `overwrite` a result
-    file that is there is replaced, once the new one is whole or laid out. Raises what the recipe refuses, before a file
-    is made; Different, NoResult, Busy or OSError if the file cannot be resumed or written.
+    Returns the contents of the file, as `load` does, and True if anything had to be computed. `overwrite` replaces an
+    existing result file after the new one is complete or laid out. Raises TypeError or ValueError of the recipe before
+    a file is made; Different, NoResult, Busy or OSError if the file cannot be resumed or written.
     """
     recipe, plan, path = recipe_of(kind), config.plan(), Path(out)
     check_threads(threads)

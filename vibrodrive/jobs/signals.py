@@ -1,4 +1,4 @@
-"""The signals that end a computation, as far as the system has them."""
+"""Signals that end a computation."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 SIGNALS = tuple(getattr(signal, s) for s in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, s))
-"""SIGHUP, a terminal that is closed, is POSIX's; SIGBREAK, Ctrl-Break, is that of Windows."""
+"""Signals of this system: only POSIX has SIGHUP (closed terminal), only Windows SIGBREAK (Ctrl-Break)."""
 
 
 def catch(handler: Callable[[int, Any], None]) -> dict[int, Any]:
-    """Have all of them handled; returns how they were before. A SIGHUP that nohup has switched off stays off."""
+    """Handle all SIGNALS by `handler`; return the previous handlers. A SIGHUP ignored by nohup remains ignored."""
     before = {s: signal.getsignal(s) for s in SIGNALS}
     for s, was in before.items():
         if not (s == getattr(signal, "SIGHUP", None) and was == signal.SIG_IGN):

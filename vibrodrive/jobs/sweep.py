@@ -1,7 +1,7 @@
-"""A sweep from a plan to a finished file: begun, resumed, stopped by a signal, watched.
+"""Run a sweep from a plan to a finished file: start or resume it, show its progress, stop it by a signal.
 
-The work goes on in a thread of its own, because a signal reaches only the main thread, and only between
-two of its steps: a block may take minutes, an answer to Ctrl-C may not take more than a second.
+A separate thread computes, because Python handles a signal in the main thread between two steps only: a block may take
+minutes, but Ctrl-C must end the sweep within a second.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
 PATIENCE = 0.7
-"""Seconds a write may take to end after a signal; what it has not committed by then is computed again."""
+"""Seconds to wait for a write after a signal; blocks not committed by then are computed again."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What to compute, from which configuration, into which file, and with what."""
+    """A sweep to run: plan, configuration, file and resources."""
 
     plan: Plan
     origin: Origin
@@ -53,22 +53,22 @@ class Job:
 
 
 class Stopped(Exception):
-    """A signal ended the sweep; the message says how far it came. Threads may still be computing."""
+    """A signal ended the sweep; the message has its progress. Threads may still be computing."""
 
 
 class Cancelled(Exception):
-    """Ends the work itself after a signal."""
+    """Raised in the working thread after a signal."""
 
 
 def run(job: Job, show: Show) -> str:
-    """Compute what a file lacks; returns a line that says what was done.
+    """Compute the missing blocks of a file; return a line of summary.
 
     Raises
     ------
-    what `store.open_writer` raises, and ConfigError
-        before anything is computed; ConfigError if a cluster cannot be reached.
+    exceptions of `store.open_writer`, and ConfigError
+        before the computation; ConfigError if a cluster cannot be reached.
     Failed
-        if the file could not be written or the computation broke off.
+        if the file could not be written or the computation failed.
     Stopped
         after one of SIGNALS (signals.py). The caller should end the process at once.
     """
@@ -90,9 +90,9 @@ def run(job: Job, show: Show) -> str:
 
 
 def run_in_place(job: Job, show: Show | None) -> None:
-    """`run` in the calling thread, whose signals stay as they are.
+    """Do the same as `run` in the calling thread, without changing its signal handlers.
 
-    An exception raised there, as KeyboardInterrupt, ends it when the file is in a state from which it can be resumed.
+    An exception in this thread, such as KeyboardInterrupt, ends the sweep with a file that can be resumed.
     """
     work = _Work(job)
     with shown(show, work.look):
@@ -108,7 +108,7 @@ class _Work:
         self.tally = Tally()
         self.error: BaseException | None = None
         self.summary = ""
-        self.compilation: Compilation | None = None  # known when Numba is loaded
+        self.compilation: Compilation | None = None  # set when Numba is loaded
         self._writer: Writer | None = None
         self._stopping = False
         self._news: list[str] = []
@@ -120,17 +120,17 @@ class _Work:
             self.error = error
 
     def tell(self, show: Show) -> None:
-        """Say what has come up since the last call."""
+        """Print the messages since the last call."""
         while self._news:
             show.say(self._news.pop(0))
 
     def look(self, show: Show) -> None:
-        """Say the news, and draw how far the work is."""
+        """Print new messages, and draw the progress."""
         self.tell(show)
         show.look(self.tally.line, self.compilation)
 
     def stop(self, signum: int, thread: threading.Thread) -> str:
-        """Bring the file into a state from which it can be resumed."""
+        """Close the file so that it can be resumed."""
         self._stopping = True
         if self._writer is None:
             thread.join(PATIENCE)
@@ -143,9 +143,9 @@ class _Work:
         return f"stopped by {name}: {self.job.path} holds {done.sum()} of {len(done)} blocks"
 
     def carry_out(self) -> None:
-        """Open the file, compute what it lacks, close it. Raises as `run`."""
+        """Open the file, compute its missing blocks, close it. Raises as `run`."""
         job, path = self.job, self.job.path
-        # before the file is made: an unreachable cluster leaves none
+        # before the file is made: an unreachable cluster leaves no file
         with _executor(job.dask, self._watch_workers) as cluster:
             executor = cluster if job.executor is None else job.executor
             fresh = job.overwrite or not path.exists()
@@ -167,12 +167,12 @@ class _Work:
                 raise
             except BaseException as error:
                 writer.close()
-                if not isinstance(error, Exception):  # Ctrl-C where this is the main thread
+                if not isinstance(error, Exception):  # Ctrl-C in the main thread
                     raise
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
 
     def _watch_workers(self, workers: int) -> None:
-        """Say that a cluster has no workers, if it has none; called again and again."""
+        """Report a cluster without workers; called periodically."""
         if workers == 0 and not self.tally.waiting:
             self._news.append(f"--dask {self.job.dask}: the cluster has no workers: waiting for them")
         self.tally.waiting = "" if workers else "waiting for workers"
@@ -186,7 +186,7 @@ class _Work:
         return watch
 
     def _check(self, writer: Writer) -> None:
-        writer.check(self._watch("checking what is there"))
+        writer.check(self._watch("checking the existing file"))
         path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
         for k, fault in sorted(writer.repaired.items()):
             self._news.append(f"{path}: block {k} is damaged ({fault}): computed again")
@@ -218,7 +218,7 @@ class _Work:
         )
 
     def _prepare(self, writer: Writer, local: bool) -> str:
-        """Load the kernels, compiled if they have to be, before time counts; returns how long that took."""
+        """Load or compile the kernels before the time of the sweep starts; return the time of that as text."""
         self.tally.stage = "loading the kernels"
         began = monotonic()
         from numba import config
@@ -232,8 +232,8 @@ class _Work:
             writer.fletcher32 = fletcher32
             fletcher32(np.zeros(1))
         if not local:
-            self.tally.elsewhere = "waiting for workers, which compile the kernels where they have none"
-            return "what workers take to load or compile the kernels included"
+            self.tally.elsewhere = "waiting for workers, which compile missing kernels"
+            return "including the time of workers to load or compile the kernels"
         load_kernels(writer.plan)
         compiled = compilation.seconds - before
         loaded = f"after {duration(monotonic() - began - compiled)} to load the kernels"
@@ -241,7 +241,7 @@ class _Work:
 
 
 def check_dask(address: str) -> None:
-    """Refuse what cannot be the address of a scheduler, or --dask where it is not installed. Raises ConfigError."""
+    """Refuse an invalid address of a scheduler, and --dask if Dask is not installed. Raises ConfigError."""
     where = _ADDRESS.fullmatch(address)
     if where is None or not 0 < int(where["port"]) < 2**16:
         raise ConfigError(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
@@ -254,15 +254,15 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+
 _NO_DASK = "--dask needs the extra: pip install 'vibrodrive[dask]'"
 
 REACH_SECONDS = 10
-"""How long a scheduler may take to answer."""
+"""Largest time for the answer of a scheduler, in seconds."""
 
 WORKERS_SECONDS = 1.0
-"""Interval at which the number of a cluster's workers is read, in seconds."""
+"""Interval of reading the number of workers of a cluster, in seconds."""
 
 
 @contextlib.contextmanager
 def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Executor | None]:
-    """A connection to the cluster at an address, if there is one; `watch` is called with its number of workers."""
+    """Connect to the cluster at an address, if given; call `watch` with its number of workers periodically."""
     if address is None:
         yield None
         return
@@ -270,7 +270,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     try:
         from distributed import Client
 
-        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of what is reported in one line here
+        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of errors that are reported in one line here
             logging.getLogger(name).setLevel(logging.CRITICAL)
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
@@ -284,7 +284,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     ended = threading.Event()
 
     def poll() -> None:
-        with contextlib.suppress(Exception):  # a lost connection shows where the blocks are awaited
+        with contextlib.suppress(Exception):  # a lost connection raises an error in the main work
             while not ended.wait(WORKERS_SECONDS):
                 watch(len(client.nthreads()))
 
@@ -298,7 +298,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
 
 
 async def _reach(address: str) -> None:
-    """Connect once, and raise the error, if any: a Client that fails to leaves threads and tracebacks behind."""
+    """Test the connection: a Client that cannot connect leaves threads and tracebacks behind."""
     from distributed.core import connect
     from distributed.security import Security
 
@@ -308,11 +308,11 @@ async def _reach(address: str) -> None:
 
 @contextlib.contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Collect signals instead of being ended by them."""
+    """Collect signals instead of ending the process."""
     caught: list[int] = []
 
     def note(signum: int, frame: object) -> None:
-        caught.append(signum)  # one is enough: further signals change nothing
+        caught.append(signum)  # further signals have no effect
 
     before = catch(note)
     try:
@@ -323,7 +323,7 @@ def _signals() -> Iterator[list[int]]:
 
 
 def _held(writer: Writer) -> str:
-    return f"{writer.done.sum()} of {len(writer.done)} blocks are safe, the same sweep goes on from there"
+    return f"{writer.done.sum()} of {len(writer.done)} blocks are in the file, repeat the sweep to resume it"
 
 
 def _one_line(error: BaseException) -> str:

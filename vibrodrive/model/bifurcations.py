@@ -1,4 +1,4 @@
-"""The kinds of bifurcations: how each is called in figures, and how it is drawn there and in the explorer."""
+"""Kinds of bifurcations: label, marker, line and colour of each in figures and in the explorer."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 
 class BifurcationKind(NamedTuple):
-    """How one kind is drawn. Kinds differ in line and marker, so that they can be told apart without colour.
+    """Label and style of one kind. Kinds differ in line and marker, so that they are distinct without colour.
 
     Attributes
     ----------
     label : name in legends.
-    marker : where it is a point, as Matplotlib names it.
-    dashes, width : where it is a curve, as Matplotlib takes them (width in points).
-    colour, ink : in the styles "screen" and "print".
+    marker : Matplotlib marker of a point.
+    dashes, width : Matplotlib line style and width (in points) of a curve.
+    colour, ink : colours in the styles "screen" and "print".
     """
 
     label: str
@@ -32,4 +32,4 @@ BIFURCATIONS: dict[str, BifurcationKind] = {
     "grazing": BifurcationKind("grazing", "v", (0, (1.2, 1.2)), 1.3, "#009e73"),
     "stick": BifurcationKind("stick appears or vanishes", "|", (0, (2.5, 2.5)), 0.8, "#aa3377"),
 }
-"""By the name that results and files have for it, in the order of legends."""
+"""Styles by the name of the kind in results and files, in the order of legends."""

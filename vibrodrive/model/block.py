@@ -1,4 +1,4 @@
-"""What comes out of a sweep, block by block."""
+"""A finished block of a sweep."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 
 class Block(NamedTuple):
-    """A finished block: `section` float64 (points, periods, 2), None if it is not recorded, `status` int8, `margin`
-    float64, `switches` int64 (points, 5): switches into each State within the recorded window; what else is recorded,
-    by its name (records.py)."""
+    """A finished block: `section` float64 (points, periods, 2) or None if it is not recorded; `status` int8; `margin`
+    float64; `switches` int64 (points, 5), the switches into each State within the recorded window; `records`, the other
+    arrays by their names (records.py)."""
 
     index: int  # type: ignore[assignment]  # hides tuple.index, which is not used on a block
     start: int

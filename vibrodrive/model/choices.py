@@ -1,6 +1,6 @@
-"""The choices that kernels take as integers: how a switch is found, how a grid is visited, how a trajectory ended.
+"""Choices that kernels take as integers: method of the search, visit of the grid, status of a trajectory.
 
-This module imports nothing of the package. An edit here recompiles every kernel; an edit of `parameters` does not.
+This module imports no other module of the package. An edit here recompiles every kernel, unlike one in `parameters`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class Named(IntEnum):
 
 
 class Method(Named):
-    """How the end of a state is found. `simulate` takes a member, or its name in small letters.
+    """Method that finds the end of a state. `simulate` takes a member, or its name in lower case.
 
     Examples
     --------
@@ -31,7 +31,7 @@ class Method(Named):
 
 
 class Scan(Named):
-    """How `fixed` and `muller` visit their grid. The results are equal to the bit.
+    """Visit of the grid by `fixed` and `muller`. Both choices give bitwise equal results.
 
     Examples
     --------
@@ -42,12 +42,12 @@ class Scan(Named):
     True
     """
 
-    SKIP = 0  # jump over grid points that provably carry no sign change
+    SKIP = 0  # skip grid points at which a sign change is proved impossible
     LITERAL = 1  # visit every grid point
 
 
 class Status(Named):
-    """How a trajectory ended. `advice` says what to do about it.
+    """Result of a trajectory: OK, or the reason why not. `advice` says what to do.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Status(Named):
 
     @property
     def advice(self) -> str:
-        """One sentence: what happened, and what can be done."""
+        """One sentence with the result and the remedy."""
         return _ADVICE[self]
 
 

@@ -1,24 +1,24 @@
-"""A configuration file (TOML), and what may stand in it.
+"""Read and check a configuration file (TOML).
 
     title = "…"            # anything
-    [model]                # numbers: A, B, eps, … (names.py says which parameters and settings stand in which table)
+    [model]                # numbers: A, B, eps, … (names.py gives the table of each parameter and setting)
     [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
-                           # and where they matter mass (kg), g (m/s²). Without a0, A stands in another table,
-                           # maybe as an axis: the rest of the scene gives B and the units
+                           # optional mass (kg), g (m/s²). Without a0, another table gives A, also as an axis;
+                           # the scene then gives B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}; in the place of an entry of
-                           # [physical] a0, omega0, mu, alpha or mass: A and B follow point by point
-    [sweep.points]         # lists or ranges of one length, of parameters that change together: one axis, `point`
-    [switching]            # method and what belongs to it
+                           # or {start, stop, num, scale = "linear" | "log"}. a0, omega0, mu, alpha or mass
+                           # may be an axis instead of an entry of [physical]: A and B are computed for each point
+    [sweep.points]         # lists or ranges of equal length, of parameters that change together: one axis, `point`
+    [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
                            # a list of some of them
-    [figure]               # kind, quantity, x, y, limits: what `plot` draws; style ("screen", "print") and width
-                           # ("double", "single" columns of a page): how every command does
-    [trajectory]           # periods, curves ("phase", "time", "velocity", "section"): what `trajectory` draws
-    [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts"): what k2 keeps (stability/criterion.py)
-    [orbits]               # max_period: longest period that `orbits` seeks
+    [figure]               # kind, quantity, x, y, limits: the figure of `plot`; style ("screen", "print") and width
+                           # ("double", "single" columns of a page) of the figures of all commands
+    [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
+    [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts") of k2 (stability/criterion.py)
+    [orbits]               # max_period: longest period of `orbits`
 
-A parameter is given once. Options of the command line replace what the file says, wherever it says it.
+Each parameter is given once. Options of the command line replace values of the file, in whichever table they are.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from vibrodrive.model.size import refuse_large_axis
 
 
 def _in_table(table: str) -> tuple[str, ...]:
-    """The names that stand in a table, settings first."""
+    """Return the names that a table holds, settings first."""
     return tuple(name for name, row in (SETTINGS | PARAMETERS | FURTHER).items() if row.table == table)
 
 
@@ -55,13 +55,13 @@ HOMES: dict[str, tuple[str, ...]] = {
     "switching": _in_table("switching"),
     "run": _in_table("run"),
 }
-"""Where each argument of a sweep stands: a parameter as one number, or as an axis in [sweep], or a setting."""
+"""Tables of the arguments of a sweep: parameters as one number, axes ([sweep]) and settings."""
 
 MOST_BYTES = 1 << 25
-"""Size of a configuration file: some two million numbers, which take ten seconds to read."""
+"""Largest size of a configuration file: about two million numbers, which take ten seconds to read."""
 
 DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
-"""A key of more than a hundred parts: Python's reader takes time that grows as the square of their number."""
+"""A key of more than a hundred parts: the time of Python's reader grows as the square of their number."""
 
 ALONG = (*AXES, POINT)
 
@@ -70,9 +70,9 @@ ALONG = (*AXES, POINT)
 class Config:
     """A checked configuration.
 
-    `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` the options
-    KEY=VALUE that replaced parts of it. `physical` has a0 = 0 where A is given in its place, and is None where a
-    quantity of the scene is an axis: those and the rest of the scene are among the arguments then.
+    `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` are the options KEY=VALUE that
+    replaced parts of it. `physical` has a0 = 0 if A is given instead. It is None if a quantity of the scene is an axis:
+    then the arguments contain the scene.
     """
 
     text: str
@@ -87,11 +87,11 @@ class Config:
 
     @property
     def look(self) -> dict[str, Any]:
-        """How figures are drawn: `style` and `width`, as far as given."""
+        """Style of figures: `style` and `width`, if given."""
         return {key: self.figure[key] for key in ("style", "width") if key in self.figure}
 
     def plan(self) -> Plan:
-        """The sweep it describes. Raises ConfigError."""
+        """Return the sweep of this configuration. Raises ConfigError."""
         try:
             return make_plan(self.arguments)
         except (TypeError, ValueError) as error:
@@ -112,7 +112,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Config:
 
 def _text_of(path: Path) -> str:
     mode = path.stat().st_mode
-    # a pipe of the shell's, <(…), has no name that leads back to it; one that has waits for whoever may come
+    # a pipe of the shell, <(…), has no path; reading a named pipe would wait for a writer
     anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
     if not (stat.S_ISREG(mode) or anonymous):
         what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
@@ -173,7 +173,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
-    """An argument of a sweep, checked, from its table; what points give is entered in `at`."""
+    """Check an argument of a sweep; add the keys of [sweep.points] to `at`."""
     if key in SETTINGS:
         check_setting(key, value)
         return value
@@ -185,7 +185,7 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
-    """What may stand nowhere else: the keys of [physical], and B and A as far as the scene gives them."""
+    """Return the keys that no other table may give: those of [physical], B, and A if the scene has a0."""
     scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
     if not scene and "physical" not in tables:
         return []
@@ -193,7 +193,7 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
 
 
 def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene | None:
-    """Complete the arguments by [physical]; a scene without an axis gives A and B in its place, and is returned."""
+    """Add [physical] to the arguments. Replace a scene without an axis by its A and B, and return the scene."""
     swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
     for key in ("omega0", "mu", "alpha"):
         if key not in table and key not in swept:
@@ -216,7 +216,7 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
 
 
 def _check(key: str, value: object, place: str) -> float:
-    """Check one value of an axis; `place` is the name by which a refusal calls it."""
+    """Check one value of an axis; `place` is its name in the error message."""
     try:
         return check_scene(key, value) if key in SCENE_AXES else check(key, value)
     except (TypeError, ValueError) as error:
@@ -234,7 +234,7 @@ def _axis(key: str, value: object) -> float | np.ndarray:
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
-    """[sweep.points]; enters in `at` what it gives, and refuses what stands there already."""
+    """Check [sweep.points] and add its keys to `at`. Raises if `at` has one of them already."""
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     found = {}
@@ -313,7 +313,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
     "limits": {"quantity": ("k2", "k1", "ku"), "criterion": _text},
     "orbits": {"max_period": _count},
 }
-"""Tables of which each belongs to one command: for each key the choices, or a check of its value."""
+"""Tables of single commands: for each key the choices, or a function that checks its value."""
 
 
 def _extra(table: str, key: str, value: Any) -> Any:
@@ -331,7 +331,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     path = key.strip().split(".")
     if not equals or not all(path):
         raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
-    if any("\ud800" <= c <= "\udfff" for c in option):  # bytes that are no UTF-8, as Python has them
+    if any("\ud800" <= c <= "\udfff" for c in option):  # surrogates that Python makes of bytes that are not UTF-8
         raise ConfigError(bad("--set", option, "a text in UTF-8"))
     try:
         value = tomllib.loads(f"value = {written.strip()}")
@@ -344,7 +344,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if len(path) > 1 and path[0] in (*HOMES, "physical"):
         for name in (*HOMES, "physical"):
             if name != path[0] and isinstance(tables.get(name), dict):
-                tables[name].pop(path[1], None)  # given once: here
+                tables[name].pop(path[1], None)  # each key is given once
     table = tables
     for name in path[:-1]:
         table = table.setdefault(name, {})
@@ -359,7 +359,7 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
-    """The table of a key given without one: where it stands already, else the first where it may."""
+    """Return the table of a key given without one: the table that has it already, else the first that may have it."""
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:

@@ -1,4 +1,4 @@
-"""Text about results and loaded files: a line (the repr), a table for notebooks, and the lines of `vibrodrive info`."""
+"""Text about results and loaded files: the repr, a table for notebooks, and the lines of `vibrodrive info`."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Lines = list[tuple[str, str]]
 
 
 class Described:
-    """A short repr, and a table where a notebook shows the object, both made from `_described`."""
+    """A short repr and a table for notebooks, both made from `_described`."""
 
     def _described(self) -> dict[str, str]:
-        """A few words for each row of the table: "of" and "computed" begin the line, the others follow in it."""
+        """Return the text of each row of the table. The repr begins with "of" and "computed"; the others follow."""
         raise NotImplementedError
 
     def _more(self) -> dict[str, str]:
-        """Further rows, of the table alone."""
+        """Return further rows, which only the table shows."""
         return {}
 
     def __repr__(self) -> str:
@@ -40,9 +40,9 @@ class Described:
 
 
 class Stored:
-    """The contents of a result file. Its repr, its table in a notebook and the lines of `info` are made from `facts`.
+    """The contents of a result file. Its repr, its table for notebooks and the lines of `info` are made from `facts`.
 
-    A class overrides `lines` where these read badly.
+    A class overrides `lines` to improve this text.
     """
 
     file_kind: ClassVar[str]
@@ -50,29 +50,29 @@ class Stored:
 
     @property
     def computed(self) -> float:
-        """Share that is computed, 0 to 1."""
+        """Computed share, 0 to 1."""
         return 1.0
 
     def facts(self) -> dict[str, Any]:
-        """Return what it holds by name, of types that JSON knows (NaN and inf among the numbers)."""
+        """Return the contents by name, in types of JSON (the numbers include NaN and inf)."""
         raise NotImplementedError
 
     def lines(self) -> Lines:
-        """Return the facts in words."""
+        """Return the facts as text."""
         return words(self.facts())
 
     def plot(self, *, ax: Axes | None = None) -> Figure:
-        """Draw it.
+        """Draw the contents.
 
         Parameters
         ----------
         ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel; a new figure unless given.
+            axes for each panel; a new figure unless given.
 
         Returns
         -------
         Figure
-            which shows itself in a notebook; `savefig` writes it.
+            notebooks show it; `savefig` writes it.
         """
         return self._drawn(ax=ax)
 
@@ -93,11 +93,11 @@ def _table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 
 LABELS = {"axes": "axis", "ranges": "range", "parameters": "fixed"}
-"""Names of lines where they are not those of the facts."""
+"""Labels of lines that differ from the names of the facts."""
 
 
 def words(facts: Mapping[str, Any]) -> Lines:
-    """Return facts as lines: a line for each entry of what nests, one line for anything else."""
+    """Return facts as lines: one line for each entry of a nested mapping, one for any other fact."""
     found = []
     for name, value in facts.items():
         label = LABELS.get(name, name.replace("_", " "))
@@ -120,20 +120,20 @@ def _text(value: Any) -> str:
 
 
 def axis_facts(values: np.ndarray) -> dict[str, Any]:
-    """Facts of an axis: its first and last value, and how many there are."""
+    """Return the first value, the last value and the number of values of an axis."""
     return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
 
 
 def span(name: str, values: np.ndarray) -> str:
-    """“A 3…3.25 (100)”."""
+    """Return the range of an axis as “A 3…3.25 (100)”."""
     return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")
 
 
 def share_computed(share: float) -> str:
-    """“computed”, or how much of it is."""
+    """Return “computed”, or the computed share in per cent."""
     return "computed" if share == 1 else f"{100 * share:.1f} % computed"
 
 
 def numbers(fixed: Mapping[str, float]) -> str:
-    """“B = 0.1, eta = 101”, without what is not known."""
+    """Return “B = 0.1, eta = 101”, without values that are NaN."""
     return ", ".join(f"{name} = {value:g}" for name, value in fixed.items() if value == value)

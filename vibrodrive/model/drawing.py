@@ -1,4 +1,4 @@
-"""What can be drawn of a sweep, from what it recorded: its kinds of figures and their quantities."""
+"""Kinds of figures of a sweep and their quantities, depending on its record."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ BIFURCATION, POINCARE, MAP = "bifurcation", "poincare", "map"
 FIGURE_KINDS = (BIFURCATION, POINCARE, MAP)
 
 Style = Literal["screen", "print"]
-"""Colours that the colour-blind tell apart, or the black and white of a journal."""
+"""Colours that are distinct for colour-blind readers, or the black and white of a journal."""
 
 Width = Literal["double", "single"]
-"""Of a figure, in columns of a page."""
+"""Width of a figure in columns of a page."""
 
 STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
@@ -28,39 +28,39 @@ DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
 OF_SUMMARY = tuple(q.name for q in SUMMARIES)
 OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
-"""ξ and ξ' at the last section: over starts, which of the coexisting motions each of them leads to."""
+"""ξ and ξ' at the last section: over starts, they show which of the coexisting motions each start reaches."""
 
 IMPACT_POWER = "impact_power"
-"""`energy` in W, where a sweep has a scene with a mass."""
+"""`energy` in W, if the sweep has a scene with a mass."""
 
 KEPT = "kept"
-"""Whether `gaps` are those of the undisturbed motion."""
+"""Structure compared with that of the undisturbed motion: `gaps` kept or lost."""
 
 K2 = "k2"
 
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
-"""What must be known of a scene for a power: each an axis or one number."""
+"""Quantities of the scene that a power needs: each an axis or one number."""
 
 OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
-"""Quantities of maps that have a colour for each value, and no range."""
+"""Quantities of maps with one colour for each value, hence without a range."""
 
 MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
-"""Of maps over two axes, and of lines over one."""
+"""Quantities of maps over two axes, and of lines over one."""
 
 
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
-    """Refuse a range for what has a colour for each value. Raises ValueError with one sentence."""
+    """Refuse a range for a quantity with one colour for each value. Raises ValueError with one sentence."""
     if limits is not None and quantity in OF_CLASSES:
         raise ValueError(bad(key, limits, f"left out: {quantity} has classes, no range"))
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
-    """The kind of figure and its quantity for a sweep, where either may be left open.
+    """Choose the kind of figure and its quantity for a sweep; either may be None.
 
-    A quantity of the summary asks for a map, one of the impacts for a bifurcation diagram. Without any wish the section
-    is drawn if there is one (kind None: the diagram that suits the axes), else a map of the period, or the phases of
-    the impacts. `swept` is a Plan or Results. Raises ValueError for what is unknown, or was not recorded, and for a map
-    of one motion.
+    A quantity of the summary selects a map, one of the impacts a bifurcation diagram. If both are None, the section is
+    drawn if it was recorded (kind None: the diagram that suits the axes), else a map of the period, or the phases of
+    the impacts. `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of
+    one motion.
     """
     record = swept.record
     if kind not in (None, *FIGURE_KINDS):
@@ -93,7 +93,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """The same where it is no map."""
+    """Choose the kind and quantity of a figure that is no map, as `choose_drawing`."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:
@@ -113,9 +113,9 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
 
 
 def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """What a configuration wants drawn, and what is asked for now: of the former what does not contradict the latter.
+    """Merge the drawing options of a configuration, `wanted`, with those of the call, `now`; the latter win.
 
-    Its range is of its quantity, and goes with it.
+    The configured range belongs to the configured quantity: it is dropped if the quantity changes.
     """
     kept = dict(wanted)
     merged = kept | now

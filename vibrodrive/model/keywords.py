@@ -1,10 +1,9 @@
-"""The keywords of `simulate`, `sweep` and `limit`: their types, and how they are passed on as the caller wrote them.
+"""Types of the keywords of `simulate`, `sweep` and `limit`, and a decorator that keeps their order in the call.
 
-Each of these functions spells its keywords out, with types and defaults: for `help()`, editors and type checkers. But
-Python hands keywords over in the order of the signature, and the axes of a sweep are to be in the order in which the
-caller wrote them; nor does it say which keywords he left out, or refuse an unknown one in a sentence of ours.
-`as_written` adds that. The one explicit signature stays the real one: no second copy of it to keep in step, as there
-would be with a TypedDict beside the defaults or with overloads.
+Each of these functions has an explicit signature with types and defaults, for `help()`, editors and type checkers. But
+Python passes keywords in the order of the signature, and the axes of a sweep must have the order of the call. Python
+also does not report which keywords the caller omitted, and refuses an unknown one with its own message. `as_written`
+adds all three. A TypedDict or overloads would be a second copy of the signature, to be kept equal to the first.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ Axis: TypeAlias = float | Sequence[float] | np.ndarray
 """One number, or a sequence of them: an axis of a sweep."""
 
 Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
-"""Sequences of one length, of parameters that change together."""
+"""Sequences of equal length, of parameters that change together."""
 
 MethodLike: TypeAlias = Method | Literal["certified", "muller", "fixed"]
 ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
@@ -34,9 +33,9 @@ R = TypeVar("R")
 
 
 def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Callable[P, R]:
-    """Let `function` have, before its arguments, those that its caller wrote: by name, in the order written.
+    """Pass to `function`, as an additional first argument, the arguments of the call by name, in the order of the call.
 
-    An unknown keyword, a missing one, or too many arguments without a name are refused with the one sentence.
+    Raises TypeError with one sentence for an unknown or missing keyword and for too many positional arguments.
     """
     full = inspect.signature(function)
     public = full.replace(parameters=list(full.parameters.values())[1:])

@@ -1,7 +1,7 @@
-"""Kinds of result files, each once, and the places at which lower floors call higher ones.
+"""Kinds of result files, and the places at which lower layers call higher ones.
 
-A place is "module:name" below `vibrodrive`. It is imported when it is needed: a command loads no more than it uses, and
-no floor imports one above it. tests/store/test_every_kind.py resolves all of them.
+A place is "module:name" below `vibrodrive`. It is imported on first use, so that a command loads only the modules it
+uses and no layer imports a higher one. tests/store/test_every_kind.py resolves all places.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ class Kind(NamedTuple):
     Attributes
     ----------
     holds
-        its contents, in a few words.
+        contents, in a few words.
     command
-        the command that makes it.
+        command that writes it.
     reader
-        place of a function of an open file, which returns the object that `load` does (of switches: `info`).
+        place of the function that reads an open file into the object that `load` returns (switches: `info`).
     words
-        that lie as text in each such file, some near its beginning, and hardly in a file of another program.
+        texts that each such file contains, some near its beginning, and files of other programs hardly do.
     schema, readable
-        root attribute with the number of its schema, where it has one, and the numbers that this version reads.
+        root attribute with the schema number, if there is one, and the numbers that this version reads.
     faults
-        place of a function of an open file and that object, which returns contradictions between them.
+        place of the function that returns contradictions between an open file and the object read from it.
     recipe
-        place of the Recipe from which `jobs.runner` makes it.
+        place of the Recipe by which `jobs.runner` makes the file.
     figures
         endings of the names of the figures that its command draws.
     options
-        what can be asked of its figure, by option of `plot`; None for a kind that is neither loaded nor drawn.
+        values allowed for the options of `plot`; None for a kind that is neither loaded nor drawn.
     """
 
     holds: str
@@ -105,7 +105,7 @@ FILES = {
     ),
     "switches": Kind("switches of single motions", "paper", "store.switches:read", ("motion_0",)),
 }
-"""By the root attribute `kind` of the file."""
+"""Kinds by the root attribute `kind` of the file."""
 
 ABOVE = {
     "a Dataset of results": "store.dataset:dataset",
@@ -118,15 +118,15 @@ ABOVE = {
     "the figure of curves": "figures.plane:curves_figure",
     "a line while it lasts": "jobs.progress:under_way",
 }
-"""What methods and functions call above their own floor."""
+"""Places in higher layers that methods and functions call."""
 
 
 def named(place: str) -> Any:
-    """Import what stands at a place."""
+    """Import the object at a place."""
     module, _, name = place.partition(":")
     return getattr(import_module(f"vibrodrive.{module}"), name)
 
 
 def above(what: str) -> Any:
-    """Import one of ABOVE."""
+    """Import the object of an entry of ABOVE."""
     return named(ABOVE[what])

@@ -1,10 +1,10 @@
-"""Every parameter, quantity of the scene, setting and coordinate: one row each, with all that is fixed about its name.
+"""Table of all parameters, quantities of the scene, settings and coordinates: one row with all properties of each.
 
-From here configurations, files, figures and the explorer have meanings, symbols, ranges and units. The signatures of
-`simulate`, `sweep` and the limits stay written out; a test holds their defaults against this table. Nothing here
-imports NumPy, and no kernel imports this module: an edit recompiles nothing.
+Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The
+signatures of `simulate`, `sweep` and the limits repeat the defaults; a test compares them. This module does not import
+NumPy, and no kernel imports this module: an edit recompiles nothing.
 
-The order of the parameters is that of the columns of a point.
+The parameters have the order of the columns of a point.
 """
 
 from __future__ import annotations
@@ -26,20 +26,19 @@ TURN = 2.0 * math.pi
 
 
 class Name(NamedTuple):
-    """All that is fixed about one name.
+    """Properties of one name.
 
     Attributes
     ----------
-    meaning : one line, as files and messages say it.
-    symbol, mathtext : the symbol of the paper in plain letters, and as Matplotlib reads it.
+    meaning : one line for files and messages.
+    symbol, mathtext : the symbol of the paper as plain text and in the mathtext of Matplotlib.
     table : table of a configuration that holds it as one value; "" if it is a coordinate.
-    default, low, high, open_low : default (None: must be given), and the range of allowed values; `open_low` excludes
-        `low` itself.
+    default, low, high, open_low : default (None: required), and range of allowed values; `open_low` excludes `low`.
     axis : ends and spacing of an axis of the explorer; None if it cannot be an axis.
     slider : ends and step of its slider in the explorer, if it has one.
-    choices : the members that it may be, of a setting that is a choice.
+    choices : the enumeration of a setting with named values.
     unit : unit in files (UDUNITS).
-    shown, scale : unit in figures, and how many of them are one of files.
+    shown, scale : unit in figures, and the factor from the unit in files to it.
     """
 
     meaning: str
@@ -59,7 +58,7 @@ class Name(NamedTuple):
 
     @property
     def allowed(self) -> str:
-        """The allowed values of a parameter, in words."""
+        """Allowed values of a parameter as text."""
         if self.low == -self.high:
             return f"a number between {self.low:g} and {self.high:g}"
         return f"a number {'>' if self.open_low else '>='} {self.low:g} and <= {self.high:g}"
@@ -85,8 +84,8 @@ PARAMETERS: dict[str, Name] = {
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
                           axis=(0.0, TURN, LINEAR), slider=(0.0, 6.28, 0.01)),
 }  # fmt: skip
-"""Every real argument of `simulate`, all dimensionless: each may be an axis of a sweep. The slider of Δτ is over its
-decimal logarithm."""
+"""Real arguments of `simulate`, all dimensionless; each may be an axis of a sweep. The slider of Δτ shows its decimal
+logarithm."""
 
 SCENE: dict[str, Name] = {
     "a0": Name("amplitude a0 of the excitation", "a₀", "a_0", "physical", axis=(3e-4, 1.2e-3, LINEAR),
@@ -99,7 +98,7 @@ SCENE: dict[str, Name] = {
     "mass": Name("mass m", "mass", "m", "physical", 1.0, axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
     "g": Name("acceleration of gravity", "g", "g", "physical", 9.80665, unit="m s-2", shown="m/s²"),
 }  # fmt: skip
-"""Quantities of the scene in SI units; those with an axis may be one of a sweep, and A and B follow point by point."""
+"""Quantities of the scene in SI units. Those with `axis` may be an axis of a sweep; A and B then vary by point."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("how switches are found", "method", "", "switching", Method.CERTIFIED, choices=Method),
@@ -110,7 +109,7 @@ SETTINGS: dict[str, Name] = {
     "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1, slider=(10, 1000, 10)),
     "budget": Name("switches allowed in a period", "budget", "", "run", 100_000, 1),
 }
-"""What all points of a sweep share, as integers: the fields of `Settings`."""
+"""Integer settings common to all points of a sweep: the fields of `Settings`."""
 
 FURTHER: dict[str, Name] = {
     "record": Name("what is kept of each motion", "record", "", "run"),
@@ -133,7 +132,7 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 """Quantities of the scene that may be an axis of a sweep."""
 
 AXES = PARAMETERS | SCENE_AXES
-"""Everything that may be an axis of a sweep."""
+"""All parameters and quantities that may be an axis of a sweep."""
 
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
 
@@ -144,7 +143,7 @@ def _default(name: str) -> int:
 
 @dataclass(frozen=True)
 class Settings:
-    """What all points of a sweep share."""
+    """Settings common to all points of a sweep."""
 
     method: int = _default("method")
     scan: int = _default("scan")
@@ -154,13 +153,13 @@ class Settings:
 
     @property
     def literal(self) -> bool:
-        """Whether every grid point is visited: the certified path has no grid."""
+        """True if every grid point is visited; `certified` has no grid."""
         return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
-        """Return the work of one point, in undisturbed periods; the largest ε and η and the smallest Δτ cost most.
+        """Return the work of one point, in undisturbed periods; it grows with ε and η and as Δτ decreases.
 
-        It is counted from the arguments, as measured costs would give files that depend on the machine.
+        The arguments determine it: with measured times, the blocks of a file would depend on the machine.
         """
         period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
         if self.literal:

@@ -1,4 +1,4 @@
-"""The configurations that come with the program."""
+"""Configurations that are part of the program."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def configurations() -> Path:
-    """The directory of the configurations: beside the package in a checkout, inside it when installed."""
+    """Return the directory of the configurations: inside an installed package, next to it in a clone."""
     here = Path(__file__).parents[1]
     for place in (here / "configs", here.parent / "configs"):
         if place.is_dir():
@@ -16,7 +16,7 @@ def configurations() -> Path:
 
 
 def titles() -> dict[str, str]:
-    """Name and title of each of them, in the order of the alphabet."""
+    """Return the title of each configuration by its name, in alphabetical order."""
     return {
         p.stem: tomllib.loads(p.read_text(encoding="utf-8"))["title"] for p in sorted(configurations().glob("*.toml"))
     }

@@ -1,6 +1,6 @@
-"""Parameters of a trajectory, and the one check at the boundary.
+"""Checks of the parameters and settings of a trajectory.
 
-Nothing here imports Numba. Kernels trust what has passed `check`.
+This module does not import Numba. Kernels rely on these checks and repeat none.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     import numpy as np
 
 COLUMNS: tuple[str, ...] = tuple(PARAMETERS)
-"""Of a point: every parameter, in this order."""
+"""Columns of a point: all parameters, in this order."""
 
 
 SHOWN = 80
-"""Characters of a bad value that are shown, at most: it may be an array, or a number of 400 digits."""
+"""Characters shown of a bad value, at most: the value may be an array, or a number of 400 digits."""
 
 
 def bad(key: str, value: object, allowed: str) -> str:
-    """The one sentence for bad input: key, value, what is allowed."""
+    """Return the sentence for bad input: key, value, allowed values."""
     try:
-        text = " ".join(repr(value).split())  # an array is shown in several lines
+        text = " ".join(repr(value).split())  # the repr of an array has several lines
     except ValueError:
-        text = "an integer of too many digits"  # more than Python writes down
+        text = "an integer of too many digits"  # more digits than Python prints
     return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
 
 
 def unknown(key: str, name: object, known: Iterable[str]) -> str:
-    """The same for a name that is none of those known, with the one that it resembles, if any."""
+    """Return the sentence for an unknown name, with the most similar known name, if any."""
     names = list(known)
     sentence = bad(key, name, "one of " + ", ".join(names))
     folded = {known.lower(): known for known in names}
@@ -45,17 +45,17 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether a text can be the name of a file, and stand in a message of one line."""
+    """Return True if a text can be a file name and be shown in one line: not empty, no control characters."""
     return bool(text) and not has_control(text)
 
 
 def has_control(text: str) -> bool:
-    """Whether a text has characters that end its line, or that a terminal obeys."""
+    """Return True if a text has line separators or characters that control a terminal."""
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
 def real_number(key: str, value: object, allowed: str) -> float:
-    """A real number as float64; infinite if it is too large for one. Raises TypeError with the one sentence."""
+    """Return a real number as float64; infinite if too large. Raises TypeError with the sentence of `bad`."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(bad(key, value, allowed))
     try:
@@ -65,7 +65,7 @@ def real_number(key: str, value: object, allowed: str) -> float:
 
 
 def real_array(key: str, value: object, allowed: str) -> np.ndarray:
-    """Real numbers in any arrangement as float64 array. Raises TypeError or ValueError with the one sentence."""
+    """Return real numbers of any shape as float64 array. Raises TypeError or ValueError with the sentence of `bad`."""
     import numpy as np
 
     try:
@@ -81,7 +81,7 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
 
 
 def check(name: str, value: object) -> float:
-    """Cast one argument to float64. Raises TypeError for what is no real number, ValueError outside of its range."""
+    """Cast one argument to float64. Raises TypeError if it is no real number, ValueError if it is out of range."""
     p = PARAMETERS[name]
     x = real_number(name, value, p.allowed)
     shown = value.item() if hasattr(value, "item") else value
@@ -91,7 +91,7 @@ def check(name: str, value: object) -> float:
 
 
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
-    """Cast an integer setting. Raises TypeError or ValueError with the one sentence."""
+    """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = f"a whole number >= {low}"
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise TypeError(bad(name, value, allowed))
@@ -104,7 +104,7 @@ def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
 
 
 def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
-    """Cast a method or scan given by name (any case) or member to its plain int."""
+    """Cast a method or scan, given by name (in any case) or as a member, to int."""
     names = [m.name.lower() for m in choices]
     if isinstance(value, choices):
         return int(value)
@@ -117,6 +117,6 @@ def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
 
 
 def check_setting(name: str, value: object) -> int:
-    """Cast one of SETTINGS to the plain int that `Settings` holds. Raises TypeError or ValueError."""
+    """Cast one of SETTINGS to the int that `Settings` holds. Raises TypeError or ValueError."""
     row = SETTINGS[name]
     return check_choice(name, value, row.choices) if row.choices else check_count(name, value, int(row.low))

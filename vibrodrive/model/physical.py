@@ -1,4 +1,4 @@
-"""The scene in SI units, §2 of the paper, and the dimensionless numbers that follow from it."""
+"""Scene in SI units, §2 of the paper, and its dimensionless numbers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 TINY = 5e-324
-"""In the place of what is positive and underflows to 0."""
+"""Replaces a positive result that underflows to 0."""
 
 
 def check_scene(key: str, value: object) -> float:
-    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the one sentence."""
+    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`."""
     if key == "alpha":
         allowed = "an angle in degrees >= 0 and < 90"
         x = real_number(key, value, allowed)
@@ -33,30 +33,30 @@ def check_scene(key: str, value: object) -> float:
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
-    """μ g cos α, the acceleration of sliding friction (m/s²); numbers, or arrays of one length, to the same bits."""
+    """Return μ g cos α, the acceleration of sliding friction (m/s²), of numbers or, bitwise equal, of arrays."""
     return _at_least_tiny(mu * g * _each(lambda degrees: math.cos(math.radians(degrees)), alpha))
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
-    """Excitation amplitude A = Ω0² a0 / (μ g cos α), as `friction`."""
+    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α), as `friction`."""
     return _each(_square, omega0) * a0 / friction(mu, alpha, g)
 
 
 def incline(mu: Any, alpha: Any) -> Any:
-    """Incline over friction B = tan α / μ, as `friction`."""
+    """Return incline over friction B = tan α / μ, as `friction`."""
     return _each(_tangent, alpha) / mu
 
 
 def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any:
-    """Mean power (W) from a dimensionless energy an excitation period; numbers, or arrays of one length.
+    """Return the mean power (W) of a dimensionless energy per excitation period; numbers, or arrays of equal length.
 
-    The unit of energy is m (μ g cos α / Ω0)², a period lasts 2π/Ω0.
+    The unit of energy is m (μ g cos α / Ω0)², the period 2π/Ω0.
     """
     return work * mass * (friction(mu, alpha, g) / omega0) ** 2 * omega0 / (2.0 * math.pi)
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by name, of one point or of many, and with them A and B where they are not given but follow from these."""
+    """Return values by name, of one or many points, with A and B added if missing and computable from the others."""
     known = dict(values)
     if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
         known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))
@@ -66,7 +66,7 @@ def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
-    """The A, a0 or omega0 at which the amplitude is A, the rest of the scene being known; numbers or arrays."""
+    """Return the A, a0 or omega0 (by `name`) at which the amplitude is A; `known` has the other quantities."""
     if name == "A":
         return A
     unit = friction(known["mu"], known["alpha"], known["g"])
@@ -74,7 +74,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
-    """The B, mu or alpha (degrees) at which the incline over friction is B, as `amplitude_axis`."""
+    """Return the B, mu or alpha (degrees) at which incline over friction is B, as `amplitude_axis`."""
     if name == "B":
         return B
     if name == "mu":
@@ -83,12 +83,12 @@ def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
-    """The function of a number, or of each in an array: not NumPy's own, whose last bits are others."""
+    """Apply a function to a number, or to each of an array. NumPy's own functions differ in the last bits."""
     if isinstance(x, float):
         return function(x)
     import numpy as np
 
-    values, where = np.unique(x, return_inverse=True)  # few: those of an axis
+    values, where = np.unique(x, return_inverse=True)  # an axis has few distinct values
     return np.array([function(v) for v in values.tolist()])[where]
 
 
@@ -110,14 +110,14 @@ def _at_least_tiny(x: Any) -> Any:
 
 @dataclass(frozen=True, init=False)
 class Scene:
-    """The scene in SI units, and the dimensionless numbers that follow from it (§2 of the paper).
+    """Scene in SI units, with its dimensionless numbers (§2 of the paper).
 
     Parameters
     ----------
     a0 : float
         amplitude (m) of the excitation.
     omega0, frequency : float
-        angular frequency (rad/s) of the excitation, or its frequency in hertz: one of the two.
+        angular frequency (rad/s) of the excitation, or its frequency in hertz; give exactly one.
     mu, alpha : float
         coefficient of friction, and angle of the incline in degrees, 0 <= α < 90.
     mass, g : float
@@ -126,12 +126,12 @@ class Scene:
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        with one sentence: key, value, allowed values.
 
     Warns
     -----
     UserWarning
-        if A is so small that nothing can leave the obstacle, or so large that other units are likely.
+        if A is so small that the mass cannot leave the obstacle, or so large that a wrong unit is likely.
 
     Examples
     --------
@@ -170,12 +170,12 @@ class Scene:
                 raise TypeError(bad("frequency", frequency, "left out where omega0 is given"))
             omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
         self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
-        if self.a0 > 0.0 and math.isfinite(self.A):  # without an amplitude it gives B and units
+        if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units
             warn_of_slip([(self.A, self.B, 0.0, 1.0)])
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
-        """A scene without a warning: one of many, or an end of an axis; a0 is 0 unless given."""
+        """Return a scene without a warning, for one of many scenes or the end of an axis; a0 is 0 unless given."""
         scene = cls.__new__(cls)
         scene._take({"a0": 0.0, "mass": cls.mass, "g": cls.g} | values)
         return scene
@@ -205,28 +205,28 @@ class Scene:
         return incline(self.mu, self.alpha)
 
     def length(self, xi: ArrayLike) -> Any:
-        """Gap x in m from dimensionless ξ = Ω0² x / (μ g cos α), number or array; TypeError for what is neither."""
+        """Return the gap x in m from ξ = Ω0² x / (μ g cos α), a number or array; raises TypeError otherwise."""
         return _numbers("xi", xi) * self.friction / _square(self.omega0)
 
     def velocity(self, dxi: ArrayLike) -> Any:
-        """Relative velocity in m/s from dimensionless ξ', as `length`."""
+        """Return the relative velocity in m/s from ξ', as `length`."""
         return _numbers("dxi", dxi) * self.friction / self.omega0
 
     def time(self, tau: ArrayLike) -> Any:
-        """Time in s from τ = Ω0 t, as `length`."""
+        """Return the time in s from τ = Ω0 t, as `length`."""
         return _numbers("tau", tau) / self.omega0
 
     def power(self, work: ArrayLike) -> Any:
-        """Mean power in W from a dimensionless energy an excitation period, as `length`."""
+        """Return the mean power in W from a dimensionless energy per excitation period, as `length`."""
         return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
 
     def force(self, h: ArrayLike) -> Any:
-        """Adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
+        """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
         return _numbers("h", h) * self.mass * self.friction
 
 
 def _numbers(key: str, value: object) -> Any:
-    """A real number, or an array of them (of any library's kind). Raises TypeError with the one sentence."""
+    """Check a real number or an array of them (of any library). Raises TypeError with the sentence of `bad`."""
     array = real_array(key, value, "a number or an array of numbers")
     if hasattr(value, "dtype"):
         return value

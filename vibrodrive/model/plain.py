@@ -1,4 +1,4 @@
-"""Values as JSON can hold them."""
+"""Conversion of values to types of JSON."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON can hold it: types of NumPy become those of Python, NaN and infinity null (None)."""
+    """Return a value in types of JSON: NumPy types become Python types, NaN and infinity become None (null)."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping):

@@ -1,8 +1,8 @@
-"""A sweep before it runs: which points, in which order, in which blocks. No Numba here.
+"""Plan of a sweep: its points, their order and their blocks. This module does not import Numba.
 
-Points are the flattened (C-order) product of the axes; one of these, `point`, may stand for several parameters that
-change together. A block is a contiguous range of points and
-at the same time one chunk of the result file, so that a finished block is written once and never touched again.
+Points are the flattened (C-order) product of the axes. One axis, `point`, may represent several parameters that change
+together. A block is a contiguous range of points and exactly one chunk of the result file, so that a finished block is
+written once and never rewritten.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
-"""Section data of one block, at most (unless one point alone is larger): large enough that writing is
-sequential, small enough that little is lost if the process is killed, and that memory use stays constant."""
+"""Section data of one block, at most (unless a single point is larger): large enough for sequential writing, small
+enough that little is lost if the process is killed, and that memory use stays constant."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
-"""Points of one block, at most: with sections or impacts, and where a point is a few numbers."""
+"""Points of one block, at most: with sections or impacts, and with a summary only."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
-"""Blocks computed together, at most: long enough that the end of a wave, where lanes run empty, costs little."""
+"""Blocks computed together, at most: long enough that the idle lanes at the end of a wave cost little."""
 
 WAVE_WORK = 1 << 25
-"""Work of blocks computed together, at most, in undisturbed periods without repetition: a wave that is stopped is lost.
-One core was measured to do it in 1.5 to 2.5 s."""
+"""Work of blocks computed together, at most, in undisturbed periods without repetition: the work that a stop loses.
+Measured on one core: 1.5 to 2.5 s."""
 
 LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Points of one wave, at least, however long each takes: less would leave lanes, or threads, without work."""
+"""Points of one wave, at least, for any work per point: fewer would leave lanes or threads idle."""
 
 IN_FLIGHT = 16
-"""Tasks an executor holds at a time unless its number of workers is known; bounds the memory of finished ones."""
+"""Tasks in an executor whose number of workers is unknown; the limit bounds the memory of finished tasks."""
 
 POINT = "point"
-"""The axis of a sweep along which parameters change together: it counts their values from 0."""
+"""Axis of a sweep along which parameters change together; its values are 0, 1, …"""
 
 SAMPLED = 100
-"""Points looked at where parameters change together, before a warning."""
+"""Points checked before a warning, if parameters change together."""
 
 ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
-"""The methods on which these parameters act; the others compute the same without them."""
+"""Methods that use these parameters; the results of other methods do not depend on them."""
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,13 @@ class Plan:
     """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point.
 
     Axes may be quantities of the scene (SCENE_AXES). Then `scalars` has the rest of the scene, and A, or A and B, are
-    neither axes nor scalars: they follow for each point.
+    neither axes nor scalars: they are computed for each point.
 
-    `record` is what is kept of each motion (records.py).
+    `record` has the names of the records (records.py).
 
     `together` has the parameters that change together, along the axis POINT.
 
-    `tiling` fixes the shape of a block where a file has it already, so that a sweep can be resumed by a
-    version that would cut it differently.
+    `tiling` is the shape of a block in an existing file, so that a version with other block sizes can resume the sweep.
     """
 
     axes: dict[str, np.ndarray]
@@ -82,11 +81,11 @@ class Plan:
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> np.ndarray:
-        """Rows start..stop of the flattened product: float64 (stop - start, len(COLUMNS))."""
+        """Return rows start..stop of the flattened product: float64 (stop - start, len(COLUMNS))."""
         return self.rows(np.arange(start, stop))
 
     def rows(self, which: np.ndarray) -> np.ndarray:
-        """Rows of the flattened product by their numbers: int64 (n,) -> float64 (n, len(COLUMNS))."""
+        """Return rows of the flattened product by number: int64 (n,) -> float64 (n, len(COLUMNS))."""
         out = np.empty((len(which), len(COLUMNS)))
         index = np.unravel_index(which, self.shape) if self.axes else ()
         at = dict(zip(self.axes, index, strict=True))
@@ -98,7 +97,7 @@ class Plan:
         return out
 
     def ends(self) -> list[tuple[float, float, float, float]]:
-        """A, B, ε and η at the ends of the axes; along `point` at up to SAMPLED of its values."""
+        """Return A, B, ε and η at the ends of the axes; along `point` at up to SAMPLED of its values."""
         some = [
             np.unique(
                 np.linspace(0, len(values) - 1, SAMPLED).astype(int)
@@ -112,7 +111,7 @@ class Plan:
         return [tuple(row) for row in self.rows(which)[:, columns].tolist()]
 
     def arguments(self, at: int) -> dict[str, Any]:
-        """What `simulate` is to be called with for one point, by its number."""
+        """Return the arguments of `simulate` for one point, by its number."""
         point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
         s = self.settings
         point |= dict.fromkeys(idle(s.method))
@@ -122,7 +121,7 @@ class Plan:
 
     @property
     def chunk(self) -> tuple[int, ...]:
-        """Shape of a block over the axes: leading axes 1, one axis cut, trailing axes whole."""
+        """Shape of a block over the axes: 1 along leading axes, part of one axis, all of the trailing axes."""
         if self.tiling is not None:
             return self.tiling
         most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
@@ -137,7 +136,7 @@ class Plan:
 
     @property
     def wave_points(self) -> int:
-        """Points of the blocks that are computed together, at most; a larger block is computed alone."""
+        """Points of the blocks computed together, at most; a larger block forms its own wave."""
         most = min(WAVE_POINTS, self._most_points)
         return max(1, min(most, WAVE_BYTES // point_bytes(self.record, self.settings.periods)))
 
@@ -173,19 +172,19 @@ class Plan:
 
 
 def idle(method: int) -> tuple[str, ...]:
-    """Parameters that do not act on a method."""
+    """Return the parameters that a method does not use."""
     return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
 
 
 def says_idle(name: str, value: object, method: int) -> str:
-    """The sentence that refuses a parameter, or a value, that does not act on a method."""
+    """Return the error message for a parameter that the method does not use."""
     value = value.tolist() if isinstance(value, np.ndarray) else value
     acts = " and ".join(m.name.lower() for m in ACTS_ON[name])
     return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: it acts on {acts} only")
 
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
-    """Refuse what was written, or is an axis, and does not act on the method of a plan. Raises ValueError."""
+    """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
     given = {**plan.axes, **plan.together, **written}
     for name in idle(plan.settings.method):
         if given.get(name) is not None:
@@ -193,10 +192,10 @@ def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
 
 
 def make_plan(arguments: Mapping[str, object]) -> Plan:
-    """Check every argument of a sweep (keys as in `simulate`; sequences become axes) and lay it out.
+    """Check all arguments of a sweep (keys as in `simulate`; sequences become axes) and return its plan.
 
-    In the place of A and B there may be a scene, as in `Scene`: without `a0` it gives B alone. Raises TypeError or
-    ValueError with the one sentence.
+    A scene, as in `Scene`, may replace A and B; without `a0` it replaces only B. Raises TypeError or ValueError with
+    the sentence of `bad`.
     """
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
@@ -231,7 +230,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
 
 
 def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check a parameter, or a quantity of the scene, and put it among the axes or among the numbers."""
+    """Check a parameter or a quantity of the scene, and add it to the axes or to the scalars."""
     if value is None and key in PARAMETERS:
         if PARAMETERS[key].default is None:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
@@ -245,12 +244,12 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Parameters that change together, by name. Raises TypeError or ValueError with the one sentence."""
+    """Check the parameters that change together. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = 'sequences of one length by the name of their parameter, as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))
     found = {}
-    for name in value.keys():  # noqa: SIM118 - of a table of pandas, too
+    for name in value.keys():  # noqa: SIM118 - also for a pandas.DataFrame
         if name not in COLUMNS:
             raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
@@ -266,7 +265,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check the A and B of a scene, and leave to the points what varies. Raises ValueError."""
+    """Check A and B of a scene and add them to the scalars if they do not vary by point. Raises ValueError."""
     scalars.setdefault("g", Scene.g)
     scene = {name: value for name, value in scalars.items() if name in SCENE}
     # A and B are largest where friction is least
@@ -287,7 +286,7 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
 
 
 def _is_scalar(key: str, value: object) -> bool:
-    """Whether an argument is one thing, not a sequence. Raises ValueError for what is no axis either."""
+    """Return True if an argument is no sequence. Raises ValueError if it can be no axis either."""
     try:
         return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
     except ValueError:
@@ -297,7 +296,7 @@ def _is_scalar(key: str, value: object) -> bool:
 
 
 def _axis(key: str, value: object, place: str = "") -> np.ndarray:
-    """The values of a parameter along an axis; `place` comes before its name in what is said of them."""
+    """Check the values of a parameter along an axis; messages put `place` before its name."""
     if isinstance(value, str):
         check(key, value)
     array = np.asarray(value)

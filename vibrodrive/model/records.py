@@ -1,4 +1,4 @@
-"""What a sweep records of each motion: its section, its main impacts, a summary in a few numbers, or its error."""
+"""Records of a sweep for each motion: section, main impacts, summary in a few numbers, error."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from vibrodrive.model.parameters import bad
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 
 RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
-"""In the order in which a plan holds them."""
+"""All records, in the order of a plan."""
 
 
 class Quantity(NamedTuple):
-    """An array that a record has for each point: its name, type, what stands where there is nothing, unit, meaning, and
-    what it is along, beside the axes."""
+    """An array of a record: name, dtype, fill value, unit, meaning, and its dimension besides the axes, if any."""
 
     name: str
     dtype: str
@@ -51,7 +50,7 @@ SUMMARIES = (
     Quantity("share_stick", "<f4", math.nan, "1", "share of time sticking in the air"),
     Quantity("share_rest", "<f4", math.nan, "1", "share of time resting at the obstacle"),
 )
-"""In the order of the columns of kernels/summary.py."""
+"""Quantities of a summary, in the order of the columns of kernels/summary.py."""
 
 MAIN_IMPACTS = (
     Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact", "impact"),
@@ -59,20 +58,20 @@ MAIN_IMPACTS = (
     Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact", "impact"),
     Quantity("impact_states", "<i4", -1, "1", "states between the main impact before and this one", "impact"),
 )
-"""Each for the main impacts of a point, one behind the other: at most two a period."""
+"""Quantities of the main impacts of a point, in order of time: at most two impacts per period."""
 
 ERRORS = (
     Quantity("error_xi", "<f8", math.nan, "1", "bound of the error of ξ at all points of the section, inf: none"),
     Quantity("error_dxi", "<f8", math.nan, "1", "bound of the error of ξ' at all points of the section, inf: none"),
     Quantity("certain_until", "<f8", math.nan, "1", "period from which on a decision may be wrong, inf: none"),
 )
-"""NaN on a fixed grid, and where the section was not computed to its end."""
+"""Error bounds; NaN on a fixed grid, and if the section was not computed to its end."""
 
 OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
 
 
 def check_record(record: object) -> tuple[str, ...]:
-    """What is to be recorded, one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
+    """Return the records, given by one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
     names: Sequence[object] = [record] if isinstance(record, str) else record  # type: ignore[assignment]
     allowed = "one or several of " + ", ".join(RECORDS)
     if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):
@@ -85,11 +84,11 @@ def check_record(record: object) -> tuple[str, ...]:
 
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
-    """The arrays that these records have, beside the section."""
+    """Return the arrays of these records, except the section."""
     return tuple(quantity for name, known in OF_RECORD.items() if name in record for quantity in known)
 
 
 def point_bytes(record: tuple[str, ...], periods: int) -> int:
-    """Bytes that these records take for each point."""
+    """Return the bytes of these records for each point."""
     size = 16 * periods if SECTION in record else 0
     return size + sum(q.itemsize * (2 * periods if q.along else 1) for q in quantities(record))

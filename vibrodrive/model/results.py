@@ -1,4 +1,4 @@
-"""What a sweep found, with named axes: from memory, or read from a file on access."""
+"""Results of a sweep with named axes, in memory or read from a file on access."""
 
 from __future__ import annotations
 
@@ -28,60 +28,61 @@ if TYPE_CHECKING:
     from vibrodrive.model.drawing import Style, Width
 
 Index = tuple[Any, ...]
-"""An int (one value) or slice(None) (all of them) for every axis."""
+"""For each axis an int (one value) or slice(None) (all values)."""
 
 Read = Callable[[str, Index], np.ndarray]
-"""Array `name` ("section", "status", "margin", "switches") at an Index."""
+"""Function that returns the array `name` ("section", "status", "margin", "switches") at an Index."""
 
 
 class Results(Described):
     """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
 
-    The arrays are read on first access and kept. In what has not been computed yet the section and
-    the margin are NaN, the switches -1 and the status is Status.NOT_COMPUTED. So is a damaged block of a file, from
-    the first array on that cannot be read there: read `status` after the array that it is to filter.
+    The arrays are read on first access and kept. At points that are not computed yet, section and margin are NaN, the
+    switches are -1 and the status is Status.NOT_COMPUTED. The same values replace a damaged block of a file once an
+    array of it could not be read: read `status` after the array that it is to filter.
 
-    What else there is depends on `record`. A summary has, over the axes, and per excitation period where it adds up:
-    period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work;
-    xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over
-    (axes…, impact), NaN or -1 behind the last: impact_period, impact_phase, impact_speed, impact_states. Errors have,
-    over the axes: error_xi and error_dxi, or both as `error`, and certain_until. Files and `to_xarray` say what each
-    of them is; there `period` is called `motion_period`.
+    Further arrays depend on `record`. A summary has, over the axes, sums given per excitation period: period, sequence,
+    gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work; xi_max, dxi_min,
+    dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over (axes…, impact), filled with
+    NaN or -1 after the last impact: impact_period, impact_phase, impact_speed, impact_states. Errors have, over the
+    axes: error_xi and error_dxi, or both as `error`, and certain_until. Files and `to_xarray` describe each array;
+    there `period` is called `motion_period`.
 
-    Pickled, or copied, results of a file go on reading it, by its absolute path; what has been read goes with them.
+    A pickle or copy of the results of a file contains the arrays read so far. It reads the others from the absolute
+    path of the file.
 
     Attributes
     ----------
     axes : dict[str, float64 array]
         the swept parameters, in order: dimensionless, or quantities of a `[physical]` scene in SI units (alpha in
-        degrees), along which A, or A and B, follow point by point. Where several parameters change together, an axis
-        "point" counts their values.
+        degrees); then A, or A and B, vary by point. The axis "point" counts the values of parameters that change
+        together.
     points : dict[str, float64 array]
-        what changes together along the axis "point", each of its length; empty without one.
+        the parameters that change together along the axis "point", each of its length; empty without this axis.
     scalars : dict[str, float]
-        the parameters that have one value; where an axis is in SI units, the rest of the scene, too.
+        the parameters with one value; if an axis is in SI units, also the rest of the scene.
     settings : Settings
-        the settings that all points share, by their names: `settings.transient`.
+        the settings common to all points, as attributes: `settings.transient`.
     record : tuple of str
-        what was recorded: "section", "impacts", "summary", "error".
+        names of the records: "section", "impacts", "summary", "error".
     title : str
-        that of the configuration, "" where there was none.
+        title of the configuration, "" without one.
     section : float64 (axes…, periods, 2)
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
-        `Status` of every point; printed, it shows their names. With "error" in the record OK holds for the whole
-        motion, as in `Trajectory`; without it for each switch, from the state that it starts from, as computed.
+        `Status` of each point; it prints as names. With "error" in the record, OK holds for the complete motion, as in
+        `Trajectory`; without it OK holds for each switch separately, from the computed state in which it starts.
     margin : float64 (axes…)
-        how close the closest decision of a point came to going the other way.
+        distance of the closest decision of a point from the opposite decision.
     error : float64 (axes…, 2)
-        with "error" in the record: bounds of what ξ and ξ' of the computed section points are off by, the largest of
-        each motion; inf from where a decision may be wrong, NaN on a fixed grid.
+        with "error" in the record: bounds of the errors of ξ and ξ' at the computed section points, the largest of each
+        motion; inf if a decision may be wrong, NaN on a fixed grid.
     switches : int64 (axes…, 5)
-        how often each `State` was entered within the recorded periods.
+        number of switches into each `State` within the recorded periods.
     shape : tuple of int
         lengths of the axes.
     computed : float
-        share of the points that are computed, 0 to 1.
+        computed share of the points, 0 to 1.
 
     Examples
     --------
@@ -120,7 +121,7 @@ class Results(Described):
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
-        """All blocks of a plan, in memory. Raises TooLarge (a ValueError) where they do not fit it."""
+        """Collect all blocks of a plan in memory. Raises TooLarge (a ValueError) if they do not fit."""
         results = cls.uncomputed(plan)
         section, status, margin, switches = results.rows(0, plan.n_points)
         for b in blocks:
@@ -136,7 +137,7 @@ class Results(Described):
 
     @classmethod
     def uncomputed(cls, plan: Plan) -> Results:
-        """Memory for all points of a plan, their sections not set yet. Raises TooLarge where it does not fit."""
+        """Allocate results for all points of a plan, sections not initialised. Raises TooLarge if they do not fit."""
         refuse_large_results(plan)
         shape = plan.shape
         extra = {"": (), "impact": (2 * plan.settings.periods,)}
@@ -152,14 +153,14 @@ class Results(Described):
 
     @classmethod
     def of(cls, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> Results:
-        """What a plan asks for, its arrays taken from `source`."""
+        """Return the results of a plan, with arrays from `source`."""
         return cls(
             plan.axes, plan.scalars, plan.settings, source, title,
             record=plan.record, points=plan.together,
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
-        """Views of section (if it is recorded), status, margin and switches of the points start..stop, flattened."""
+        """Return views of section (or None), status, margin and switches of the points start..stop, flattened."""
         wanted = SECTION in self.record
         return (
             self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
@@ -169,7 +170,7 @@ class Results(Described):
         )
 
     def put(self, start: int, stop: int, records: Mapping[str, np.ndarray]) -> None:
-        """Take what was recorded of the points start..stop, by the names of records.py."""
+        """Store the records of the points start..stop, by the names of records.py."""
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
@@ -191,24 +192,24 @@ class Results(Described):
 
     @property
     def section(self) -> np.ndarray:
-        """float64 (axes…, periods, 2): ξ and ξ' at the instants of the section. ValueError if it is not recorded."""
+        """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
         if SECTION not in self.record:
             raise ValueError(bad("record", ", ".join(self.record), f'with "{SECTION}" for the section to be known'))
         return self._array("section")
 
     @property
     def status(self) -> np.ndarray:
-        """int8 (axes…): `Status` of every point; one of them, by index, is a `Status`."""
-        return np.asarray(self._array("status")).view(Statuses)  # of one point, too, which is a number there
+        """int8 (axes…): `Status` of each point; an element is a `Status`."""
+        return np.asarray(self._array("status")).view(Statuses)  # asarray: the status of one point is a scalar
 
     @property
     def margin(self) -> np.ndarray:
-        """float64 (axes…): how close the closest decision came to going the other way."""
+        """float64 (axes…): distance of the closest decision from the opposite decision."""
         return self._array("margin")
 
     @property
     def error(self) -> np.ndarray:
-        """float64 (axes…, 2): bounds of ξ and ξ' at all points of the section. ValueError if they are not recorded."""
+        """float64 (axes…, 2): error bounds of ξ and ξ' at all section points. Raises ValueError if not recorded."""
         if ERROR not in self.record:
             raise ValueError(bad("record", ", ".join(self.record), f'with "{ERROR}" for the error to be known'))
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
@@ -220,28 +221,28 @@ class Results(Described):
 
     @property
     def computed(self) -> float:
-        """Share of the points that are computed, 0 to 1."""
+        """Computed share of the points, 0 to 1."""
         return float(np.mean(self.status != Status.NOT_COMPUTED))
 
     def select(
         self, method: Literal["nearest"] | None = None, tolerance: float | None = None, **values: float
     ) -> Results:
-        """The part of the results at one value of each axis named; those axes are dropped.
+        """Return the results at one value of each named axis, without these axes.
 
         Parameters
         ----------
         method : "nearest", optional
-            take the value of the axis that is nearest to the one given. Without it the value must be one of the axis,
-            up to rounding (ROUNDING units in the last place).
+            take the nearest value of the axis. By default the value must be on the axis, up to rounding (ROUNDING units
+            in the last place).
         tolerance : float, optional
-            with "nearest": the largest distance allowed.
+            with "nearest": the largest allowed distance.
         **values : float
-            by the name of an axis.
+            value by the name of its axis.
 
         Raises
         ------
         TypeError, ValueError
-            if a name is no axis of these results, or a value not within reach of one of its axis.
+            if a name is no axis of these results, or a value is too far from those of its axis.
 
         Examples
         --------
@@ -280,10 +281,10 @@ class Results(Described):
         return part
 
     def to_xarray(self) -> xarray.Dataset:
-        """All arrays as an `xarray.Dataset`, named as in the files: needs the extra `data`.
+        """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.
 
-        The axes are coordinates, the parameters that have one value and the settings attributes; every variable has
-        `units` and a `long_name`, the status `flag_values` and `flag_meanings`. Arrays are read, not copied.
+        The axes are coordinates; the parameters with one value and the settings are attributes. Each variable has
+        `units` and a `long_name`, the status also `flag_values` and `flag_meanings`. Arrays are not copied.
 
         Returns
         -------
@@ -292,7 +293,7 @@ class Results(Described):
         Raises
         ------
         ImportError
-            where xarray is not installed, in one line.
+            if xarray is not installed, in one line.
 
         Examples
         --------
@@ -317,7 +318,7 @@ class Results(Described):
         style: Style | None = None,
         width: Width | None = None,
     ) -> Figure:
-        """The figure that suits the axes and what was recorded: a bifurcation diagram, Poincaré sections or a map.
+        """Draw a bifurcation diagram, Poincaré sections or a map, depending on the axes and the record.
 
         Parameters
         ----------
@@ -325,25 +326,25 @@ class Results(Described):
         quantity : str, optional
             "dxi" or "xi" of the section; a quantity of the summary, "status" or "margin" for a map.
         x, y : str, optional
-            axes drawn along the abscissa and, of a map, the ordinate; the longest ones unless given.
+            axes along the abscissa and, in a map, the ordinate; the longest axes unless given.
         limits : (float, float), optional
             range of the quantity.
         ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel; a new figure unless given.
+            axes for each panel; a new figure unless given.
         style : "screen" or "print", optional
-            colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+            colours that are distinct for colour-blind readers, or the black and white of a journal; default "screen".
         width : "double" or "single", optional
-            of a new figure, in columns of a page; "double" unless given.
+            width of a new figure, in columns of a page; default "double".
 
         Returns
         -------
         Figure
-            which shows itself in a notebook; `savefig` writes it.
+            notebooks show it; `savefig` writes it.
 
         Raises
         ------
         ValueError
-            for what is unknown, not recorded, or has no axis to be drawn over.
+            for an unknown or unrecorded quantity, an unknown kind or axis, or results without an axis.
         """
         drawn = above("the figure of results")
         return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width)
@@ -352,11 +353,11 @@ class Results(Described):
         if name not in self._arrays:
             self._arrays[name] = self._source(name, self._everywhere())
             if name != "status" and self._source is not _no_more:
-                self._arrays.pop("status", None)  # a file may have shown damage: read again, with it
+                self._arrays.pop("status", None)  # reading may have found damage, which changes the status
         return self._arrays[name]
 
     def _described(self) -> dict[str, str]:
-        """What these results are, in a few words each."""
+        """Return the texts of the repr and the table."""
         s = self.settings
         shape = " × ".join(map(str, self.shape))
         axes = [span(name, values) for name, values in self.axes.items()]
@@ -371,14 +372,14 @@ class Results(Described):
         }
 
     def _told_status(self) -> tuple[str, str]:
-        """The share computed and the statuses, in words.
+        """Return the computed share and the counts of the statuses as text.
 
-        Read from a file they are not kept: it may grow, and the other arrays are read later.
+        A status read from a file is not kept here: the file may grow before the other arrays are read.
         """
         try:
             there = "status" in self._arrays
             status = self._arrays["status"] if there else self._source("status", self._everywhere())
-        except (OSError, ValueError):  # the file is gone, or damaged: asking for an array will say what is wrong
+        except (OSError, ValueError):  # a missing or damaged file; access to an array reports the reason
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
@@ -395,22 +396,22 @@ _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 
 def _no_more(name: str, index: Index) -> np.ndarray:
-    """The source of results that are in memory as a whole."""
+    """Source of results that are completely in memory."""
     raise KeyError(name)
 
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
-    """The values of `source` at `inner`, an index over the axes that `chosen` left."""
+    """Read `source` at `inner`, an index over the axes that `chosen` keeps."""
     rest = iter(inner)
     return source(name, tuple(next(rest) if isinstance(c, slice) else c for c in chosen))
 
 
 ROUNDING = 4
-"""By how many units in the last place of the largest value of an axis an equal value may differ: rounding."""
+"""Largest difference of equal values by rounding, in units in the last place of the largest value of the axis."""
 
 
 def _reach(method: str | None, tolerance: object) -> float | None:
-    """How far from a value of an axis one may be; None: no farther than rounding. Raises with the one sentence."""
+    """Return the allowed distance from a value of an axis; None: rounding only. Raises ValueError or TypeError."""
     if tolerance is None:
         return None if method is None else np.inf
     if method is None:
@@ -423,7 +424,7 @@ def _reach(method: str | None, tolerance: object) -> float | None:
 
 
 def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> int:
-    """Where on an axis a value is. Raises TypeError or ValueError with the one sentence."""
+    """Return the index of a value on an axis. Raises TypeError or ValueError with the sentence of `bad`."""
     only = f"{axis[0].item()!r}, the one value of this axis"
     allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only
     x = real_number(name, value, allowed)

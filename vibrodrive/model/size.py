@@ -1,4 +1,4 @@
-"""The size of a sweep in memory and on disk, and the refusal, before it starts, of one that cannot fit."""
+"""Size of a sweep in memory and on disk; a sweep that is too large is refused before it starts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POINT_BYTES = 8 + 5 * 8 + 8 + 1
 
 
 def human(n_bytes: float) -> str:
-    """Bytes with a decimal prefix: 1234567 -> '1.2 MB'."""
+    """Return a number of bytes with a decimal prefix: 1234567 -> '1.2 MB'."""
     for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
         if n_bytes < 1000:
             return f"{n_bytes:.0f} {unit}" if unit == "B" else f"{n_bytes:.1f} {unit}"
@@ -29,8 +29,10 @@ def human(n_bytes: float) -> str:
 
 
 def available_memory() -> int:
-    """Bytes that can be allocated now without swapping (Linux; elsewhere all of the memory; on Windows, where Python
-    cannot tell, more than there is: nothing is refused there for want of memory)."""
+    """Return the bytes that can be allocated without swapping (Linux), or the total memory (other systems).
+
+    Python has no such function on Windows: the result is `sys.maxsize` there, which disables the checks of memory.
+    """
     try:
         with open("/proc/meminfo") as lines:
             for line in lines:
@@ -48,12 +50,12 @@ def _bytes_of_a_point(plan: Plan) -> int:
 
 
 def result_bytes(plan: Plan) -> int:
-    """Bytes of all arrays of a Results."""
+    """Return the bytes of all arrays of a Results."""
     return plan.n_points * _bytes_of_a_point(plan)
 
 
 def file_bytes(plan: Plan) -> int:
-    """Bytes of a result file, within about 1 %: every chunk is stored whole, edges included."""
+    """Return the bytes of a result file, within about 1 %. HDF5 stores full chunks, also at the edges."""
     chunks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
     rows = chunks * math.prod(plan.chunk)
     per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
@@ -63,13 +65,13 @@ def file_bytes(plan: Plan) -> int:
 
 
 def block_bytes(plan: Plan) -> int:
-    """Bytes of one block in memory."""
+    """Return the bytes of one block in memory."""
     return math.prod(plan.chunk) * _bytes_of_a_point(plan)
 
 
 def working_bytes(plan: Plan, remote: bool = False) -> int:
-    """Bytes of the blocks in memory at a time: those computed together, as many being written, and the writer's copy
-    of one coordinate of one; with an executor (`remote`) the tasks it holds. Threads share them."""
+    """Return the bytes of the blocks in memory: those computed together, as many being written, and the writer's copy
+    of one coordinate of a block; with an executor (`remote`) those of its tasks. Threads share these blocks."""
     block = block_bytes(plan)
     if remote:
         return IN_FLIGHT * block + block // 2
@@ -78,18 +80,18 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
 
 
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
-    """Raise TooLarge if more bytes are needed than there are. `takes` names what needs them, with its verb."""
+    """Raise TooLarge if `need` exceeds `have`. `takes` is the subject and the verb of the message."""
     if need > have:
         raise TooLarge(f"{what}: must be small enough for the {room}: {takes} {human(need)}, {human(have)} are {are}")
 
 
 def refuse_large_axis(key: str, num: int) -> None:
-    """Raise TooLarge if the values of one axis alone (and the copies on the way) do not fit the memory."""
+    """Raise TooLarge if the values of one axis and their temporary copies do not fit the memory."""
     _refuse(f"{key} = {num}", "its values and their copies take", 4 * 8 * num, available_memory())
 
 
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
-    """Raise TooLarge if a point does not fit a chunk, or the blocks in flight the memory."""
+    """Raise TooLarge if a point exceeds a chunk, or the blocks in flight exceed the memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, what one chunk of the file holds")
     what = f"periods = {plan.settings.periods}"
@@ -97,25 +99,25 @@ def refuse_large_block(plan: Plan, remote: bool = False) -> None:
 
 
 def refuse_large_results(plan: Plan) -> None:
-    """Raise TooLarge if a sweep held in memory does not fit it."""
+    """Raise TooLarge if the results of a sweep do not fit the memory."""
     are = "available (a result file needs no more than a block)"
     _refuse(_extent(plan), "they take", result_bytes(plan), available_memory(), are=are)
 
 
 LARGE = 1 << 26
-"""Bytes assumed to be available without a check: the check takes as long as a short motion."""
+"""Bytes that need no check: a check takes as long as a short motion."""
 
 ROW_BYTES = 34 + 24
-"""A switch of a single motion, and the bounds of what it is off by."""
+"""Bytes of a switch of a single motion, with its error bounds."""
 
 MOTION_BYTES = 2 * 16 + 2 * 32
-"""A period of a single motion: its section point with its bounds, and room for two main impacts."""
+"""Bytes of a period of a single motion: its section point with bounds, and two main impacts."""
 
 
 def rows_that_fit(periods: int, rows: int) -> int:
-    """How many rows of switches to set aside for one motion, at most `rows`.
+    """Return the number of rows to allocate for the switches of one motion, at most `rows`.
 
-    Raises TooLarge where its section does not fit the memory.
+    Raises TooLarge if its section does not fit the memory.
     """
     if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
@@ -125,14 +127,14 @@ def rows_that_fit(periods: int, rows: int) -> int:
 
 
 def refuse_many_rows(periods: int, rows: int) -> None:
-    """Raise TooLarge if so many switches of one motion do not fit the memory."""
+    """Raise TooLarge if the switches of one motion do not fit the memory."""
     need = MOTION_BYTES * periods + ROW_BYTES * rows
     if need > LARGE:
         _refuse(f"periods = {periods}", f"{rows} switches take", need, available_memory())
 
 
 def refuse_large_sample(per_period: int, instants: int) -> None:
-    """Raise TooLarge if so many instants of one motion do not fit the memory."""
+    """Raise TooLarge if the instants of one motion do not fit the memory."""
     need = 64 * instants  # τ, ξ, ξ', H and the state, and temporary arrays
     if need > LARGE:
         _refuse(f"points_per_period = {per_period}", f"{instants} instants take", need, available_memory())
@@ -151,7 +153,7 @@ def _extent(plan: Plan) -> str:
 
 
 def _file_size_limit() -> int | None:
-    """Bytes that a file of this process may have; None if there is no limit, as on Windows."""
+    """Return the largest file size of this process in bytes; None if there is no limit, as on Windows."""
     try:
         import resource
     except ImportError:

@@ -1,6 +1,6 @@
-"""Arguments that are allowed and hardly meant: A and B swapped, ε in per cent, a scene in other units than SI.
+"""Warnings of allowed but unlikely arguments: A and B swapped, ε in per cent, a scene not in SI units.
 
-The check is for `limit`, `orbits` and scenes alone. A sweep without a scene, and known results, may go anywhere.
+Only `limit`, `orbits` and scenes have this check. A sweep without a scene, and existing results, may cover any range.
 """
 
 from __future__ import annotations
@@ -9,16 +9,16 @@ import warnings
 from collections.abc import Iterable
 
 SMALL = 0.1
-"""Largest ε that passes for a small disturbance."""
+"""Largest ε that counts as a small disturbance."""
 
 LARGE = 100.0
-"""A above this, and above this times B, is far from any motion of a vibratory driver."""
+"""An A above this and above this times B is far from any motion of a vibratory driver."""
 
 UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
-    """Name the likely slip in points (A, B, eps, eta), in one sentence; "" unless all of them have the same one."""
+    """Return a sentence on the likely mistake in points (A, B, eps, eta); "" unless all points share it."""
     given = list(points)
     A, B, eps, _ = given[0]
     said = []
@@ -35,6 +35,6 @@ def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
 
 
 def warn_of_slip(points: Iterable[tuple[float, float, float, float]], depth: int = 2) -> None:
-    """Warn of the likely slip, if any, at the line `depth` calls above the caller's."""
+    """Warn of a likely mistake, if any; the warning names the line `depth` calls above the caller."""
     if said := slip(points):
         warnings.warn(said, UserWarning, stacklevel=depth + 1)

@@ -1,4 +1,4 @@
-"""The scheme of Fig. 2 as data: the five states, what ends each, and what follows."""
+"""The scheme of Fig. 2 as data: the five states, their switching functions and next states."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class State(Named):
 
 
 LASTING = (State.UP, State.DOWN, State.STICK, State.REST)
-"""All but the impact, which takes no time."""
+"""All states but the impact, which takes no time."""
 
 TRANSITIONS = (
-    # state, switching function, what decides, next state
+    # state, switching function, decision, next state
     (State.UP, "S3", "H < -1", State.DOWN),
     (State.UP, "S3", "|H| <= 1", State.STICK),
     (State.DOWN, "S1", "", State.IMPACT),
@@ -40,15 +40,15 @@ TRANSITIONS = (
     (State.IMPACT, "", "H > 1", State.UP),
     (State.IMPACT, "", "H <= 1", State.REST),
 )
-"""Fig. 2 as a table. The second column is `terminating_function` of kernels/switch.py, the last follows from the third
-in its `decide`; tests/kernels/test_scheme.py holds both against this table."""
+"""Fig. 2 as a table. `terminating_function` in kernels/switch.py implements the second column, `decide` the last two;
+tests/kernels/test_scheme.py compares both with this table."""
 
 PLAIN_STATES = 12
-"""The number of a sequence is resolved into so many states at most; longer ones are known by their number."""
+"""Largest number of states of a sequence that is shown as letters; a longer one is shown as its number."""
 
 
 def states(number: int) -> str:
-    """A number of a sequence as the first letters of its states: 53 -> "UDI"; its own digits where it is a long one."""
+    """Return the number of a sequence as the first letters of its states (53 -> "UDI"), or as digits if too long."""
     found: list[int] = []
     left = number
     while left and len(found) <= PLAIN_STATES:

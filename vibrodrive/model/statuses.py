@@ -1,4 +1,4 @@
-"""The statuses of many points: an array of small integers that shows their names."""
+"""Array of statuses: small integers that print as names."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vibrodrive.model.choices import Status
 
 
 class Statuses(np.ndarray):
-    """int8, a `Status` for every point. One of them, by index, is a `Status`; what is computed is a plain array."""
+    """int8 array with the status of each point. An element is a `Status`; results of ufuncs are plain arrays."""
 
     def __getitem__(self, index: Any) -> Any:
         found = super().__getitem__(index)
@@ -29,18 +29,18 @@ class Statuses(np.ndarray):
         return super().__format__(spec) if spec else str(self)
 
     def __str__(self) -> str:
-        if self.ndim == 0:  # of results at one point
+        if self.ndim == 0:  # results of one point
             return str(as_status(int(self)))
         names = {"int": lambda value: str(as_status(int(value)))}
         return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
 
 
 def as_status(value: int) -> Status | str:
-    """The `Status` of a number; "status 9" for one that this version does not know."""
+    """Return the `Status` of a number; "status 9" if this version does not have it."""
     return Status(value) if value in Status.__members__.values() else f"status {value}"
 
 
 def count_statuses(status: np.ndarray) -> dict[str, int]:
-    """How many points have each status, by its name."""
+    """Count the points with each status, by its name."""
     values, points = np.unique(np.asarray(status), return_counts=True)
     return {str(as_status(v)): n for v, n in zip(values.tolist(), points.tolist(), strict=True)}

@@ -1,4 +1,4 @@
-"""A plan as a configuration: the TOML text from which the same plan follows, to the bit."""
+"""Configuration of a plan: the TOML text that gives the same plan, bit for bit."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
 
 FEW = 3
-"""Values of an axis that are listed in any case: a range of them would be no shorter."""
+"""Axes of up to this many values are lists: a range would be no shorter."""
 
 WIDTH = 110
 
 
 def as_toml(plan: Plan) -> str:
-    """The configuration of a plan without a scene in SI units.
+    """Return the configuration of a plan without a scene in SI units.
 
-    What it does not say does not follow from defaults: a later version, with others, reads the same plan from it.
+    It contains all settings: a later version with other defaults reads the same plan from it.
     """
     s = plan.settings
     names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
@@ -33,7 +33,7 @@ def as_toml(plan: Plan) -> str:
         order = ["points" if name == POINT else name for name in plan.axes]
         points = tables["sweep"] | {"points": f"{{{together}}}"}
         tables["sweep"] = {name: points[name] for name in order}
-    at: set[str] = set()  # a parameter is given once: in the first table that may have it
+    at: set[str] = set()  # each parameter is given once, in the first table that may have it
     lines = ["# made from the arguments of vd.sweep"]
     for name, entries in tables.items():
         lines += ["", f"[{name}]", *(f"{key} = {text}" for key, text in entries.items() if key not in at)]
@@ -48,7 +48,7 @@ def _value(value: object) -> str:
 
 
 def _axis(values: np.ndarray, inline: bool = False) -> str:
-    """The values as a range or a list; `inline` in one line, as an inline table wants it."""
+    """Return the values as a range or a list; `inline`: in one line, as an inline table requires."""
     first, last, n = float(values[0]), float(values[-1]), len(values)
     if n > FEW:
         ends = f"start = {first!r}, stop = {last!r}, num = {n}"

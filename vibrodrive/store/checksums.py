@@ -1,15 +1,16 @@
-"""Is a file whole? Two layers of checksums, so that no flipped bit goes unnoticed.
+"""Two layers of checksums, which detect every flipped bit of a file.
 
-HDF5's fletcher32 guards the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not see a chunk in
-the wrong place, or one that was never written: the index of chunks has no checksum. The layer of this program does:
+HDF5's fletcher32 protects the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not detect a
+chunk in the wrong place or one that was never written, because the index of chunks has no checksum. Therefore this
+program adds a second layer:
 
-- In a sweep, which grows, a sum is kept with every point. It binds the values of all its variables to each other and to
-  the point. After a loss of power, when the system may have kept the status of a block and lost its data, or with a
-  damaged index, only this sum shows it. The SHA-256 of its plan covers the axes.
-- In a file that is written in one go, SHA-256 of all that it holds.
+- A sweep grows, so each point has a checksum over the values of all its variables and the number of the point. After a
+  power failure the status of a block may be on the disk without its data, or the index may be damaged: only this
+  checksum detects it. The SHA-256 of the plan covers the axes.
+- A file that is written in one step has the SHA-256 of its contents.
 
-Everywhere the configuration, an attribute, has its SHA-256 beside it; the numbers among the attributes are those of the
-configuration, or of the plan of a sweep, and are compared with them.
+All files have the SHA-256 of the configuration as an attribute. The other numeric attributes are compared with the
+configuration, or with the plan of a sweep.
 """
 
 from __future__ import annotations
@@ -32,13 +33,13 @@ _MARGIN = np.uint64(0x94D049BB133111EB)
 _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
                       0x369DEA0F31A53F85], np.uint64)  # fmt: skip
-"""Odd, so that no bit is lost in a product modulo 2**64; otherwise arbitrary."""
+"""Weights: odd, so that a product modulo 2**64 loses no bit; otherwise arbitrary."""
 
 ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
 
 def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """Checksum uint64 of the points start, start + 1, …, their sections left out.
+    """Return the checksums uint64 of the points start, start + 1, …, without their sections.
 
     margin is float64 (points,), switches int64 (points, 5), status int8 (points,).
     """
@@ -50,12 +51,12 @@ def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.
 
 
 def section_sums(values: np.ndarray, column: int) -> np.ndarray:
-    """Contribution of a column (0: ξ, 1: ξ') of a section, float64 (points, periods), to the checksums."""
+    """Return the contribution of a column (0: ξ, 1: ξ') of a section, float64 (points, periods), to the checksums."""
     return np.add.reduce(_words(values), axis=1) * _SECTION[column]
 
 
 def record_sums(name: str, values: np.ndarray) -> np.ndarray:
-    """Contribution of another variable, (points, …) of any type, to the checksums."""
+    """Return the contribution of another variable, (points, …) of any type, to the checksums."""
     weight = np.frombuffer(hashlib.sha256(name.encode()).digest()[:8], "<u8") | np.uint64(1)
     rows = np.ascontiguousarray(values).reshape(len(values), -1)
     words = rows.view(f"<u{rows.dtype.itemsize}").astype(np.uint64)
@@ -71,21 +72,21 @@ class Marks(NamedTuple):
 
     status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED where unreadable
     done: np.ndarray  # bool, one per block: marked as computed
-    wrong: dict[int, str]  # blocks that are damaged, and how
+    wrong: dict[int, str]  # damaged blocks and their faults
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Read which blocks are computed, as far as their marks show."""
+    """Read the statuses of all blocks; a block counts as computed if its status is complete."""
     data, wrong = file["status"], {}
     try:
         status = data[...]
-    except OSError:  # a chunk of it is damaged: read them one by one
+    except OSError:  # read the undamaged chunks one by one
         status = np.full(data.shape, int(Status.NOT_COMPUTED), np.int8)
         for k, tile in enumerate(where):
             try:
                 status[tile.slab] = data[tile.slab]
             except OSError:
-                wrong[k] = "status: its checksum does not fit"
+                wrong[k] = "status: wrong checksum"
     done = np.zeros(len(where), bool)
     for k, tile in enumerate(where):
         missing = status[tile.slab] == Status.NOT_COMPUTED
@@ -96,7 +97,7 @@ def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
 
 
 def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progress) -> Marks:
-    """Read all blocks that are marked as computed; those that are damaged are added to the `wrong` ones."""
+    """Read all blocks that are marked as computed; add damaged blocks to `wrong`."""
     marks = read_marks(file, where)
     for k in np.flatnonzero(marks.done).tolist():
         if fault := check_block(file, where[k], plan):
@@ -113,47 +114,47 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
         try:
             read = file[variable.name][tile.slab]
         except BROKEN:
-            return f"{variable.name}: its checksum does not fit"
+            return f"{variable.name}: wrong checksum"
         values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
     if not np.isin(values["status"], ENDINGS).all():
-        return "status: a value that means nothing"
+        return "status: unknown value"
     sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
     for column, name in enumerate(("section_xi", "section_dxi")):
         sums += section_sums(values[name], column) if name in values else np.uint64(0)
     for q in quantities(plan.record):
         sums += record_sums(q.name, values[variable_name(q.name)])
     if not np.array_equal(values["checksum"], sums):
-        return "the values do not add up to their checksum"
+        return "the values do not match their checksum"
     return None
 
 
 SEAL = "content_sha256"
-"""Root attribute: SHA-256 of everything the file holds, where nothing is added later."""
+"""Root attribute: SHA-256 of the contents of a file that is written in one step."""
 
 
 def find_faults(file: h5py.File) -> list[str]:
-    """Read everything; return what does not have the checksum that was written beside it."""
+    """Read the complete file; return the parts that do not match their stored checksums."""
     attrs = file.attrs
     faults = []
     if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
-        faults.append("the configuration does not have the SHA-256 written beside it")
+        faults.append("the SHA-256 of the configuration differs from the stored one")
     for name, data in _datasets(file):
         try:
             data[...]
         except BROKEN:
-            faults.append(f"{name}: its checksum does not fit")
+            faults.append(f"{name}: wrong checksum")
     if SEAL in attrs and not faults and content_digest(file) != attrs[SEAL]:
-        faults.append("the contents do not have the SHA-256 written beside them")
+        faults.append("the SHA-256 of the contents differs from the stored one")
     return faults
 
 
 def content_digest(file: h5py.File) -> str:
-    """SHA-256 of the names, shapes and values of all datasets."""
+    """Return the SHA-256 of the names, shapes and values of all datasets."""
     total = hashlib.sha256()
     for name, data in _datasets(file):
         values = data[...]
         total.update(f"{name} {data.shape} {data.dtype.str}".encode())
-        if values.dtype.kind == "O":  # texts of any length
+        if values.dtype.kind == "O":  # texts of variable length
             total.update(np.array([len(v) for v in values.ravel()]).tobytes() + b"".join(values.ravel()))
         else:
             total.update(values.tobytes())

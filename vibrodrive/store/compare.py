@@ -1,4 +1,4 @@
-"""Was a file made from this configuration? If not: where do they differ, in words."""
+"""Comparison of a file with a configuration."""
 
 from __future__ import annotations
 
@@ -16,47 +16,47 @@ from vibrodrive.store.describe import plain, settings_in_words
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:
-    """Raise Different if there are any."""
+    """Raise Different if there are differences."""
     if differences:
         raise Different(
             f"{path}: made from another configuration: {'; '.join(differences)}. "
-            "A file cannot be extended: choose another file for what is new, or --overwrite"
+            "A file cannot be extended: choose another file, or replace this one with --overwrite"
         )
 
 
 def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
-    """Return in what an open file, of a kind that keeps its configuration but no plan, differs from a plan.
+    """Return the differences between a plan and an open file that stores its configuration but no plan.
 
-    `own`: the command's own settings, by the names of root attributes. They count in the place of the plan's.
+    `own`: settings of the command by the names of root attributes. They replace those of the plan.
     """
     try:
         there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     except ConfigError as error:
-        return [f"its configuration is none of this version ({error})"]
+        return [f"this version cannot read its configuration ({error})"]
     different = {name: value for name, value in own.items() if file.attrs[name] != value}
     found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in different.items()]
     return found + compare(there, plan, without=own)
 
 
 def altered(file: h5py.File, **own: object) -> list[str]:
-    """Return the plain root attributes of an open file that are not those of its configuration: no checksum has them.
+    """Return the plain root attributes of an open file that contradict its configuration; no checksum covers them.
 
-    `own`: those of its command, by name; for `periods` and `max_period` the values where the configuration has none.
+    `own`: attributes of the command by name, with the defaults of `periods` and `max_period`.
     """
     try:
         config = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
-    except ConfigError:  # of another version
+    except ConfigError:  # a configuration of another version
         return []
     plan = config.plan()
     given = {name: value for name, value in (config.arguments | config.orbits).items() if name in own}
     ranges = {f"range_{name}": (values.min(), values.max()) for name, values in plan.axes.items()}
     expected = plain(plan) | ranges | own | given
     wrong = [name for name in expected if name in file.attrs and not np.array_equal(file.attrs[name], expected[name])]
-    return [f"attribute {name}: not what was written" for name in wrong]
+    return [f"attribute {name}: changed after it was written" for name in wrong]
 
 
 def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str]:
-    """Return which parts of a stored plan differ from another, each in words; parts in `without` do not count."""
+    """Return the differences between a stored plan and another as texts; parts in `without` are ignored."""
     there, here = _flat(stored), _flat(plan)
     found = []
     for key in [*there, *(k for k in here if k not in there)]:

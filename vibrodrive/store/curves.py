@@ -1,8 +1,8 @@
 """Curves of bifurcations in the plane (A, B) as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions `curve`, `point` (those of all curves, in order: curve i has the rows first_point[i] to first_point[i] +
-points[i]), `unknown` (the times at which slides end, at all points, in the same order) and `meeting` (each point where
-two curves meet, once).
+Dimensions: `curve`, `point` (the points of all curves, in order: curve i has the rows first_point[i] to first_point[i]
++ points[i]), `unknown` (the times at which slides end, at all points, in the same order) and `meeting` (each point at
+which two curves meet, once).
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ CONTENTS = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredCurves(Stored):
-    """What a file of curves holds: the curves, the longest period, the ranges of A and B that were searched.
+    """Contents of a file of curves: the curves, the longest period, and the searched ranges of A and B.
 
-    `plot` draws them in the plane (A, B), each with the period of its orbit, and where they meet.
+    `plot` draws the curves in the plane (A, B), each with the period of its orbit, and their meeting points.
     """
 
     file_kind = "curves"
@@ -66,7 +66,7 @@ class StoredCurves(Stored):
 
 
 def save(path: Path, found: StoredCurves, origin: Origin) -> None:
-    """Write curves into `path`, at once: the file is there whole or not at all. Raises as `tables.save`."""
+    """Write curves into `path`; after an error no file is left. Raises as `tables.save`."""
     shared, ranges = {"max_period": found.max_period}, {"range_A": found.A, "range_B": found.B}
     tables.save(path, "curves", origin, CONTENTS, shared, _tables(found.curves), **ranges)
 
@@ -79,7 +79,7 @@ def read(file: h5py.File) -> StoredCurves:
 
 
 def faults(file: h5py.File, found: StoredCurves) -> list[str]:
-    """Return what cannot be in a file that was made from its configuration."""
+    """Return contradictions between the attributes of a file and its configuration."""
     return altered(file, max_period=MAX_PERIOD)
 
 

@@ -1,4 +1,4 @@
-"""Results as an xarray.Dataset, with the names, units and long names that the files have."""
+"""Results as an xarray.Dataset, with the names, units and long names of the files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def dataset(results: Results) -> xarray.Dataset:
-    """See `Results.to_xarray`."""
+    """Return results as a Dataset, see `Results.to_xarray`."""
     try:
         import xarray
     except ImportError:
@@ -25,7 +25,7 @@ def dataset(results: Results) -> xarray.Dataset:
     plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
     coords = {name: xarray.Variable(name, values, _about(name)) for name, values in layout.coordinates(plan).items()}
     if not plan.axes:
-        coords.pop(POINT)  # the axis that a file of one motion has
+        coords.pop(POINT)  # only the file of one motion has this axis
     coords["state"].attrs |= layout.flags_of_states()
     coords |= {name: xarray.Variable(POINT, values, _about(name)) for name, values in plan.together.items()}
     variables = {}
@@ -44,7 +44,7 @@ def _about(name: str) -> dict[str, str]:
 
 
 def _array(results: Results, name: str) -> np.ndarray:
-    """Return a variable of the file: the section is one array in Results and one for each coordinate there."""
+    """Return a variable of the file. The section is one array in Results, but one per coordinate in the file."""
     columns = [v.name for v in layout.SECTIONS]
     if name in columns:
         return results.section[..., columns.index(name)]

@@ -1,7 +1,7 @@
-"""What a file tells a stranger about itself in plain root attributes: every number that holds for all of it, and words.
+"""Plain root attributes of a file: all numbers common to its points, and a comment that explains them.
 
-A reader that knows nothing of this program (ncdump, xarray, h5py) finds B, eps, eta, periods, … here under their own
-names; `comment` says what they are.
+Users of other programs (ncdump, xarray, h5py) find B, eps, eta, periods, … under these names; `comment` gives their
+meanings.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ MODEL = (
 
 
 def plain(plan: Plan) -> dict[str, Any]:
-    """Return all that the motions of a plan share, by name: its parameters that are no axis, and its settings."""
+    """Return the values common to all motions of a plan, by name: parameters that are no axis, and settings."""
     scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
     return scalars | settings_in_words(plan)
 
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
-    """Settings of a plan, by name: choices by their names."""
+    """Return the settings of a plan by name; method and scan as text."""
     s = plan.settings
     choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
     return vars(s) | choices | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
-    """Return the same without what acts on none of these motions: a step, a tolerance, η where ε = 0."""
+    """Return `plain` without values that affect no motion of the plan: a step, a tolerance, η if ε = 0."""
     left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
     return {name: value for name, value in plain(plan).items() if name not in left}
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Plain attributes and the comment that explains them. `what`: the contents of this kind of file, a sentence."""
+    """Return plain attributes and their comment. The argument `what` describes the contents."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

@@ -1,4 +1,4 @@
-"""A file that appears whole or not at all: written beside its place, under another name, and renamed at the end."""
+"""Files that are written under a temporary name in the same directory and renamed when complete."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 NAME_BYTES = 255
-"""Longest name of a file on the usual file systems. A longer one is refused by the system, under its own name."""
+"""Longest file name on usual file systems. The system refuses a longer one; its message then has that name."""
 
 
 def target_of(path: Path) -> Path:
-    """The file that a path means: where its links lead. Raises OSError if they lead in a circle."""
-    with contextlib.suppress(FileNotFoundError):  # a new file, or a link to one
+    """Return the file that a path means, with links resolved. Raises OSError for circular links."""
+    with contextlib.suppress(FileNotFoundError):  # a new file, or a link to it
         os.stat(path)
     return Path(os.path.realpath(path))
 
 
 def draft_of(path: Path) -> Path:
-    """Where a file (what it is, if it is a link) is written before it gets its name."""
+    """Return the temporary path of a file, next to the target if the path is a link."""
     path = target_of(path)
     name = path.name + ".part"
     if len(os.fsencode(name)) > NAME_BYTES >= len(os.fsencode(path.name)):
@@ -30,9 +30,9 @@ def draft_of(path: Path) -> Path:
 
 @contextlib.contextmanager
 def drafted(path: Path) -> Iterator[Path]:
-    """Where to write a file that gets its name, in the place of one that bears it, when the block ends well.
+    """Yield a temporary path; its file replaces any file at `path` if the block ends without an error.
 
-    Otherwise nothing is left behind, and an older file of that name stays. A link stays one.
+    After an error no temporary file remains, and an existing file is unchanged. A link remains a link.
     """
     target, draft = target_of(path), draft_of(path)
     try:

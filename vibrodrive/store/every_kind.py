@@ -1,4 +1,4 @@
-"""Result files of every kind, by what they say they hold: read into an object, or summed up."""
+"""Functions for result files of all kinds: read into an object, or summarise."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ LOADED = [name for name, kind in FILES.items() if kind.options is not None]
 
 
 class Summary(NamedTuple):
-    """Contents of a file, for `info` and `verify`: `lines` for a person, and the same as `facts` of types of JSON.
+    """Contents of a file, for `info` and `verify`: `lines` of text, and the same as `facts` in types of JSON.
 
-    `share` is the part that is computed, 0 to 1. Where `faults` are found, there may be neither lines nor facts.
+    `share` is the computed share, 0 to 1. A file with `faults` may have neither lines nor facts.
     """
 
     kind: str
@@ -60,17 +60,16 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     Parameters
     ----------
     path : str or path
-        a file that `vibrodrive sweep`, `limits`, `failures` or `orbits`, or `vd.sweep(..., path=…)` writes.
+        a file written by `vibrodrive sweep`, `limits`, `failures` or `orbits`, or by `vd.sweep(..., path=…)`.
     kind : "sweep", "limits", "failures", "orbits" or "curves", optional
-        what the file must hold; whatever it holds unless given. It also tells type checkers what comes back, where
-        it is no sweep.
+        required kind of the file; any kind unless given. Type checkers derive the type of the result from it, by
+        default Results.
 
     Returns
     -------
     Results
-        of a sweep: as from `sweep`, with the title of the configuration. Its arrays are read on access, also while
-        the sweep is still running. Blocks that are damaged are left out, as if they had not been computed, and named
-        in a warning.
+        of a sweep: as from `sweep`, with the title of the configuration. Its arrays are read on access, also while the
+        sweep is still running. Damaged blocks count as not computed; a warning names them.
     Limits
         of `vibrodrive limits`: axes, numbers (k2, velocity, … by name, over (curve, axes…)), done, how, criterion.
     FailureMap
@@ -83,13 +82,13 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     Raises
     ------
     NoResult
-        if it is no result file of this version; OtherKind, a NoResult, if it holds something else than `kind`, or
-        switches of single motions; Damaged, a NoResult, if it cannot be read. All are in `vibrodrive.errors`, and
-        ValueErrors.
+        if it is no result file of this version; OtherKind, a NoResult, if its kind is not `kind`, or if it holds
+        switches of single motions; Damaged, a NoResult, if it cannot be read. All are ValueErrors of
+        `vibrodrive.errors`.
     Busy (a RuntimeError)
-        if this process has it open in a way that excludes reading.
+        if this process has the file open in a mode that excludes reading.
     TypeError, ValueError
-        if `path` is no name of a file, or `kind` none of these.
+        if `path` is no file name, or `kind` is unknown.
     OSError
         if the system refuses.
 
@@ -115,7 +114,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
 
 
 def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> Summary:
-    """Sum up a file of any kind; `thorough` reads everything and looks for faults. Raises as `load`."""
+    """Summarise a file of any kind; `thorough` reads it completely and checks it. Raises as `load`."""
     with reading(path) as file:
         kind, title = kind_in(file), str(file.attrs["title"])
         versions = {"versions": json.loads(file.attrs["versions"])}
@@ -137,7 +136,7 @@ def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> S
 
 
 def check_path(path: object) -> Path:
-    """The name of a file. Raises TypeError or ValueError with the one sentence."""
+    """Return a file name as Path. Raises TypeError or ValueError with the sentence of `bad`."""
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise TypeError(bad("path", path, "the name of a result file"))
     if not is_name(os.fspath(path)):

@@ -1,4 +1,4 @@
-"""The failure map over two axes: into a file, with the line beyond which the structure of the motion is lost.
+"""File of the failure map over two axes, with the line beyond which the structure of the motion is lost.
 
 HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
 `method` and A, the smallest disturbance along the other axis at which order or gaps fail (`stability.limit`).
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SECOND = ("dtau", "eps")
-"""Axes that may lie across A."""
+"""Possible second axes."""
 
 CONTENTS = (
     "For each method and point of the axes, how many switches of the motion were judged, against the exact one from "
@@ -38,9 +38,9 @@ CONTENTS = (
 
 @dataclass(frozen=True, repr=False)
 class FailureMap(Stored):
-    """Counts int64 (method, A, other) by kind and `judged`; `limit` float64 (method, A), inf where none was found.
+    """Counts int64 (method, A, other) by kind, and `judged`; `limit` float64 (method, A), inf if none was found.
 
-    `plot` draws the share of the switches that are missed, late or wrong, for each method, into six panels.
+    `plot` draws the shares of missed, late and wrong switches for each method in six panels.
     """
 
     file_kind = "failures"
@@ -57,11 +57,11 @@ class FailureMap(Stored):
 
     @property
     def shared(self) -> dict[str, Any]:
-        """Parameters and settings of all points, by name."""
+        """Parameters and settings common to all points, by name."""
         return {**self.scalars, **self.settings}
 
     def share(self, kind: str) -> np.ndarray:
-        """Share of the judged switches that failed in this way; NaN where the mass never moved."""
+        """Return the share of the judged switches with this failure; NaN if the mass never moved."""
         with np.errstate(invalid="ignore"):
             return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
 
@@ -76,7 +76,7 @@ class FailureMap(Stored):
         }
 
     def failed(self, m: int) -> dict[str, int]:
-        """How many switches of a method, by its number, were judged, and how many failed in each way."""
+        """Count the judged switches of a method (by its number) and its failures of each kind."""
         return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
 
 
@@ -119,8 +119,8 @@ def read(file: h5py.File) -> FailureMap:
 
 
 def faults(file: h5py.File, found: FailureMap) -> list[str]:
-    """Return what cannot be in a file that is complete."""
+    """Return contradictions in a complete file."""
     wrong = altered(file, periods=PERIODS)
     if (found.judged < sum(found.counts.values())).any() or min(c.min() for c in found.counts.values()) < 0:
-        wrong.append("judged: fewer than failed")
+        wrong.append("judged: less than the sum of the failures")
     return wrong

@@ -1,6 +1,6 @@
-"""Files written in one go, and what all kinds of them have in common: how they appear, what they hold, are they whole.
+"""Files that are written in one step: creation, and checks of an existing file.
 
-A sweep, which is laid out first and then filled for hours, has a writer of its own (`store`).
+A sweep is laid out first and then filled for hours; `writer` does this.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vibrodrive.store.place import refuse_foreign
 
 
 def unwritable(error: BaseException, path: Path) -> Unwritable:
-    """An error of HDF5, which comes as a page of text, as the system's own sentence."""
+    """Return an error of HDF5, which has many lines, as the sentence of the system."""
     if isinstance(error, OSError) and error.errno:
         return Unwritable(error.errno, error.strerror, str(path))
     number = re.search(r"errno = (\d+)", str(error))
@@ -34,20 +34,20 @@ def unwritable(error: BaseException, path: Path) -> Unwritable:
 
 
 def refuse_moved(path: Path) -> None:
-    """Raise Unwritable if an open file no longer has its name: what is written to it would be lost."""
+    """Raise Unwritable if an open file no longer has its name: further data would be lost."""
     if not path.exists():
         raise Unwritable(errno.ENOENT, "moved or deleted while it was written", str(path))
 
 
 @contextlib.contextmanager
 def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
-    """An empty HDF5 file that gets its name when the block ends well, in the place of a result file of that name.
+    """Yield an empty HDF5 file that replaces any result file at `path` if the block ends without an error.
 
-    With `seal` the SHA-256 of all it holds is written into it. Raises as `refuse_foreign`, Busy if another process is
-    writing the file of that name, and Unwritable; nothing is left behind then, and an older file of that name stays.
+    `seal` adds the SHA-256 of its contents. Raises as `refuse_foreign`, Busy if another process is writing the existing
+    file, and Unwritable. After an error no draft remains, and an existing file is unchanged.
     """
     refuse_foreign(path)
-    # in memory: HDF5 does not recover from a full disk, not even at the end of the process
+    # in memory, because HDF5 does not recover from a full disk, even at the end of the process
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         yield file
         if seal:
@@ -55,7 +55,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         file.flush()
         content = file.id.get_file_image()
     try:
-        refuse_foreign(path)  # it may have appeared in the meantime
+        refuse_foreign(path)  # the file may be new
         older = lock.Lock(target_of(path), name=path) if path.exists() else contextlib.nullcontext()
         with older as old, drafted(path) as draft:
             with open(draft, "wb") as written:
@@ -69,9 +69,9 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
 
 
 def made_already(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) -> bool:
-    """Return whether a file is there, whole, and made from what is to be computed (see compare.differences).
+    """Return True if an undamaged file with the same configuration exists (see compare.differences).
 
-    Raises Different if it was made from something else, NoResult if it is of another kind or damaged, and OSError.
+    Raises Different if its configuration differs, NoResult if it is of another kind or damaged, and OSError.
     """
     if not path.exists():
         return False

@@ -1,4 +1,4 @@
-"""Opening a result file: what it says about itself, and whether that is consistent."""
+"""Open a result file, and read and check its description."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import Origin, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
-"""Raised by h5py for bytes that it cannot interpret. For single calls of h5py; a whole reader: see `interpreting`."""
+"""Exceptions of a call of h5py for bytes that it cannot interpret. For several calls use `interpreting`."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 
 
 class Header(NamedTuple):
-    """A file's description of itself, without its arrays."""
+    """Description of a file, without its arrays."""
 
     plan: Plan
     origin: Origin
@@ -41,14 +41,14 @@ class Header(NamedTuple):
 
 
 def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, OSError, or Busy where this process reads what is to be written.
+    """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has it open for reading.
 
-    HDF5's own lock is off in a writer: it would shut readers out while a sweep runs, which the layout
-    makes unnecessary. Writers exclude each other by `lock`.
+    A writer does not use the lock of HDF5, which would exclude readers during a sweep; the layout makes concurrent
+    reading safe. Writers exclude each other by `lock`.
     """
-    if (what := special(path)) is not None:  # or the system's own words for a missing one
+    if (what := special(path)) is not None:  # raises OSError for a missing file
         raise NoResult(f"{path}: no result file, but {what}")
-    with open(path, "rb"):  # the same for a forbidden one
+    with open(path, "rb"):  # raises OSError for a forbidden file
         pass
     if not h5py.is_hdf5(path):
         raise NoResult(f"{path}: no result file (not HDF5, or its beginning is damaged)")
@@ -62,15 +62,15 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
 
 
 def remedy(path: Path) -> str:
-    """Advise what to do about a file that is damaged beyond reading."""
+    """Return the advice for a file that is damaged beyond reading."""
     return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
 
 
 @contextlib.contextmanager
 def interpreting(path: str | Path) -> Iterator[None]:
-    """Raise Damaged for contents that make no sense to the reader in the block.
+    """Raise Damaged if the reader in the block fails to interpret the contents.
 
-    A TypeError counts only if h5py raised it: anywhere else it is an error of the reader.
+    A TypeError counts only if h5py raised it; otherwise it is a programming error of the reader.
     """
     try:
         yield
@@ -89,9 +89,9 @@ def _raised_by_h5py(error: BaseException) -> bool:
 
 
 def special(path: str | Path) -> str | None:
-    """Name what a path is if it is no file in the usual sense ("a named pipe"): to open it may wait for ever.
+    """Return the type of a path that is no regular file ("a named pipe"), as opening it may block; None for a file.
 
-    None for a file. Raises OSError if there is nothing, or the system refuses to say.
+    Raises OSError if the path does not exist, or if the system refuses access.
     """
     mode = os.stat(path).st_mode
     return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "no file")
@@ -107,12 +107,12 @@ _SPECIAL = {
 
 
 def is_ours(file: h5py.File) -> bool:
-    """Return whether an open file was made by this program, maybe by another version. Raises as h5py."""
+    """Return True if an open file was made by any version of this program. Raises as h5py."""
     return "kind" in file.attrs and "config_sha256" in file.attrs
 
 
 def bears_our_names(path: Path) -> bool:
-    """Return whether an HDF5 file that cannot be opened any more (cut short, damaged) was once made here."""
+    """Return True if an unreadable HDF5 file (truncated, damaged) was made by this program."""
     with open(path, "rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             return False
@@ -121,7 +121,7 @@ def bears_our_names(path: Path) -> bool:
 
 
 def kind_in(file: h5py.File, wanted: str | None = None) -> str:
-    """Return the kind of an open file, one of FILES. Raises NoResult; OtherKind if it is none of the kind `wanted`."""
+    """Return the kind of an open file, one of FILES. Raises NoResult, or OtherKind if it is not `wanted`."""
     path = file.filename
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None
@@ -142,7 +142,7 @@ def read_kind(path: Path) -> str:
 
 
 def check_schema(file: h5py.File, kind: str) -> None:
-    """Raise NoResult if an open file has another schema than this version reads."""
+    """Raise NoResult if this version cannot read the schema of an open file."""
     name, numbers = FILES[kind].schema, FILES[kind].readable
     if not name:
         return
@@ -157,7 +157,7 @@ def check_schema(file: h5py.File, kind: str) -> None:
 
 @contextlib.contextmanager
 def reading(path: Path, kind: str | None = None, mode: str = "r") -> Iterator[h5py.File]:
-    """Open a file, of one kind if given, for a reader. Raises as `kind_in`, `open_result` and `interpreting`."""
+    """Open a file, of any kind or of `kind`. Raises as `kind_in`, `open_result` and `interpreting`."""
     with open_result(path, mode) as file:
         check_schema(file, kind_in(file, kind))
         with interpreting(path):
@@ -165,7 +165,7 @@ def reading(path: Path, kind: str | None = None, mode: str = "r") -> Iterator[h5
 
 
 def origin_of(file: h5py.File) -> Origin:
-    """Return the configuration that an open file was made from."""
+    """Return the configuration of an open file."""
     attrs = file.attrs
     return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
 
@@ -177,24 +177,24 @@ def _open(path: Path, mode: str) -> h5py.File:
         except OSError as error:
             if "locking flag" not in str(error):
                 raise
-    # HDF5 wants all handles of one process on a file to agree, and this process is writing it
+    # all handles of a process on a file must have the same locking flag, and this process is writing the file
     return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
 
 
 def read_header(file: h5py.File) -> Header:
-    """Rebuild the plan a file was laid out for, and check it. Raises NoResult."""
+    """Rebuild the plan of a file and check it. Raises NoResult."""
     path, attrs = file.filename, file.attrs
     kind_in(file, "sweep")
     check_schema(file, "sweep")
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
-                raise Damaged(f"{path}: damaged: the {what} does not have the SHA-256 written beside it")
+                raise Damaged(f"{path}: damaged: the SHA-256 of the {what} differs from the stored one")
         outline = json.loads(attrs["plan"])
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise Damaged(f"{path}: damaged: axis {name} is not what was written")
+                raise Damaged(f"{path}: damaged: axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
         record = tuple(outline.get("record", (SECTION,)))
@@ -202,12 +202,12 @@ def read_header(file: h5py.File) -> Header:
         for variable in layout.variables_of(plan):
             data = file[variable.name]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
-                raise Damaged(f"{path}: damaged: {variable.name} is not laid out as it should be")
+                raise Damaged(f"{path}: damaged: {variable.name}: wrong chunk shape or data type")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Return the coordinates, and the plain root attributes, that are not what was written."""
+    """Return the coordinates and plain root attributes that differ from those of the plan."""
     wrong = []
     for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
         for name, value in written.items():

@@ -1,10 +1,10 @@
-"""The result file as it lies on the disk: HDF5 with netCDF-4 dimension scales, laid out whole beforehand.
+"""Layout of the file of a sweep: HDF5 with netCDF-4 dimension scales, laid out completely before the sweep.
 
-One dimension per axis, in order, then `period` (and `state` for the switch counts). Every chunk of every
-variable is allocated before the first point is computed, so that a running sweep overwrites chunks in
-place and never touches the structure of the file: a kill can hurt no more than the chunk being written.
-A sweep of one point has no axes; its file has an axis `point` of length 1. Where parameters change together
-their values are coordinates along the axis `point`.
+One dimension per axis, in order, then `period` (and `state` for the switch counts). All chunks of all variables are
+allocated before the first point is computed. A running sweep then overwrites chunks in place and never changes the
+structure of the file: if the process is killed, only the chunk being written can be damaged.
+A sweep of one point has no axes; its file has an axis `point` of length 1. The values of parameters that change
+together are coordinates along the axis `point`.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ MOTION_PERIOD = "motion_period"
 """Variable of the quantity `period` of a summary: in a file `period` is the dimension of the section."""
 
 Progress = Callable[[int, int], None]
-"""Called with (done, of how many)."""
+"""Function called with (done, total)."""
 
 
 def quiet(done: int, total: int) -> None:
-    """Progress that is not shown."""
+    """Ignore progress."""
 
 
 class Variable(NamedTuple):
-    """A variable of the file: what it is called, holds, and is filled with until it is computed."""
+    """A variable of the file. `fill` is its value at points that are not computed."""
 
     name: str
     dtype: str
@@ -63,14 +63,14 @@ POINTS = (
     Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
     Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "how the trajectory ended"),
 )
-"""What every file has. The status is written last: it is the mark that commits a block."""
+"""Variables of every file. The status is written last: it commits a block."""
 
 COUNTS_MAX = 2**31
-"""So many switches are more than the small integers hold in which a file without sections counts them."""
+"""Possible number of switches from which on a file without sections counts them in int64 instead of int32."""
 
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
-    """The variables of a file, in the order in which a block is written."""
+    """Return the variables of a file, in the order in which a block is written."""
     recorded = [
         Variable(variable_name(q.name), q.dtype, q.along, q.fill, q.meaning, q.unit) for q in quantities(plan.record)
     ]
@@ -80,7 +80,7 @@ def variables_of(plan: Plan) -> tuple[Variable, ...]:
 
 
 def variable_name(quantity: str) -> str:
-    """Name of a quantity as a variable of a file or a Dataset."""
+    """Return the name of a quantity as a variable of a file or a Dataset."""
     return MOTION_PERIOD if quantity == "period" else quantity
 
 
@@ -88,11 +88,11 @@ CONTENTS = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
     "more; its section is taken at τ = section_phase + 2πk."
 )
-"""Of a sweep, for a reader who sees nothing but the file."""
+"""Contents of a sweep, for readers who have only the file."""
 
 
 class Origin(NamedTuple):
-    """Where a sweep comes from: the configuration verbatim, the options that replace parts of it, a title."""
+    """Source of a sweep: the configuration verbatim, the options that replace parts of it, a title."""
 
     config: str
     overrides: tuple[str, ...] = ()
@@ -100,14 +100,14 @@ class Origin(NamedTuple):
 
 
 def digest(text: str) -> str:
-    """SHA-256 of a configuration as it is written in a file."""
+    """Return the SHA-256 of a configuration, as written in a file."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def about(kind: str, origin: Origin) -> dict[str, Any]:
-    """Root attributes that files of every kind have.
+    """Return the root attributes of files of every kind.
 
-    No date is among them: two runs of one configuration give the same file. The system keeps a file's time.
+    They contain no date, so that two runs of one configuration give equal files.
     """
     return {
         "Conventions": "CF-1.10",
@@ -122,12 +122,12 @@ def about(kind: str, origin: Origin) -> dict[str, Any]:
 
 
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
-    """The axes as dimensions of the file."""
+    """Return the axes as dimensions of the file."""
     return plan.axes or {POINT: np.zeros(1)}
 
 
 def coordinates(plan: Plan) -> dict[str, np.ndarray]:
-    """All dimensions of the file and their values."""
+    """Return all dimensions of the file and their values."""
     periods = plan.settings.periods
     found = {**axes_of(plan)}
     if SECTION in plan.record:
@@ -146,7 +146,7 @@ class Tile(NamedTuple):
 
 
 def tiles(plan: Plan) -> list[Tile]:
-    """Where the blocks lie, in the order of plan.blocks()."""
+    """Return the blocks as slices of the file, in the order of plan.blocks()."""
     shape, chunk = plan.shape or (1,), plan.chunk or (1,)
     cuts = [[slice(c, min(c + k, n)) for c in range(0, n, k)] for n, k in zip(shape, chunk, strict=True)]
     return [
@@ -155,7 +155,7 @@ def tiles(plan: Plan) -> list[Tile]:
 
 
 def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
-    """An empty chunk as it lies in the file, its checksum included."""
+    """Return an empty chunk in the bytes of the file, with its checksum."""
     with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
         data = memory.create_dataset(
             "chunk", data=np.full(chunk, variable.fill, variable.dtype), chunks=chunk, fletcher32=True
@@ -164,14 +164,14 @@ def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
 
 
 def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
-    """Shape of a chunk of a variable: a block of points, and the extra dimension whole."""
+    """Return the shape of a chunk of a variable: a block of points times the full extra dimension."""
     periods = plan.settings.periods
     extra = {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[variable.extra]
     return (plan.chunk or (1,)) + extra
 
 
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
-    """Write everything but the results into an empty file, and room for all of them."""
+    """Write all parts of an empty file except the results, and allocate the results."""
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
@@ -198,12 +198,12 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
 
 
 def flags_of_states() -> dict[str, Any]:
-    """Attributes of the dimension `state`: what its values mean."""
+    """Return the attributes of the dimension `state` that name its values."""
     return {"flag_values": np.array(list(State), np.int8), "flag_meanings": " ".join(s.name.lower() for s in State)}
 
 
 def flags_of_statuses() -> dict[str, Any]:
-    """Attributes of the variable `status`: what its values mean."""
+    """Return the attributes of the variable `status` that name its values."""
     flags = [*(s for s in Status if s is not Status.NOT_COMPUTED), Status.NOT_COMPUTED]
     return {
         "flag_values": np.array(flags, np.int8),
@@ -213,7 +213,7 @@ def flags_of_statuses() -> dict[str, Any]:
 
 
 def meaning_of(name: str) -> tuple[str, str]:
-    """Long name and unit of a coordinate."""
+    """Return the long name and the unit of a coordinate."""
     if name in AXES:
         return AXES[name].meaning, AXES[name].unit
     meanings = {
@@ -226,7 +226,7 @@ def meaning_of(name: str) -> tuple[str, str]:
 
 
 def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:
-    """Write one chunk as it lies in the file, whatever lies there now."""
+    """Write the bytes of one chunk without reading the old ones."""
     corner = tuple(s.start for s in tile.slab)
     data.id.write_direct_chunk(corner + (0,) * (data.ndim - len(corner)), content)
 
@@ -246,12 +246,12 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
 
 
 def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """SHA-256 of arrays, by name."""
+    """Return the SHA-256 of arrays, by name."""
     return {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in arrays.items()}
 
 
 def _further(plan: Plan) -> dict[str, Any]:
-    """The rest of the outline, as far as it is not the default: the section alone."""
+    """Return further entries of the outline: the records, unless only the section, and the points."""
     further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
     if plan.together:
         further["points"] = digests(plan.together)
@@ -259,7 +259,7 @@ def _further(plan: Plan) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Of this package and of what a result may depend on."""
+    """Return the versions of this package and of the packages that may affect a result."""
     from vibrodrive import __version__
 
     packages = {name: metadata.version(name) for name in ("numpy", "numba", "h5py")}

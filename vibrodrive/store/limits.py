@@ -1,8 +1,7 @@
-"""Limits over one or two axes of A, B and η in a file: laid out whole, filled limit by limit, resumed where it stopped.
+"""Files of limits over one or two of A, B and η: laid out completely, filled limit by limit, and resumed after a stop.
 
-HDF5 with netCDF-4 dimension scales: `curve` (which disturbance, which path) × the axes in the order of the
-configuration. Over A alone the bifurcation diagram of the undisturbed motion stands beside them, over a finer axis:
-a figure needs nothing but the file.
+HDF5 with netCDF-4 dimension scales: `curve` (disturbance and path) × the axes in the order of the configuration. Over A
+only, the file also has the bifurcation diagram of the undisturbed motion over a finer axis, for the figure.
 """
 
 from __future__ import annotations
@@ -32,15 +31,15 @@ from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
 SCHEMA, OTHERS = FILES["limits"].readable
-"""Of files of k2, and of those of k1 and ku, which have names of their own for what they hold."""
+"""Schemas of files of k2, and of k1 and ku, whose variables have other names."""
 
 HOW_BYTES = 120
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
-"""The same of a scene in SI units (`[physical]`), in mm/s; files of other configurations do not have them."""
+"""The same quantities in mm/s, if the configuration has a scene in SI units (`[physical]`)."""
 
 UNIT = "velocity_unit"
-"""Attribute of these: mm/s that a dimensionless velocity of 1 is."""
+"""Attribute of these: the dimensionless velocity 1 in mm/s."""
 
 NOT_COMPUTED, DONE = -1, 0
 
@@ -56,7 +55,7 @@ CONTENTS = {
     "ku": "Over the axes, for each curve, the disturbance from which all starts end on one motion: ε (eps) of the "
     "excitation, or the step Δτ (dtau) of a grid on which switches are found.",
 }
-"""By quantity. eps among the attributes is that of motions on a grid."""
+"""Contents by quantity. The attribute eps is that of motions on a grid."""
 
 
 def read(file: h5py.File) -> Limits:
@@ -96,9 +95,9 @@ def faults(file: h5py.File, found: Limits) -> list[str]:
     wrong = altered(file, periods=PERIODS)
     scene = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).physical
     if found.mm_s is not None and (scene is None or found.mm_s != 1e3 * scene.velocity(1.0)):
-        wrong.append(f"attribute {UNIT}: not what was written")
+        wrong.append(f"attribute {UNIT}: changed after it was written")
     if not np.isin(file["status"][...], (DONE, NOT_COMPUTED)).all():
-        wrong.append("status: a value that means nothing")
+        wrong.append("status: unknown value")
     if (np.isnan(found.values) & found.done & (found.how == "")).any():
         wrong.append(f"{found.quantity}: missing where it is marked as computed")
     return wrong
@@ -106,20 +105,20 @@ def faults(file: h5py.File, found: Limits) -> list[str]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
-    """The file open for writing, by this process alone."""
-    with reading(path, "limits"):  # what cannot be read is refused before what cannot be written
+    """Open a file of limits for writing, locked against other writers."""
+    with reading(path, "limits"):  # report an unreadable file before an unwritable one
         pass
     try:
         with Lock(path), h5py.File(path, "r+", locking=False) as file:
             yield file
     except (OSError, RuntimeError) as error:
-        if "errno" in str(error):  # as HDF5 words it
+        if "errno" in str(error):  # text of an HDF5 message
             raise unwritable(error, path) from None
         raise
 
 
 def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | StartLimit | UniqueLimit) -> None:
-    """Write one limit of curve c at an index of the axes: data first, then the mark that says they are there."""
+    """Write one limit of curve c at an index of the axes: the data first, then the status that commits them."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
     for name, value in values_of(quantity_of(file), found).items():
@@ -135,7 +134,7 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | Sta
 
 
 def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str, quantity: str = K2) -> None:
-    """Make a file with room for all limits over the axes, in the place of a result file of that name."""
+    """Create a file for all limits over the axes; it replaces any result file at `path`."""
     with new_file(path) as file:
         _lay_out(file, config, axes, quantity)
         shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
@@ -146,7 +145,7 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
 
 
 def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
-    """Return what the file is made from beside its plan: periods, and the criterion of k2, else the quantity."""
+    """Return the settings of the file that its plan lacks: periods, and the criterion of k2 or the quantity."""
     judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
     return {"periods": config.arguments.get("periods", PERIODS), **judged}
 
@@ -154,7 +153,7 @@ def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any
 def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], quantity: str) -> None:
     def variable(name: str, dtype: str, fill: Any, meaning: str, *along: str, units: str = "1") -> h5py.Dataset:
         data = netcdf.variable(file, name, along or ("curve", *axes), dtype, meaning, fill=fill, units=units)
-        data[...] = fill  # now, not when it is first written: what is laid out does not grow
+        data[...] = fill  # allocate all chunks now, so that later writes do not extend the file
         return data
 
     curves, numbers, _ = QUANTITIES[quantity]

@@ -1,7 +1,7 @@
-"""One writer at a time: by open-file-description locks, flock, or LockFileEx on Windows.
+"""Lock for one writer at a time: open-file-description locks, flock, or LockFileEx on Windows.
 
-What is lost on Windows: an open file cannot be renamed or replaced there. A new result file is closed to be given its
-name and opened again, between which another process may take it, and one that somebody reads cannot be replaced.
+Windows cannot rename or replace an open file. Hence a new result file is closed, renamed and opened again, and another
+process may lock it in between. A file that another process reads cannot be replaced.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ except ImportError:  # Windows
 RENAMES_OPEN_FILES = os.name != "nt"
 
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-"""File systems without locks (some network mounts): there the user has to keep writers apart."""
+"""Errors of file systems without locks (some network mounts): the user must exclude a second writer there."""
 
 FAR = 1 << 62
-"""Offset of the byte that is locked on Windows, where what is locked cannot be read: behind the end of any file."""
+"""Offset of the byte locked on Windows, after the end of any file: locked bytes cannot be read there."""
 
 
 class Lock:
     """Exclusive right to write one file, kept until `release` or the end of the process.
 
-    It belongs to the file, not to its name, and so survives the renaming that publishes the file.
-    Readers are not affected by it, nor is the lock that HDF5 itself takes for them.
+    The lock belongs to the file, not to its name, so it remains when the finished draft is renamed. It affects neither
+    readers nor the lock that HDF5 takes for them.
     """
 
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
-        """Lock an existing file, or create it. Raises Busy, or OSError where the system refuses."""
+        """Lock an existing file, or create it. Raises Busy, or OSError if the system refuses."""
         while True:
             try:
                 self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
@@ -52,7 +52,7 @@ class Lock:
                     raise Busy(f"{name or path}: another process is writing it") from None
             if self._is(path):
                 return
-            os.close(self._fd)  # it was renamed between opening and locking
+            os.close(self._fd)  # renamed between opening and locking
 
     def _is(self, path: Path) -> bool:
         try:
@@ -61,11 +61,11 @@ class Lock:
             return False
 
     def sync(self) -> None:
-        """Have the system put the file on the disk."""
+        """Flush the file to the disk."""
         os.fsync(self._fd)
 
     def release(self) -> None:
-        """Give the right back; twice does no harm."""
+        """Release the lock; a second call has no effect."""
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
@@ -78,10 +78,10 @@ class Lock:
 
 
 def _lock(fd: int) -> None:
-    """Take the lock of an open file, exclusively and without waiting. Raises OSError.
+    """Lock an open file exclusively, without waiting. Raises OSError.
 
-    Linux has locks of an open file description: a plain record lock would be dropped as soon as this process closes
-    any other handle on the file, and HDF5's readers try a flock, which a flock of ours would refuse them.
+    On Linux the lock belongs to the open file description. The system would drop a plain record lock when this process
+    closes any other handle of the file. HDF5 readers use flock, so a flock here would exclude them.
     """
     if fcntl is None:
         _lock_byte(fd)
@@ -92,7 +92,7 @@ def _lock(fd: int) -> None:
 
 
 def _lock_byte(fd: int) -> None:
-    """LockFileEx, as msvcrt.locking knows no offset above 2 GiB. Raises OSError; ends when the file is closed."""
+    """Lock by LockFileEx (msvcrt.locking has no offset above 2 GiB) until the file is closed. Raises OSError."""
     import ctypes
     import msvcrt
 

@@ -1,6 +1,6 @@
-"""What makes an HDF5 dataset a variable of netCDF-4: dimensions with names, units, a long name, and a checksum.
+"""HDF5 datasets as variables of netCDF-4: named dimensions, units, a long name and a checksum.
 
-Every kind of result file is laid out with these, so that xarray and others open all of them alike.
+All kinds of result files use these functions, so that xarray and other programs can open them.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import h5py
 import numpy as np
 
 MOST = 1 << 16
-"""Entries of a chunk where none is given, at most."""
+"""Largest default length of a chunk along a dimension."""
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
-    """A dimension with its values (a coordinate), or a mere count of them: np.arange."""
+    """Create a dimension with its values (a coordinate); `values` = np.arange only counts them."""
     data = _create(file, name, values.shape, values.dtype)
     if data.size:
         data[...] = values
@@ -35,7 +35,7 @@ def variable(
     chunks: tuple[int, ...] | None = None,
     units: str = "1",
 ) -> h5py.Dataset:
-    """Room for a variable over dimensions that are there already. `fill` stands where nothing was written yet."""
+    """Create a variable over existing dimensions. `fill` is its value until something is written."""
     shape = tuple(len(file[d]) for d in dimensions)
     data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
     for k, d in enumerate(dimensions):
@@ -44,7 +44,7 @@ def variable(
 
 
 def table(file: h5py.File, name: str, columns: Mapping[str, tuple[Any, str]]) -> None:
-    """A dimension `name` that counts rows, and over it its columns: (array or list of texts, long name) by name."""
+    """Create a dimension `name` that counts rows, and its columns: (array or list of texts, long name) by name."""
     count = len(next(iter(columns.values()))[0])
     dimension(file, name, np.arange(count), f"index of the {name}")
     for column, (values, meaning) in columns.items():
@@ -62,7 +62,7 @@ def _create(
     chunks: tuple[int, ...] | None = None,
     **options: Any,
 ) -> h5py.Dataset:
-    if 0 in shape or _is_text(dtype):  # HDF5 keeps no checksum of these
+    if 0 in shape or _is_text(dtype):  # HDF5 has no checksum for these
         return file.create_dataset(name, shape, dtype, **options)
     chunks = chunks or tuple(min(n, MOST) for n in shape)
     return file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
@@ -76,6 +76,6 @@ def _describe(data: h5py.Dataset, long_name: str, units: str = "1") -> h5py.Data
 
 
 def _is_text(dtype: np.dtype) -> bool:
-    """Whether entries are texts of any length."""
+    """Return True if the entries are texts of variable length."""
     text = h5py.check_string_dtype(dtype)
     return text is not None and text.length is None

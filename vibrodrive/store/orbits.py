@@ -1,6 +1,6 @@
 """Orbits and bifurcations as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions `orbit` (one entry an orbit at one A), `impact` (those of all orbits, in order: orbit i has the
+Dimensions: `orbit` (one entry for each orbit at each A), `impact` (the impacts of all orbits, in order: orbit i has the
 rows first_impact[i] to first_impact[i] + impacts[i]) and `bifurcation`.
 """
 
@@ -38,16 +38,15 @@ CONTENTS = (
     "its impacts are the rows first_impact to first_impact + impacts - 1 along `impact`; and the bifurcations."
 )
 MAX_PERIOD = 3
-"""Longest period of the orbits sought, where a configuration has none."""
+"""Default of the longest period of orbits."""
 
 NEXT = " | "
-"""Between the flights in the name of an orbit."""
+"""Separator of the flights in the name of an orbit."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Stored):
-    """A family as a file holds it. `plan` is the sweep of the configuration, None if that is not what the file
-    holds."""
+    """A family in a file. `plan` is the sweep of the configuration, None if it does not match the file."""
 
     file_kind = "orbits"
 
@@ -78,41 +77,41 @@ class StoredOrbits(Stored):
         *,
         ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
-        """The orbits over A with their bifurcations, above what is simulated.
+        """Draw the orbits over A with their bifurcations, over the simulated motions.
 
         Parameters
         ----------
         kind : str
-            "multipliers": those of the orbits in the place of the section.
+            "multipliers" draws the multipliers of the orbits instead of their section.
         quantity : str
-            of the section: ξ' or ξ.
+            coordinate of the section: ξ' or ξ.
         ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel (two where bifurcations are dense); a new figure unless given.
+            axes for each panel (two panels if bifurcations are dense); a new figure unless given.
 
         Returns
         -------
         Figure
-            which shows itself in a notebook; `savefig` writes it.
+            notebooks show it; `savefig` writes it.
 
         Raises
         ------
         ValueError
-            for another kind or quantity.
+            for an unknown kind or quantity.
         """
         return above("the figure of orbits")(self, kind, quantity, ax=ax)
 
 
 def save(path: Path, found: Family, origin: Origin, section_phase: float) -> None:
-    """Write a family into `path`, at once: the file is there whole or not at all. Raises as `tables.save`.
+    """Write a family into `path`; after an error no file is left. Raises as `tables.save`.
 
-    `origin` is the configuration it comes from, `section_phase` the phase φ_s of its diagram.
+    `origin` is its configuration, `section_phase` the phase φ_s of its diagram.
     """
     shared = {"B": found.B, "max_period": found.max_period, "section_phase": section_phase}
     tables.save(path, "orbits", origin, CONTENTS, shared, _tables(found))
 
 
 def read(file: h5py.File) -> StoredOrbits:
-    """Read an open file of orbits. They were sought where its configuration says, if that fits the file."""
+    """Read an open file of orbits. The family has all A of the configuration, if that matches the file."""
     origin, B = origin_of(file), tables.number(file, "B")
     plan = _plan_of(origin, B)
     found = _family(file, B, None if plan is None else plan.axes["A"])
@@ -120,12 +119,12 @@ def read(file: h5py.File) -> StoredOrbits:
 
 
 def faults(file: h5py.File, found: StoredOrbits) -> list[str]:
-    """Return what cannot be in a file that was made from its configuration."""
+    """Return contradictions between the attributes of a file and its configuration."""
     return altered(file, max_period=MAX_PERIOD)
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
-    """The sweep that a file of orbits was made from, or None if its configuration does not contain it."""
+    """Return the sweep of a file of orbits, or None if its configuration does not match."""
     try:
         plan = parse(origin.config, origin.overrides).plan()
     except ConfigError:
@@ -161,7 +160,7 @@ def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
 
 
 def _tables(found: Family) -> dict[str, tables.Table]:
-    """Columns (values, long name) by dimension."""
+    """Return the columns (values, long name) by dimension."""
     orbits = [o for there in found.orbits for o in there]
     impacts = np.array([o.impacts for o in orbits], dtype=np.int64)
     joined = {

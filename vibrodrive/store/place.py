@@ -1,6 +1,6 @@
-"""May a file be written there? The one place that answers, before anything is computed and before anything is replaced.
+"""Checks of the paths of results and figures, before a computation and before a file is replaced.
 
-Nothing heavy is imported with it: the commands are listed by `--help` without HDF5.
+This module imports HDF5 only inside its functions, so that `--help` does not load it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vibrodrive.store.draft import draft_of
 
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
-    """Refuse what cannot be drawn or written before anything is computed. `sources`: what the figure is made from."""
+    """Refuse a figure that cannot be written, before the computation. `sources`: the input files of the figure."""
     from vibrodrive.store.header import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
@@ -33,10 +33,10 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
 
 
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
-    """Refuse a result file that cannot be made, and files one of which would replace another.
+    """Refuse a result file that cannot be written, and output files that would replace each other or an input.
 
-    A file that is there is gone on with if it is of this kind (and, which shows later, of the same configuration), and
-    replaced (`overwrite`) if it is a result file of whatever kind.
+    An existing file is resumed if it is of this kind; its configuration is compared later. With `overwrite` an existing
+    result file of any kind is replaced.
     """
     from vibrodrive.store.header import read_kind
 
@@ -68,9 +68,9 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
 
 
 def refuse_foreign(path: Path) -> None:
-    """Raise NoResult if a file is there and is no result file of this program: only such may be replaced.
+    """Raise NoResult if an existing file is no result file of this program; other files are never replaced.
 
-    A damaged one counts as long as it can be recognised. Asked again just before a file is replaced.
+    A damaged result file may be replaced if it can be recognised. Call this also directly before replacing a file.
     """
     from vibrodrive.store.header import BROKEN, bears_our_names, is_ours, open_result
 
@@ -90,7 +90,7 @@ def refuse_foreign(path: Path) -> None:
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
-    """Refuse a place where no file can be written. `renamed`: a draft beside it takes its place."""
+    """Refuse a path that cannot be written. `renamed`: a draft in the same directory replaces the file."""
     from vibrodrive.store.header import special
 
     try:
@@ -112,11 +112,11 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
 
 
 def check_different(files: Mapping[str, Path]) -> None:
-    """Refuse two names for one file, whether by spelling or by links."""
+    """Refuse two paths of one file, by different spelling or by links."""
     for (role, path), (other, second) in combinations(files.items(), 2):
         try:
             same = os.path.samefile(path, second)
-        except OSError:  # one is not there yet, or nowhere
+        except OSError:  # one file does not exist, or its directory does not
             same = os.path.realpath(path) == os.path.realpath(second)
         if same:
             raise ConfigError(bad(other, str(second), f"another file than the {role}, {str(path)!r}"))

@@ -1,4 +1,4 @@
-"""Reading a result file, finished or not, and proving that it is whole."""
+"""Read a result file, finished or not, and verify it."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, varia
 
 
 def read(file: h5py.File) -> Results:
-    """Return the results of a sweep in an open file, which is opened again whenever an array is asked for."""
+    """Return the results of a sweep in an open file. Each access to an array opens the file again."""
     header = read_header(file)
     source = functools.partial(_read, Path(file.filename).absolute(), header.plan, {})
     return Results.of(header.plan, source, header.origin.title)
 
 
 class DamagedBlock(UserWarning):
-    """Blocks of a file cannot be read: what they held is left out. The message is one line that names them."""
+    """Warning of blocks that cannot be read and are left out. The message names them in one line."""
 
 
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
-    """Read an array; `damaged` collects the blocks that cannot be read, whose status is then that of missing ones."""
+    """Read an array; add unreadable blocks to `damaged`, whose status is then NOT_COMPUTED."""
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
@@ -44,7 +44,7 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
         _, done, wrong = read_marks(file, where)
         arrays = None
         if done.all():
-            with contextlib.suppress(OSError):  # a part cannot be read
+            with contextlib.suppress(OSError):  # then read block by block
                 arrays = [np.asarray(file[n][index]) for n in names]
         if arrays is None:
             finished = {k: where[k] for k in np.flatnonzero(done).tolist()}
@@ -57,7 +57,7 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged, and left out of {name}: {places}. The same sweep computes it again"
+        message = f"{path}: damaged, and left out of {name}: {places}. Repeat the sweep to compute it again"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
@@ -65,9 +65,9 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
 def _blockwise(
     variables: list[h5py.Dataset], index: Index, finished: dict[int, Tile]
 ) -> tuple[list[np.ndarray], list[int]]:
-    """Read arrays at an index from committed blocks alone, as another may be half written at this moment.
+    """Read arrays at an index from committed blocks only; a sweep may be writing any other block.
 
-    Returns the arrays, and the blocks that cannot be read, which are blank in all of them.
+    Returns the arrays, and the unreadable blocks, which have fill values in all arrays.
     """
     arrays = []
     for data in variables:
@@ -88,7 +88,7 @@ def _blockwise(
 
 
 def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
-    """Return where the part of a block at an index lies in the file and in the array, or None if there is none."""
+    """Return the part of a block at an index, as indices of the file and of the array; None if it is empty."""
     pairs = list(zip(index, tile.slab, strict=True))
     if not all(isinstance(i, slice) or s.start <= i < s.stop for i, s in pairs):
         return None
@@ -96,7 +96,7 @@ def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
 
 
 def place(plan: Plan, k: int) -> str:
-    """Describe block k of a sweep: its points, and where they lie on the axes."""
+    """Describe block k of a sweep: its points and their range on each axis."""
     tile = tiles(plan)[k]
     spans = []
     for (name, values), s in zip(axes_of(plan).items(), tile.slab, strict=True):
@@ -107,7 +107,7 @@ def place(plan: Plan, k: int) -> str:
 
 @dataclass(frozen=True)
 class Report:
-    """State of a file. `faults` maps damaged blocks to what is wrong with them, `general` names the rest."""
+    """State of a file. `faults` has the faults of damaged blocks by number, `general` all other faults."""
 
     header: Header
     done: np.ndarray  # bool, one per block
@@ -121,7 +121,7 @@ class Report:
 
     @property
     def share(self) -> float:
-        """Share of the blocks that are computed, 0 to 1."""
+        """Computed share of the blocks, 0 to 1."""
         return float(self.done.mean())
 
     @property
@@ -129,13 +129,13 @@ class Report:
         return not self.faults and not self.general
 
     def complaints(self) -> list[str]:
-        """Return all faults, each in a line."""
-        again = "the same sweep command computes it again"
+        """Return all faults, one line each."""
+        again = "repeat the sweep command to compute it again"
         plan = self.header.plan
         return [f"{place(plan, k)}: {fault}; {again}" for k, fault in sorted(self.faults.items())] + self.general
 
     def facts(self) -> dict[str, Any]:
-        """Return what the file holds by name, of types that JSON knows."""
+        """Return the contents by name, in types of JSON."""
         plan, shared = self.header.plan, acting(self.header.plan)
         scalars = {name: value for name, value in shared.items() if name in plan.scalars}
         return {
@@ -148,7 +148,7 @@ class Report:
         }
 
     def lines(self) -> Lines:
-        """Return the facts in words: axes of a scene in the units that figures have."""
+        """Return the facts as text, axes of a scene in the units of figures."""
         plan, shared = self.header.plan, acting(self.header.plan)
         found = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
         for name, values in plan.axes.items():
@@ -166,7 +166,7 @@ class Report:
 
 
 def look(path: Path) -> Report:
-    """Report how far a file is, without reading its sections. Raises as `load`."""
+    """Report the progress of a file, without reading its sections. Raises as `load`."""
     with open_result(path) as file:
         header = read_header(file)
         status, done, wrong = read_marks(file, tiles(header.plan))
@@ -174,10 +174,10 @@ def look(path: Path) -> Report:
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
-    """Read every committed block, check its checksums, and count. Raises as `load`."""
+    """Read all committed blocks, check their checksums and count the statuses. Raises as `load`."""
     with open_result(path) as file:
         header = read_header(file)
         plan = header.plan
         status, done, wrong = check_blocks(file, tiles(plan), plan, progress)
-        general = [f"{name}: not what was written" for name in damaged_descriptions(file, plan)]
+        general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
         return Report(header, done, count_statuses(status), wrong, general)

@@ -1,4 +1,4 @@
-"""Switches of single motions (NAME_switches.h5 of `paper`): what `info` shows of them."""
+"""Summary of the switches of single motions (NAME_switches.h5 of `paper`), for `info`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vibrodrive.model.described import Stored
 
 @dataclass(frozen=True, repr=False)
 class StoredSwitches(Stored):
-    """Motions by name: how many switches and section points each has, and its A."""
+    """Motions by name, each with its A and its numbers of switches and section points."""
 
     file_kind = "switches"
 

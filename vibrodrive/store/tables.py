@@ -1,4 +1,4 @@
-"""Files of tables, which are written in one go: dimensions that count rows, and columns over them."""
+"""Files of tables, which are written in one step: dimensions that count rows, and columns over them."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def save(
     tables: Mapping[str, Table],
     **further: Any,
 ) -> None:
-    """Write tables, by the name of the dimension of their rows, into a file that is there whole or not at all.
+    """Write a file of tables, given by the name of their dimension; after an error no file is left.
 
-    `contents` says in a sentence what the file holds; `shared` are plain attributes that its comment explains,
-    `further` those that it does not. Raises NoResult if `path` is no result file of this program, or OSError.
+    `contents` describes the file in a sentence; its comment explains the attributes `shared`, but not `further`.
+    Raises NoResult if an existing file at `path` is no result file of this program, or OSError.
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about(kind, origin) | {FILES[kind].schema: FILES[kind].readable[-1]})
@@ -41,7 +41,7 @@ def save(
 
 
 def rows(file: h5py.File, *columns: str) -> Iterator[tuple[Any, ...]]:
-    """Return the rows of some columns of a table, of Python's types."""
+    """Return the rows of some columns of a table, in Python types."""
     return zip(*(_values(file[name]) for name in columns), strict=True)
 
 
@@ -50,19 +50,19 @@ def _values(data: h5py.Dataset) -> list[Any]:
 
 
 def first_rows(lengths: Iterable[int]) -> np.ndarray:
-    """Return the row at which each part begins, where parts of these lengths follow each other."""
+    """Return the first row of each part, for consecutive parts of these lengths."""
     counts = np.array(list(lengths), np.int64)
     return np.cumsum(counts) - counts
 
 
 def parts(file: h5py.File, first: str, lengths: str, dimension: str) -> Iterator[slice]:
-    """Return the rows of each part along a dimension. Raises ValueError if they do not follow each other."""
+    """Return the rows of each part along a dimension. Raises ValueError if the parts are not consecutive."""
     begin, count = file[first][...], file[lengths][...]
     if not np.array_equal(first_rows(count), begin) or count.sum() != len(file[dimension]):
-        raise ValueError(f"{first}: does not fit {lengths}")
+        raise ValueError(f"{first}: does not match {lengths}")
     return (slice(b, b + n) for b, n in zip(begin.tolist(), count.tolist(), strict=True))
 
 
 def number(file: h5py.File, name: str) -> Any:
-    """Return a root attribute that is one number, of Python's type. Raises ValueError if it is not."""
+    """Return a root attribute that is one number, in its Python type. Raises ValueError otherwise."""
     return np.asarray(file.attrs[name]).item()

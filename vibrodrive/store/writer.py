@@ -1,8 +1,8 @@
-"""Writing a result file block by block, so that a process killed at any moment loses only the blocks not yet committed.
+"""Write a result file block by block: a process that is killed loses only the blocks that are not committed.
 
-The order is data, flush, status, flush: the status of a block says that the block is there. Nothing that is
-committed is written again, and the structure of the file does not change after it was laid out. Blocks
-that finish within GROUP_SECONDS of each other are committed together.
+The order is data, flush, status, flush: the status commits a block. Committed blocks are not written again, and the
+structure of the file does not change after its layout. Blocks that finish within GROUP_SECONDS of each other are
+committed together.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ if TYPE_CHECKING:
     from vibrodrive.model.block import Block
 
 GROUP_SECONDS = 0.2
-"""A flush is cheap but not free, and a small block takes less than a millisecond to compute."""
+"""Least time between commits: a flush would slow down small blocks, which take less than a millisecond."""
 
 
 class Writer:
-    """The one process that writes a file. Use `open_writer`; `close` when done.
+    """Writer of a file, locked against other writers. Open it by `open_writer`, and `close` it.
 
     Attributes
     ----------
     plan : Plan
-        the sweep as the file lays it out (its blocks, not those this version would choose).
+        the sweep with the blocks of the file, which another version may have chosen.
     done : bool array
-        which blocks are committed.
+        True for committed blocks.
     repaired : dict[int, str]
-        blocks found damaged when the file was opened, and why; they are to be computed again.
+        blocks that `check` found damaged, with their faults; they must be computed again.
     fletcher32 : Callable[[array], int], optional
-        HDF5's checksum of an array. With it the sections, all but all of the data, go to their chunks
-        directly, which costs a third of what HDF5's filters cost.
+        HDF5's checksum of an array. With it the sections, which are nearly all of the data, are written to their chunks
+        directly, at a third of the cost of HDF5's filters.
     """
 
     def __init__(self, file: h5py.File, lock: Lock, path: Path, plan: Plan) -> None:
@@ -73,7 +73,7 @@ class Writer:
         self._chunk = np.empty(sections + 4, np.uint8)
 
     def missing(self) -> list[int]:
-        """Indices into plan.blocks() of what is still to compute."""
+        """Return the indices into plan.blocks() of the missing blocks."""
         return np.flatnonzero(~self.done).tolist()
 
     def write(self, block: Block) -> None:
@@ -90,14 +90,14 @@ class Writer:
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
-            self._pending[block.index] = block.status.copy()  # a view would keep the whole wave in memory
+            self._pending[block.index] = block.status.copy()  # a view would keep the complete wave in memory
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
 
     def check(self, progress: Progress = quiet) -> None:
-        """Read all committed blocks again; those that are damaged are taken back, to be computed again.
+        """Read all committed blocks; mark damaged blocks as missing, so that they are computed again.
 
-        Raises Damaged if what is wrong is not within a block, Unwritable, and what `progress` raises.
+        Raises Damaged for damage outside the blocks, Unwritable, and the exceptions of `progress`.
         """
         _, done, wrong = check_blocks(self._file, self.tiles, self.plan, progress)
         for name in damaged_descriptions(self._file, self.plan):
@@ -108,9 +108,9 @@ class Writer:
         self.done, self.repaired = done, wrong
 
     def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
-        """Commit what is pending and close the file; False if a write did not end within `patience` s.
+        """Commit the pending blocks and close the file; False if a write did not end within `patience` s.
 
-        May be called from another thread than `write`, and twice.
+        Other threads may call it during `write`, and more than once.
         """
         if not self._mutex.acquire(timeout=patience):
             return False
@@ -126,14 +126,14 @@ class Writer:
         return True
 
     def abandon(self) -> None:
-        """Close a file that could not be written: what is committed stays, nothing is added."""
+        """Close a file that could not be written, without another commit."""
         with self._mutex, contextlib.suppress(OSError, RuntimeError):
             self._file.close()
         self._lock.release()
 
     def _put_section(self, k: int, name: str, values: np.ndarray) -> np.ndarray:
-        """Write one column of a section; returns it contiguous (until the next call)."""
-        if self.fletcher32 is None or values.nbytes != self._chunk[:-4].nbytes:  # or a block at an edge
+        """Write one column of a section; return it as a contiguous array, valid until the next call."""
+        if self.fletcher32 is None or values.nbytes != self._chunk[:-4].nbytes:  # blocks at an edge are smaller
             values = np.ascontiguousarray(values)
             self._put(k, name, values)
             return values
@@ -173,8 +173,8 @@ class Writer:
             raise unwritable(error, self.path) from None
 
     def _take_back(self, k: int) -> None:
-        # status first: from here on the block counts as missing. A damaged chunk is replaced as it
-        # lies in the file, because HDF5 would read it before writing a part of it.
+        # Status first, because it marks the block as missing. Direct chunk writes, because HDF5 would read a damaged
+        # chunk before writing a part of it.
         for variable in reversed(variables_of(self.plan)):
             empty = layout.blank(variable, layout.chunk_of(variable, self.plan))
             self._put_chunk(k, variable.name, empty)
@@ -187,7 +187,7 @@ class Writer:
             raise self._refused(error) from None
 
     def _refused(self, error: BaseException) -> OSError | Damaged:
-        """A write that failed: refused by the system, or because the file's structure is damaged."""
+        """Return the error of a failed write: Unwritable if the system refused it, else Damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
         return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
@@ -196,12 +196,12 @@ class Writer:
 def open_writer(
     path: Path, plan: Plan, origin: Origin, *, overwrite: bool = False, progress: Progress = quiet
 ) -> Writer:
-    """Lay out a new file, or open the one that is there to go on with it.
+    """Lay out a new file, or open an existing one to resume it.
 
-    With `overwrite` a result file that is there is replaced, once the new one is laid out, even if it is complete or
-    damaged. `progress` is called while a new file is laid out, with (chunks, of how many); what it raises ends that,
-    and no file appears. Raises Different if the file there was made from another configuration, NoResult, Busy,
-    TooLarge if a new file would not fit the disk, Unwritable or OSError if the system refuses.
+    `overwrite` replaces an existing result file, even a complete or damaged one, after the new one is laid out.
+    `progress` is called during the layout with (chunks, total); an exception of it stops the layout, and no file is
+    left. Raises Different if the existing file has another configuration, NoResult, Busy, TooLarge if a new file does
+    not fit the disk, Unwritable or OSError if the system refuses.
     """
     if path.exists() and not overwrite:
         return _resume(path, plan)
@@ -210,7 +210,7 @@ def open_writer(
 
 
 def _resume(path: Path, plan: Plan) -> Writer:
-    open_result(path).close()  # what cannot be read is refused before what cannot be written
+    open_result(path).close()  # report an unreadable file before an unwritable one
     lock = Lock(path)
     file = None
     try:
@@ -228,11 +228,11 @@ def _resume(path: Path, plan: Plan) -> Writer:
 def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
     lock = old = file = None
     try:
-        lock = Lock(draft_of(path), create=True, name=path)  # before anything is done to a draft that may be another's
+        lock = Lock(draft_of(path), create=True, name=path)  # first, as another process may own the draft
         with drafted(path) as draft:
             refuse_large_file(plan, path)
             if path.exists():
-                if not overwrite:  # it appeared in the meantime
+                if not overwrite:  # another process created it just now
                     raise Busy(f"{path}: another process is writing it")
                 old = Lock(path)
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
@@ -249,7 +249,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:
-            with contextlib.suppress(OSError, RuntimeError):  # it may still try to write
+            with contextlib.suppress(OSError, RuntimeError):  # closing may write
                 file.close()
         if lock is not None:
             lock.release()
