@@ -66,7 +66,7 @@ def test_the_commands_compute_draw_or_refuse(run):
     refused = "axes = 'omega0, eps, alpha': must be "
     for command, allowed in (
         ("limits", "one or two of A, B and eta"),
-        ("orbits", "A alone"),
+        ("orbits", "A only"),
         ("failures", "A and dtau"),
     ):
         code, out, err = run(command, "s.toml", "-o", "other.h5")

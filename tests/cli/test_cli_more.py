@@ -171,7 +171,7 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
         (["limits", "limits.toml", "--set", "eps=[0, 1e-4]"], ["axes", "eps", "one or two of A, B and eta"]),
         (["limits", "limits.toml", "--threads", "9999"], ["threads = 9999"]),
         (["orbits", "orbits.toml", "--set", "orbits.max_period=0"], ["orbits.max_period = 0", ">= 1"]),
-        (["orbits", "orbits.toml", "--set", "A=3"], ["axes", "A alone"]),
+        (["orbits", "orbits.toml", "--set", "A=3"], ["axes", "A only"]),
         (["orbits", "orbits.toml", "--set", "A=[3]"], ["A", "at least two values"]),
         (["orbits", "orbits.toml", "--set", "eps=1e-4"], ["eps = 0.0001", "undisturbed"]),
         (["orbits", "orbits.toml", "--set", "method=fixed", "--set", "dtau=0.1"], ["method", "certified"]),

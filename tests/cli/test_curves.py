@@ -64,7 +64,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     [
         ("eps=1e-4", ["eps = 0.0001", "undisturbed"]),
         ("B=[0.1, 0.1]", ["B = [0.1, 0.1]", "at least two values"]),
-        ("eps=[0, 1e-4]", ["axes", "A alone, or A and B"]),
+        ("eps=[0, 1e-4]", ["axes", "A only, or A and B"]),
         ("max_period=0", ["max_period = 0"]),
     ],
 )
@@ -78,7 +78,7 @@ def test_refused_before_anything_is_computed(run, change, words):
 
 def test_other_axes_are_refused():
     for axes in ("A = [2.5, 2.6]", "A = [2.5, 2.6]\neps = [0.0, 1e-4]"):
-        with pytest.raises(ValueError, match=r"axes = .*: must be A alone, or A and B"):
+        with pytest.raises(ValueError, match=r"axes = .*: must be A only, or A and B"):
             check(parse("[sweep]\n" + axes), parse("[sweep]\n" + axes).plan())
 
 

@@ -237,7 +237,7 @@ def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, so
 
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     """k₁ and k_u by the command that finds k₂."""
-    config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 100\nperiods = 100\n"
+    config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"
     starts = computed(config, tmp_path / "starts.h5", quantity="k1")
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
     assert list(starts.numbers) == ["k1", "kept_below", "searched_to"]
@@ -254,7 +254,7 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     assert bottom.get_images(), "the undisturbed motion"
 
     several = computed(config, tmp_path / "several.h5", quantity="ku")
-    one = unique_limit(3.04, transient=100, periods=100)
+    one = unique_limit(3.04, transient=50, periods=64)
     assert several.values[0].tolist() == [0.0, one.ku]
     assert several.last()[0, 1] == one.last_several
     top = limits_figure(several).axes[0]

@@ -76,7 +76,7 @@ def test_where_there_is_one_solution_or_none_nothing_is_sought():
 
 
 def test_a_limit_is_the_band_of_its_point_and_says_what_it_is():
-    some = {"transient": 200, "periods": 200}
+    some = {"transient": 50, "periods": 64}
     k = unique_limit(3.04, **some)
     assert (k.ku, k.several_below, k.last_several, k.share_several, k.searched_to) == unique_from(
         {"A": 3.04, **some}, "eps"

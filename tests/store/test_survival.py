@@ -292,7 +292,7 @@ def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
     kept = look(scene.file).done.sum()
     code, _, err = scene.run(delay=0, preexec_fn=limit_files(scene.file.stat().st_size // 2))
     assert code == 1
-    assert_one_line(err, "c.h5", "File too large", "blocks are safe")
+    assert_one_line(err, "c.h5", "File too large", "blocks are in the file")
     report = verify(scene.file)
     assert report.sound
     assert kept <= report.done.sum() < 60
@@ -318,7 +318,7 @@ fake.block = block
         timeout=LIMIT,
     )
     assert process.returncode == 1
-    assert_one_line(process.stderr, "no memory for block 7", "7 of 60 blocks are safe")
+    assert_one_line(process.stderr, "no memory for block 7", "7 of 60 blocks are in the file")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed
 

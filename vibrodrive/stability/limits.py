@@ -166,7 +166,7 @@ class Limits(Stored):
     def A(self) -> np.ndarray:
         """The values of A, if it is the one axis; ValueError if not."""
         if list(self.axes) != ["A"]:
-            raise ValueError(bad("axes", ", ".join(self.axes), "A alone"))
+            raise ValueError(bad("axes", ", ".join(self.axes), "A only"))
         return self.axes["A"]
 
     @property
