@@ -65,7 +65,7 @@ def drawn(
     ax: Any = None,
     threads: int | None = None,
 ) -> Figure:
-    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for an unknown kind.
+    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for another kind.
 
     The simulated points are computed again from the configuration in the file, if it matches the file.
     """

@@ -270,7 +270,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     try:
         from distributed import Client
 
-        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of errors that are reported in one line here
+        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of errors reported here
             logging.getLogger(name).setLevel(logging.CRITICAL)
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
