@@ -11,7 +11,7 @@ Each switching function is positive while its state lasts and is searched for it
 As shapes (motion.py) they are BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
 
 **Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
-g'''| <= M3 ahead. The functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum of the
+|g'''| <= M3 ahead. The functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum of the
 amplitudes of their third derivatives. Taylor's theorem with a bounded remainder gives, for any S > 0,
 
     g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
