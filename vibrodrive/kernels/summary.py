@@ -310,8 +310,7 @@ def gap_cycle(totals):
 
 @part
 def gap_cycle_of_period(rows, last, count, n, totals):
-    """Return the same for a motion of period n, whose last `count` switches are one period, from its fastest impact on.
-    """
+    """Return the same for a motion of period n, whose last `count` switches are one period; from its fastest impact."""
     first = last - count + 1
     main, speed = -1, 0.0
     for row in range(last, first - 1, -1):
