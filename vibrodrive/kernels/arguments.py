@@ -142,8 +142,7 @@ def _at_address(typingctx, address):
 
 
 def arguments_at(address):
-    """Return the arguments of a kernel from their address in a row of `packed`. Without the JIT `address` is
-    `Arguments`."""
+    """Return the arguments of a kernel from their address in a row of `packed`; without the JIT, `address` itself."""
     return address
 
 

@@ -372,8 +372,7 @@ def pass_errors_on(w, k, i, method, event, end):
 
 @part
 def write_section_error(w, k, i, count, hs, h, end, errors):
-    """Write the bounds of section point `count`, hs after the last switch. The next switch or the end of the record is
-    at h."""
+    """Write the bounds of section point `count`, hs after the last switch. At h the state or the record ends."""
     x = v = INFINITY
     if certain(w, i):
         x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0

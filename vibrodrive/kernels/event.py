@@ -268,8 +268,7 @@ def reverse(w, k, i, certified, h, to, x, force):
 
 @inline_each("method")
 def process_event(w, k, i, method, extent, section, impacts, recorder, log, errors):
-    """Process the outcome in lane i: record it, decide, begin the next search. Returns False if the trajectory has
-    ended.
+    """Process the outcome in lane i: record it, decide, begin the next search. Returns False if the trajectory ends.
 
     An impact leaves ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER requests a check for recurrences.
     """

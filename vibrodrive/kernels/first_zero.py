@@ -62,8 +62,8 @@ LATE_SHARE = 4e-3
 
 class Search(NamedTuple):
     """A switching function as a shape, sig · (…) + base, and the data of its search: the amplitude of its fast part,
-    bounds of its second (without that part) and third derivatives, the first span S, and the value below which no grid
-    point is skipped."""
+    bounds of its second (without that part) and third derivatives, the first span S, and the noise: no grid point below
+    is skipped."""
 
     form: motion.Form
     alf: float
@@ -190,8 +190,7 @@ def restart_search(w, k, i, which, limit, cursor):
 
 @inline
 def start_on_grid(w, i, where, which):
-    """Adapt the search that has just begun to a grid: both sides of S4 start at the first point, and any ξ < 0 is an
-    impact."""
+    """Adapt the search that has just begun to a grid: both sides of S4 start at point 1, and any ξ < 0 is an impact."""
     unknown_values(w, i, where)
     w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
     w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
@@ -225,8 +224,8 @@ PATIENCE = 1e5
 
 @inline
 def parabola(g, dg, bend, span):
-    """Return (first positive root of g + dg s + bend s²/2 with g >= 0, minus the slope there); (span, 0) without a root
-    < span."""
+    """Return (first positive root < span of g + dg s + bend s²/2, minus the slope there); without one (span, 0). g >=
+    0."""
     q2 = dot(dg, dg, -2.0 * g, bend)
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
@@ -265,8 +264,7 @@ def first_cursor(search, limit):
 
 @inline
 def first_grid_point(search, dtau, limit):
-    """Return the first grid point to evaluate for a slide from rest. At all earlier ones the function is above its
-    noise.
+    """Return the first grid point to evaluate for a slide from rest. Before it the function is above its noise.
 
     The lower bound of g/s is a concave function of s, so its minimum is at one end of the interval.
     """
@@ -292,8 +290,7 @@ def peak_cursor(w, i, s, limit):
 
 @inline
 def stay_inside(w, k, i, force):
-    """Move the cursor of a wait that begins with |H| above 1 by rounding, and falling, so that it does not end at its
-    start."""
+    """Move the cursor of a wait that begins with |H| above 1 by rounding, and falling, so that the start is no end."""
     rise, bend = w[r.D1 + i], 2.0 * w[r.D2 + i]
     if force > 1.0 and rise < 0.0:
         w[r.CURSOR + i] = zero_free_span(-rise, -bend, w[r.M3 + i])
@@ -303,11 +300,9 @@ def stay_inside(w, k, i, force):
 
 @part
 def fall_from_nothing(w, i, h):
-    """Return an instant at which a gap below LEAST_GAP has fallen to 0, if it is closed at h, by bisection of the
-    exponent.
+    """Return an instant at which a gap below LEAST_GAP has fallen to 0, if it is closed at h: its exponent is bisected.
 
-    For such gaps the rounding of the higher derivatives is relatively large, and a search by steps would make no
-    progress.
+    For such gaps the rounding of the higher derivatives is large, and a search by steps would make no progress.
     """
     low, high = 1e-300, h
     for _ in range(64):
@@ -540,8 +535,7 @@ def search_on_grid(w, n, fast, steps):
 def search_stepwise(w, n, steps):
     """Do `steps` steps of the searches in the lanes 0..n-1, without a grid; lanes with an outcome remain unchanged.
 
-    Outcomes of earlier calls are cleared first. `steps` is an argument, not a literal, or the compiler would unroll the
-    loop.
+    Outcomes of earlier calls are cleared first. `steps` is no literal, because the compiler would unroll the loop.
     """
     wide()
     m = full(n)

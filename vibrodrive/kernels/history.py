@@ -83,8 +83,7 @@ def drive_of(w, i):
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals and move the others to the front. Returns the number of the
-    others."""
+    """Add the first half of the switches to the totals and move the others to the front. Returns their number."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -105,8 +104,7 @@ def drop_rows(k, i, first, rows):
 
 @inline
 def keep_switch(w, k, i, on_grid, transient, recorder):
-    """Keep the switches of lane i in a batch: the end of a state, with an impact before it and the end of a wait after
-    it.
+    """Keep the switches of lane i in a batch: the end of a state, an impact before it, the end of a wait after it.
 
     A wait with a known end is over within the same batch (switch_undisturbed.py). It began at the time of `note_end`.
     """
@@ -166,8 +164,7 @@ def last_return(rows, row, cycle, until, phi):
 
 @part
 def has_cycle(w, k, i, cycle, extent, history):
-    """Return whether the summary of a motion that is at its reference after `cycle` periods follows from the kept
-    switches.
+    """Return whether the kept switches give the summary of a motion that is at its reference after `cycle` periods.
 
     This requires the last two cycles of the record to be after the reference. If true, the switches since then become
     the first rows; if false, only the switches of the record are kept from now on.

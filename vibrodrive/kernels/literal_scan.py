@@ -1,5 +1,4 @@
-"""Literal scan: evaluation at every grid point, as in the paper and in most contact codes, at the highest possible
-speed.
+"""Literal scan: evaluation at every grid point, as in the paper and in most contact codes, but fast.
 
 Over a block of grid points h_b + x the sines and versines of x are in tables, and a shape (motion.py) becomes
 
@@ -27,8 +26,8 @@ BLOCK = 896
 
 @part
 def fill_tables(table, dtau, eta):
-    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … into `table`, float64 (5 · BLOCK,), one after the
-    other."""
+    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … one after the other into `table`, float64 (5 · BLOCK,).
+    """
     for j in range(BLOCK):
         x = float(j + 1) * dtau
         s, v, _, _, _ = arc(x)
@@ -93,8 +92,7 @@ CLOSE = 16
 
 @inline
 def clear_values(table, n, bound, two_sided, f, fast):
-    """Return, by bisection, a number of values before the first suspect one of a block, less than CLOSE below the
-    largest."""
+    """Return, by bisection, a number of values before the first suspect one of a block, less than CLOSE too small."""
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
@@ -107,8 +105,7 @@ def clear_values(table, n, bound, two_sided, f, fast):
 
 @inline
 def least_clear_gap(w, i, first, n, dtau):
-    """Return a value of ξ at a grid point that implies ξ > 0 at the n points before: above all rounding and any rise
-    between.
+    """Return a value of ξ at a grid point that implies ξ > 0 at the n points before: above all rounding and rise.
 
     If ξ' is negative at two neighbouring points it may be positive between them, by no more than Δτ²/8 times the bound
     of its second derivative.

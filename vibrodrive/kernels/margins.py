@@ -173,8 +173,7 @@ def record_margin_of_tangency(w, k, i, h):
 
 @inline
 def wait_end_distance(w, i, down):
-    """Return the margin of the end of a wait at ε = 0: the peak of H beyond its boundary and its distance from the
-    other."""
+    """Return the margin of the end of a wait at ε = 0: the smallest distance of a peak of H from its boundary."""
     distance = abs(w[r.A + i] - 1.0 - w[r.B + i])
     below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
     return choose(down & (below < distance), below, distance)

@@ -266,8 +266,7 @@ def arrive(segment, a, phi, low, p, q, h):
 
 @inline
 def arrive_far(segment, a, phi, low, p, q, h):
-    """Return `arrive` for h >= FAR with a single sine and cosine: the motion is no longer small this far from its
-    start."""
+    """Return `arrive` for h >= FAR with a single sine and cosine: this far from its start the motion is not small."""
     n, phi = advance_phase_short(phi, low, h)
     p1, q1 = excitation(a, phi, 0.0)
     x = segment.x + fma(fma(segment.xc2, h, segment.xc1), h, q - q1)

@@ -86,8 +86,7 @@ def refine(w, i, low, high):
     """Return a zero of the switching function between low (sign not yet changed) and high (sign changed).
 
     Begins with the ends and the zero of the line between them. Each step is the root, next to the newest point, of the
-    parabola through the last three points; a step out of the bracket is replaced by bisection. Ends at a step below
-    `tol`.
+    parabola through the last three points; a step out of the bracket is replaced by bisection. Ends at a step < `tol`.
     """
     x0, x1 = low, high
     g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN unless the scan has evaluated it

@@ -200,8 +200,7 @@ def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
 
 @part
 def finish(w, k, i, extent, section, impacts, recorder, errors, outcome):
-    """Write the results of a point; section points that were not reached are NaN, and so are impacts after the last
-    one."""
+    """Write the results of a point; section points that were not reached, and impacts after the last one, are NaN."""
     row, line = k[r.POINT + i], switch.section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan

@@ -84,8 +84,8 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; (NaN, 0) if it never
-    does."""
+    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; (NaN, 0) if nowhere.
+    """
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0

@@ -2,8 +2,7 @@
 
 `event.py` applies any switch, in one lane; the `switch_*` modules apply ordinary switches, in all lanes of a batch.
 Both use these formulas in the same order, so the bits of a trajectory do not depend on which of them applied a switch.
-`where` selects the lanes that change: a mask in the batched loops, True for a single lane. A wait is sticking or
-resting.
+`where`: whether lane i changes, a mask in the batched loops, True for a single lane. A wait is sticking or resting.
 """
 
 from __future__ import annotations
@@ -190,8 +189,8 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """Return (h of section point `slot` after (period, φ), whether it is passed at h, whether the next one certainly is
-    not)."""
+    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next one is surely later).
+    """
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 

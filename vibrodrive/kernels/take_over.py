@@ -2,8 +2,7 @@
 
 `switch_disturbed.py`, `switch_grid.py` and `switch_grid_disturbed.py` find the end of a state and whether it is
 ordinary, `take_over` decides and applies the switch, and they begin the next search. At ε = 0 the certified switch
-(switch_undisturbed.py) also ends a wait within the same batch and begins the state after it; it shares all but
-`take_over`.
+(switch_undisturbed.py) also ends a wait in the same batch and begins the next state; it shares all but `take_over`.
 """
 
 from __future__ import annotations
@@ -44,8 +43,7 @@ class Found(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """Result of `take_over`: whether a switch was applied, the state and the segment that begin, the rest of the
-    record."""
+    """Result of `take_over`: whether a switch was applied, the next state and segment, the rest of the record."""
 
     over: bool
     to: int

@@ -78,8 +78,7 @@ def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
 
 @inline
 def bracket(w, i, s, phi, p, slope):
-    """Return (lo, hi, fall, guess): `enclose` in lane i, and the expected end, from the last slide of the same
-    direction."""
+    """Return (lo, hi, fall, guess): `enclose` in lane i, and the expected end, from the last slide of its direction."""
     up = s > 0.0
     # read before the choice: a conditional read would prevent vectorising
     up_began, up_lasted, up_rate = w[r.BEGAN_UP + i], w[r.LASTED_UP + i], w[r.RATE_UP + i]
@@ -178,7 +177,7 @@ def householder_step(h, lo, hi, form, sig, m, halve):
 
 @inline
 def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
-    """Do a `householder_step` towards the zero of switching function `which` of a slide; `evaluations`: number so far.
+    """Do a `householder_step` towards the zero of switching function `which` of a slide; `evaluations`: those so far.
     """
     sig = choose(which == S2, -1.0, 1.0)
     m = a + 1.0 + b  # bounds all derivatives of ξ from the second on
