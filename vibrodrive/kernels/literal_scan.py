@@ -26,8 +26,7 @@ BLOCK = 896
 
 @part
 def fill_tables(table, dtau, eta):
-    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … one after the other into `table`, float64 (5 BLOCK,).
-    """
+    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … in succession into `table`, float64 (5 BLOCK,)."""
     for j in range(BLOCK):
         x = float(j + 1) * dtau
         s, v, _, _, _ = arc(x)
