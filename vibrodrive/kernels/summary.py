@@ -84,8 +84,7 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; (NaN, 0) if nowhere.
-    """
+    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; or else (NaN, 0)."""
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
@@ -300,7 +299,7 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """Return the gaps of a record as digits of their shortest cycle; 0 if they do not repeat throughout the record."""
+    """Return the gaps of a record as digits of their shortest cycle; 0 if they do not repeat throughout."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
