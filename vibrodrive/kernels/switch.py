@@ -189,8 +189,7 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next one is surely later).
-    """
+    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next is surely later)."""
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 

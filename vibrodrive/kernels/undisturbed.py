@@ -177,8 +177,7 @@ def householder_step(h, lo, hi, form, sig, m, halve):
 
 @inline
 def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
-    """Do a `householder_step` towards the zero of switching function `which` of a slide; `evaluations`: those so far.
-    """
+    """Do a `householder_step` towards the zero of switching function `which` of a slide, after `evaluations`."""
     sig = choose(which == S2, -1.0, 1.0)
     m = a + 1.0 + b  # bounds all derivatives of ξ from the second on
     form = motion.slide_shape(segment, p, q, which == S1, p)
