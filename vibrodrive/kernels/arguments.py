@@ -1,6 +1,6 @@
-"""Arguments of the kernels that follow motions, handed over as one address: all these kernels have one signature.
+"""Arguments of the kernels that follow motions, passed as one address: all these kernels have the same signature.
 
-A loop of `numba.prange` can call any of them by its own address, and is compiled once for all (batch/parallel.py).
+A loop of `numba.prange` calls each of them by its address, so it is compiled once for all (batch/parallel.py).
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from vibrodrive.model.names import Settings
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
-"""A row of `Trajectory.switches`, which kernels write as it is; `xi` and `dxi` are those just before the switch."""
+"""Row of `Trajectory.switches`, as kernels write it. `xi` and `dxi` are the values just before the switch."""
 
 
 class Arguments(NamedTuple):
     """Arrays that a kernel of `batch` (engine.py) or `single` (single.py) reads and writes.
 
-    What is not wanted may be None, unless the kernel was made to write it.
+    An array that the kernel does not use may be None.
 
     lanes_w, lanes_k : memory of the lanes, and for lists (lane.py)
-    halt int64 (1,): the kernel returns early once this is not 0
-    points float64 (n, columns), order int64 (m,), counter int64 (1,): points[order[c]] is followed for each c that the
-    counter hands out; its results go into the rows of the same number
-    numbers int64 (5,): transient, periods, budget, whether every point of a grid is visited, and lanes to use
-    section float64 (n, periods, 2), or (1, periods, 2) where it is not wanted
+    halt int64 (1,): the kernel returns early if this is not 0
+    points float64 (n, columns), order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter and
+    follows points[order[c]]; the results are written into the rows of that point
+    numbers int64 (5,): transient, periods, budget, 1 for a literal scan of the grid, number of lanes to use
+    section float64 (n, periods, 2), or (1, periods, 2) if it is not recorded
     status int8 (n,), margin float64 (n,), counts int64 (n, 5)
     work float64 (n,): evaluations of switching functions
-    impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN behind the last; not recorded where (n, 0, 4)
+    impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not recorded
     history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
-    summary float64 (n, OUT): summary of each motion; not computed where totals is (LANES, 0)
-    rows SWITCH (cap,), stored int64 (1,): the last switch before the record and those of the record, as many as fit,
-    and how many there were; of one motion
+    summary float64 (n, OUT): summary of each motion; not computed if totals is (LANES, 0)
+    rows SWITCH (cap,), stored int64 (1,), for one motion: the last switch before the record and the first cap - 1
+    switches of the record, and their total number
     off float64 (cap, 3): bounds of the errors of each row (time, ξ, ξ')
     bounds float64 (n, instants, 2), until float64 (n,): bounds of the errors of the section (certainty.py)
     """
@@ -70,7 +70,7 @@ class Arguments(NamedTuple):
 
 
 def numbers_of(settings: Settings, lanes: int = r.LANES) -> np.ndarray:
-    """Return what kernels read of the settings of a plan, and the lanes that a thread may use, as `numbers`."""
+    """Return the array `numbers` (see `Arguments`) from the settings of a plan and the number of lanes of a thread."""
     s = settings
     return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
 
@@ -86,7 +86,7 @@ _DIMENSIONS = {
 }
 _KINDS = [(name, np.dtype(_DTYPES.get(name, np.float64)), _DIMENSIONS.get(name, 1)) for name in Arguments._fields]
 CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
-"""Integers that one set of arguments takes: for each array its address and its shape."""
+"""Number of integers of one set of arguments: the address and the shape of each array."""
 
 
 def packed(sets: Sequence[Arguments]) -> np.ndarray:
@@ -116,7 +116,7 @@ def _at_address(typingctx, address):
     result = types.NamedTuple(arrays, Arguments)
 
     def codegen(context, builder, signature, args):
-        from numba.np.arrayobj import populate_array  # with all that Numba compiles with: not where kernels are loaded
+        from numba.np.arrayobj import populate_array  # imports the compiler, so not at module level
 
         integer = ir.IntType(64)
         cells = builder.inttoptr(args[0], integer.as_pointer())
@@ -142,7 +142,7 @@ def _at_address(typingctx, address):
 
 
 def arguments_at(address):
-    """Return the arguments of a kernel from their address in a row of `packed`; without the JIT they are given."""
+    """Return the arguments of a kernel from their address in a row of `packed`; without the JIT, `address` itself."""
     return address
 
 

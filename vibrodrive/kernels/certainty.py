@@ -1,15 +1,15 @@
-"""What a motion is off by, from its start on: a bound that is carried from switch to switch (docs/certainty.md).
+"""Bounds of the errors of a motion, propagated from switch to switch (docs/certainty.md).
 
-In absolute time a slide is linear in its errors: ξ'' = H(τ) - s depends on τ alone. So the computed ξ' is off by the
-same amount all along a slide, but for what rounding adds, and ξ by X + E h. Either consists of a share of one common
-cause, the instant of the last impact, which keeps its sign and may cancel (V_SHARE, X_SHARE), and of a bound of all
-else (V_MORE, X_MORE). The end of the slide is off by the error there over the slope; an impact leaves nothing but
-that, and the end of a wait not even that.
+In absolute time a slide is linear in its errors: ξ'' = H(τ) - s depends only on τ. So the error E of ξ' is constant
+along a slide, except for the rounding of the closed form, and the error of ξ is X + E h. Each of E and X is the sum of
+two parts: a signed share of one common cause, the error of the instant of the last impact (V_SHARE, X_SHARE), whose
+effects may cancel; and a bound of the rest (V_MORE, X_MORE). The error of the end of a slide is the error there over
+the slope; after an impact only this error remains. The end of a wait (sticking or resting) inherits no error in time.
 
-A decision that an error may have turned ends the certainty: the trajectory is TOO_CLOSE, and from the period on in
-which the state began that has met it (CERTAIN_UNTIL), all errors are infinite.
+An error that may have turned a decision ends the certainty: the trajectory is TOO_CLOSE, and all errors are infinite
+from the period in which the state before this decision began (CERTAIN_UNTIL).
 
-Nothing here changes the motion. Kernels that do not ask for it pass None for `errors`, and have none of it.
+These functions never change the motion. Kernels without bounds pass None for `errors` and compile without this code.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from vibrodrive.kernels import margins, motion, switch
 from vibrodrive.kernels.codes import CERTIFIED, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE, UP
 
 HALF_LAST_BIT = 2.0**-51
-"""Half the last bit of a phase: what is lost where φ is rounded."""
+"""Half the last bit of a phase: the error of rounding φ."""
 
 
 UNDERFLOW = 1e-300
-"""More than is lost where a gap or a velocity is too small for a double to have all its bits."""
+"""Above the error of a gap or velocity that is too small to have all bits of a double."""
 
 
 class End(NamedTuple):
-    """What the end of a segment is off by: its instant, by `late`, of which share · (a common cause), and the rest by
-    `more`; ξ and ξ' just before it by x, v; what goes on with ξ (x_share, x_more). A point within `late` of it may
-    belong to the other state, and its ξ' be off by `jump`."""
+    """Errors of the end of a segment: `late` of its instant, the sum of a share · (common cause) and a rest of at most
+    `more`; x, v of ξ and ξ' just before it; x_share, x_more of ξ after it; `jump` of ξ' at a point within `late`, which
+    may belong to the other state."""
 
     late: float
     share: float
@@ -47,7 +47,7 @@ class End(NamedTuple):
 
 
 class Off(NamedTuple):
-    """What a number is off by: its share of the common cause, and a bound of the rest."""
+    """Error of a number: its share of the common cause, and a bound of the rest."""
 
     share: float
     more: float
@@ -59,13 +59,13 @@ LOST = End(*8 * [INFINITY])
 
 @inline
 def certain(w, i):
-    """Whether no decision so far can have been wrong."""
+    """Return whether all decisions so far are certain."""
     return w[r.CERTAIN_UNTIL + i] == INFINITY
 
 
 @inline
 def start_errors(w, k, i):
-    """A motion begins where it is told to: nothing is off."""
+    """Set all errors to zero: the start of a motion is exact."""
     for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BEGUN_LATE, r.BEGUN_JUMP):
         w[row + i] = 0.0
     w[r.CERTAIN_UNTIL + i] = INFINITY
@@ -74,7 +74,7 @@ def start_errors(w, k, i):
 
 @inline
 def lose_certainty(w, k, i):
-    """What comes after the last switch may not be so. Returns what its end is off by, then."""
+    """End the certainty at the last switch. Returns the errors of the end of the present state."""
     if certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
     if k[r.STATUS + i] == OK:
@@ -84,15 +84,15 @@ def lose_certainty(w, k, i):
 
 @inline
 def heed_status(w, k, i):
-    """Where rounding alone leaves a decision open, certainty ends too."""
+    """End the certainty if rounding leaves a decision open."""
     if k[r.STATUS + i] == TOO_CLOSE and certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
 
 
 @inline
 def delay(value, slope, bend):
-    """How far from an instant a function has its zero, if its size there is at most `value`, that of its derivative at
-    least `slope`, and that of its second derivative at most `bend`; inf where it may have none."""
+    """Return a bound of the distance to a zero of a function with a value of at most `value`, a slope of at least
+    `slope` and a second derivative of at most `bend`, in modulus; inf if it may have no zero."""
     square = fma(slope, slope, -2.0 * bend * value)
     if slope > 0.0 and square > 0.0:
         return 2.0 * value / (slope + math.sqrt(square))
@@ -101,13 +101,13 @@ def delay(value, slope, bend):
 
 @inline
 def change_of_force(w, i):
-    """A bound of |H'|."""
+    """Return a bound of |H'|."""
     return fma(w[r.AF + i], w[r.ETA + i], w[r.A + i])
 
 
 @inline
 def change_nearby(w, i, p, pf, d):
-    """A bound of |H'| within d of an instant at which A cos φ = p and AF cos θ = pf."""
+    """Return a bound of |H'| within d of an instant at which A cos φ = p and AF cos θ = pf."""
     eta, most = w[r.ETA + i], change_of_force(w, i)
     here = fma(margins.ROUNDING, most, abs(fma(eta, pf, p)))
     return switch.smaller(most, fma(fma(w[r.AF + i] * eta, eta, w[r.A + i]), d, here))
@@ -115,9 +115,9 @@ def change_nearby(w, i, p, pf, d):
 
 @inline
 def rounding_of_slide(w, i, h):
-    """(ξ, ξ'): what the rounding of the closed form adds at h.
+    """Return the rounding errors (ξ, ξ') of the closed form at h.
 
-    With a disturbance its slow part is as small as h, however large ηh, where margins.py allows for the whole of A.
+    With a disturbance the slow part is only as large as h, even for large ηh. The bound of margins.py has all of A.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
         return margins.gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_beside(
@@ -133,10 +133,10 @@ def rounding_of_slide(w, i, h):
 
 @inline
 def velocity_error(w, k, i, h):
-    """(share, bound of the rest) of what ξ' is off by at h after the last switch, sliding.
+    """Return (share, bound of the rest) of the error of ξ' at h after the last switch, sliding.
 
-    What started at the end of a wait is computed from the instant at which H is ±1 (`begin`), SHIFT off at most. On a
-    grid its ξ'' may be put right by the slope.
+    A slide after a wait is computed from the instant at which H is ±1 (`begin`), with an error of at most SHIFT. On a
+    grid the slope may correct its ξ''.
     """
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
@@ -149,7 +149,7 @@ def velocity_error(w, k, i, h):
 
 @inline
 def gap_error(w, k, i, h):
-    """(share, bound of the rest) of what ξ is off by at h after the last switch, sliding."""
+    """Return (share, bound of the rest) of the error of ξ at h after the last switch, sliding."""
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
         * w[r.SHIFT + i]
@@ -162,9 +162,9 @@ def gap_error(w, k, i, h):
 
 @part
 def judge_tangency(w, k, i):
-    """A search for the end of a slide has met something: how close did ξ' come to 0 before?
+    """End the certainty if ξ' came too close to 0 before the end of a search for the end of a slide.
 
-    Twice the error: how far a dip stayed from 0 is known from close by, not from its bottom.
+    The limit is twice the error: the distance of a minimum from 0 is extrapolated from a point close to the minimum.
     """
     under = w[r.DIP_DENOMINATOR + i]
     if certain(w, i) and under > 0.0 and not switch.waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
@@ -175,7 +175,7 @@ def judge_tangency(w, k, i):
 
 @part
 def end_of_record(w, k, i):
-    """What the record's end is off by, if the state may have ended just before it."""
+    """Return the errors of the end of the record, if the state may have ended just before it."""
     heed_status(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -186,7 +186,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # whatever has happened since it was at rest
+    if w[r.V0 + i] == 0.0:  # covers all that may have happened since the mass was at rest
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)
@@ -194,14 +194,14 @@ def end_of_record(w, k, i):
 
 @inline
 def heed(w, k, i, errors):
-    """`heed_status`, where errors are wanted."""
+    """Call `heed_status` if errors are computed."""
     if errors is not None:
         heed_status(w, k, i)
 
 
 @inline
 def record_end(w, k, i, errors):
-    """`end_of_record`, where errors are wanted."""
+    """Call `end_of_record` if errors are computed."""
     if errors is not None:
         return end_of_record(w, k, i)
     return NO_END
@@ -209,7 +209,7 @@ def record_end(w, k, i, errors):
 
 @inline
 def segment_end(w, k, i, method, event, h, side, there, errors):
-    """`end_of_segment`, where errors are wanted."""
+    """Call `end_of_segment` if errors are computed."""
     if errors is not None:
         return end_of_segment(w, k, i, method, event, h, side, there)
     return NO_END
@@ -217,16 +217,16 @@ def segment_end(w, k, i, method, event, h, side, there, errors):
 
 @inline
 def pass_on(w, k, i, method, event, end, errors):
-    """`pass_errors_on`, where errors are wanted."""
+    """Call `pass_errors_on` if errors are computed."""
     if errors is not None:
         pass_errors_on(w, k, i, method, event, end)
 
 
 @part
 def end_of_segment(w, k, i, method, event, h, side, there):
-    """Return what the state under way is off by at its end, h, with ξ and ξ' as computed in `there`.
+    """Return the errors of the present state at its end, h, with ξ and ξ' as computed in `there`.
 
-    By that is judged, before anything is committed, if it ends there at all and if what follows is certain.
+    Before any result is committed, this decides whether the state certainly ends there and the next state is certain.
     """
     heed_status(w, k, i)
     if not certain(w, i):
@@ -250,14 +250,14 @@ def end_of_segment(w, k, i, method, event, h, side, there):
 
 @inline
 def end_by_impact(w, k, i, v_off, x_off, force, there):
-    """A slide ends by an impact: what is left of all that ξ and ξ' are off by is the instant."""
+    """Return the errors of an impact: those of ξ and ξ' become an error of its instant."""
     x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
     off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
     usual = margins.magnitude_scale(w, i)
     bend = usual
     if speed > 0.0:
-        # as far as the zero can be from there, if |ξ''| is no more than this
+        # 2 off / speed bounds the distance of the zero, if |ξ''| is no more than this
         bend = switch.smaller(
             usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + margins.ROUNDING * usual)
         )
@@ -270,13 +270,13 @@ def end_by_impact(w, k, i, v_off, x_off, force, there):
 
 @inline
 def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
-    """A slide ends by ξ' = 0, in the air."""
+    """Return the errors of the end of a slide with ξ' = 0, in the air."""
     x, v = there.x, there.v
     (v_share, v_more), (x_share, x_more) = v_off, x_off
     a = force - switch.direction(k[r.STATE + i])
     steep = abs(a) - margins.ROUNDING * margins.magnitude_scale(w, i)
     off = abs(v_share) + v_more + abs(v)
-    # as far as the zero can be from there, if |H'| is no more than this
+    # 2 off / steep bounds the distance of the zero, if |H'| is no more than this
     bend = change_nearby(w, i, there.p, there.pf, choose(steep > 0.0, 2.0 * off / choose(steep > 0.0, steep, 1.0), 1.0))
     before = delay(off, steep, bend)
     late = before + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
@@ -292,14 +292,14 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Whether H, at a distance from its boundary, is on the same side of it at any instant that close."""
+    """Return whether H, at `distance` from its boundary, is on the same side of it at all instants within `late`."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 
 
 @inline
 def difference(a, b):
-    """(a - b as rounded, what is lost by that), exactly."""
+    """Return (a - b as rounded, rounding error of that), exactly."""
     d = a - b
     back = a - d
     return d, (a - (d + back)) + (back - b)
@@ -307,7 +307,7 @@ def difference(a, b):
 
 @inline
 def lost_bits(a, b, down):
-    """What rounding has done to A - 1 - B, or `down` to A - |1 - B|, on which the ends of waits depend (release.py)."""
+    """Return the rounding error of A - 1 - B, or `down` of A - |1 - B|: the ends of waits depend on it (release.py)."""
     short, first = difference(choose(down, 1.0, a), choose(down, b, 1.0))
     _, second = difference(choose(down, a, short), choose(down, abs(short), b))
     return abs(first) + abs(second)
@@ -315,9 +315,10 @@ def lost_bits(a, b, down):
 
 @inline
 def end_of_wait(w, k, i, method, event, h, side, there):
-    """A wait ends where H = ±1, whatever was before: at a known phase, at ε = 0, or where it is found.
+    """Return the errors of the end of a wait at H = ±1, independent of the earlier motion.
 
-    The arcsine and its root are good to three last bits of φ, beside what is lost before (release.py).
+    At ε = 0 it is a known phase: the arcsine and its root have an error of at most three last bits of φ, in addition to
+    that of `lost_bits` (release.py). Otherwise it is the zero found.
     """
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
@@ -342,7 +343,7 @@ def end_of_wait(w, k, i, method, event, h, side, there):
 
 @part
 def pass_errors_on(w, k, i, method, event, end):
-    """What the state that has just begun at the end of another is off by."""
+    """Set the errors of the state that has just begun from those of the end of the state before."""
     w[r.X_SHARE + i], w[r.X_MORE + i] = end.x_share, end.x_more
     w[r.BEGUN_LATE + i], w[r.BEGUN_JUMP + i] = end.late, end.jump
     w[r.SHIFT + i] = 0.0
@@ -359,7 +360,7 @@ def pass_errors_on(w, k, i, method, event, end):
     w[r.V_MORE + i] = second + choose(event >= S4, 0.0, margins.ROUNDING * margins.magnitude_scale(w, i) * late)
     if event >= S4:
         w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
-    elif event == S1:  # from now on its instant is the common cause
+    elif event == S1:  # the new common cause is the error of this instant
         w[r.V_SHARE + i] = a * late
         w[r.X_MORE + i] += 0.5 * abs(a) * late * late
     else:
@@ -371,8 +372,7 @@ def pass_errors_on(w, k, i, method, event, end):
 
 @part
 def write_section_error(w, k, i, count, hs, h, end, errors):
-    """The bounds of section point number `count`, hs after the last switch; the next one, or the end of the record,
-    comes after h."""
+    """Write the bounds of section point `count`, hs after the last switch. At h the state or the record ends."""
     x = v = INFINITY
     if certain(w, i):
         x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0
@@ -380,7 +380,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
         if not switch.waits(k[r.STATE + i]):
             x_share, x_more = gap_error(w, k, i, hs)
             v_share, v_more = velocity_error(w, k, i, hs)
-            # the closed form of `section_at`, and hs itself, are rounded as if hs were not small
+            # a small hs does not reduce the rounding errors of `section_at` and of hs itself
             fast = w[r.AF + i] * w[r.INVERSE + i]
             wave = w[r.A + i] + fast
             speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs
@@ -401,7 +401,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 @inline
 def write_switch_error(w, i, row, before, end, errors):
-    """The bounds of a switch in a row of `single`: `end` is that of the state that it has ended."""
+    """Write the bounds of a switch into a row of `single`; `end` has those of the state that it ended."""
     off = errors.rows
     if row < off.shape[0]:
         known = certain(w, i)
@@ -412,7 +412,7 @@ def write_switch_error(w, i, row, before, end, errors):
 
 @inline
 def end_errors(w, k, i, periods, errors):
-    """Bounds of section points never reached are NaN."""
+    """Set the bounds of section points that were not reached to NaN."""
     rows, row = errors.section, k[r.POINT + i]
     for m in range(k[r.SECTIONS + i], periods):
         slot = min(m, rows.shape[1] - 1)

@@ -1,12 +1,11 @@
-"""The loop that a sweep runs: search, apply the switch, record, go on, many trajectories at once.
+"""Main loop of a sweep: search, apply the switch, record, continue, for a batch of trajectories.
 
-A kernel of `batch` keeps up to `LANES` trajectories under way, one in each lane (lane.py). Each pass advances the
-search in every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found
-(switch_undisturbed.py, switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py); both are loops over
-lanes that vectorise. Everything else is processed one lane at a time (event.py). A motion that repeats itself is not
-computed again (recurrence.py), and a lane whose trajectory ends takes the next point at once. No lane depends on
-another, so a trajectory's bits depend on nothing but its point. What is followed by itself has a loop of its own
-(single.py).
+A kernel of `batch` advances up to `LANES` trajectories, one in each lane (lane.py). Each pass advances the search in
+every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found (switch_undisturbed.py,
+switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py). Both are loops over lanes that vectorise. All
+other switches are processed one lane at a time (event.py). The cycles of a motion that repeats itself are copied
+(recurrence.py). A lane whose trajectory ends takes the next point in the same pass. Lanes are independent, so the bits
+of a trajectory depend only on its point. Single trajectories and literal scans have another loop (single.py).
 """
 
 from __future__ import annotations
@@ -37,8 +36,8 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.outputs import Extent, Outcome, Recorder
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
-"""Steps of a search, with a disturbance and without one, before its outcome is looked at: most have ended by then, and
-looking costs more than a step."""
+"""Steps of a search, with a disturbance and without one, before its outcome is checked. Most searches have ended by
+then, and the check costs more than a step."""
 
 
 @part_each("grid")
@@ -57,9 +56,9 @@ def search_undisturbed(w, k, n, grid):
 
 @part_each("fast")
 def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
-    """Do what a batch of switches has left: section points that were passed, what is kept, recurrences.
+    """Complete a batch of switches: write passed section points, keep impacts and switches, check for recurrences.
 
-    Returns how many trajectories have ended by that.
+    Returns the number of trajectories that this has ended.
     """
     ended = 0
     points = recorder is None or switch.has_rows(section, recorder.summary)
@@ -83,7 +82,7 @@ def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
 
 @inline
 def list_unusual(k, todo, n):
-    """List the lanes that are left to `process_event`."""
+    """List the lanes for `process_event`."""
     m = 0
     for i in range(n):
         todo[m] = i
@@ -92,7 +91,7 @@ def list_unusual(k, todo, n):
 
 @part_each("grid", "disturbed", "fixed")
 def apply_switches(w, k, n, grid, disturbed, fixed, extent):
-    """Apply the ordinary ones of the switches found in the lanes 0..n-1. Returns how many are left to `event.py`."""
+    """Apply the ordinary switches found in the lanes 0..n-1. Returns the number of lanes left for `event.py`."""
     wide()
     if grid and disturbed and not fixed:
         muller.refine_abreast(w, n)
@@ -113,7 +112,7 @@ def apply_switches(w, k, n, grid, disturbed, fixed, extent):
 
 @inline_each("grid", "disturbed", "fixed")
 def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
-    """Advance the searches in the lanes 0..n-1, and apply the ordinary switches found. Returns how many are not."""
+    """Advance the searches in the lanes 0..n-1, and apply the ordinary switches. Returns the number of lanes left."""
     if disturbed:
         if grid:
             first_zero.search_on_grid(w, n, True, STEPS_ON_GRID)
@@ -128,9 +127,9 @@ def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
 
 @inline
 def close_gaps(w, k, n, todo, ended):
-    """Move lanes into those that have ended, the first `ended` in `todo`. Returns how many lanes are in use then.
+    """Fill the lanes of ended trajectories, the first `ended` in `todo`. Returns the number of lanes in use.
 
-    It begins at the back, so that the lane moved in is never one of the gaps itself.
+    The loop runs backwards, so that a lane moved into a gap is not itself a gap.
     """
     for j in range(ended - 1, -1, -1):
         i = todo[j]
@@ -147,10 +146,10 @@ def close_gaps(w, k, n, todo, ended):
 
 @cache
 def batch(method: int, disturbed: bool, recorded: bool):
-    """The kernel of sweeps that finds switches by `method`, for points with a disturbance or for those without one.
+    """Return the kernel of sweeps for `method`, for points with a disturbance or for points without one.
 
-    Each is compiled when it is first called, from what it needs alone. `recorded`: whether it writes impacts and
-    summaries, where they are wanted; a kernel that writes sections alone is faster.
+    Each kernel is compiled at its first call and contains only the code that it needs. `recorded`: include the code for
+    impacts and summaries; without it the kernel is faster.
     """
     grid, fixed = method != codes.CERTIFIED, method == codes.FIXED
     if grid and not disturbed:
@@ -160,7 +159,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
 
     @jit(_nrt=False)
     def run(address):
-        """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
+        """Follow points, numbered by the counter, until all are done or `halt` is set (arguments.py)."""
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
         points, order, lanes = a.points, a.order, a.numbers[4]
@@ -188,7 +187,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
             for j in range(m):
                 i = todo[j]
                 if bracketed and w[r.SEARCH_MODE + i] != codes.STEPPED and w[r.LEFT + i] != codes.ENDED_EARLY:
-                    # what was tried in vain is free, or the budget would end sooner
+                    # evaluations in a discarded bracket are not charged: the budget would otherwise end sooner
                     w[r.WORK + i] = w[r.WORK_BOOKED + i]
                     event.begin_search(w, k, i, k[r.STATE + i], False, method)
                     undisturbed.set_search_mode(w, i, True, codes.STEPPED)

@@ -1,7 +1,7 @@
-"""One lane over the end of its search, whatever it has met: the switch is recorded, the next state decided and begun.
+"""Processing of one lane at the end of its search, for every outcome: record the switch, decide, begin the next state.
 
-The batched loops (`switch_*`) take the ordinary switches, all lanes at once; what they leave, and the switches of a
-single trajectory, come here. Both follow switch.py.
+The batched loops (`switch_*`) apply the ordinary switches of all lanes; all other switches, and those of a single
+trajectory, are processed here. Both use the formulas of switch.py.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NOWHERE = motion.Arrival(*10 * [0.0])
 
 
 class Start(NamedTuple):
-    """Where a state begins: ξ, ξ', and bounds of what rounding has done to them."""
+    """Initial values of a state: ξ, ξ', and bounds of their rounding errors."""
 
     x: float
     v: float
@@ -29,9 +29,9 @@ class Start(NamedTuple):
 
 @inline_each("method")
 def begin_search(w, k, i, state, from_rest, method):
-    """Begin the search for what ends `state`, at its beginning.
+    """Begin the search for the end of `state`, at its beginning.
 
-    It may go to the end of the record, or to where the segment is continued afresh.
+    Its limit is the end of the record, or the instant at which the segment continues with new initial values.
     """
     which, slides = switch.terminating_function(state), from_rest and not switch.waits(state)
     if method == codes.CERTIFIED:
@@ -54,7 +54,7 @@ def begin_search(w, k, i, state, from_rest, method):
 
 @part_each("method")
 def begin_state(w, k, i, state, start, force, at_boundary, method):
-    """Begin `state` at the present time, where the adhesive force is `force`, and the search for what ends it."""
+    """Begin `state` at the present time, where the adhesive force is `force`, and the search for its end."""
     switch.commit_state(k, i, True, state)
     s = switch.direction(state)
     field = motion.Field(w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i])
@@ -84,7 +84,7 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
 
 @part
 def finish_at_rest(w, k, i, transient, section, errors):
-    """The mass never moves again."""
+    """Finish a motion that never moves again."""
     margins.record_margin_of_rest(w, k, i, k[r.STATE + i] == codes.STICK)
     certainty.heed(w, k, i, errors)
     record.emit_rest(w, k, i, transient, section, errors, certainty.NO_END)
@@ -92,7 +92,7 @@ def finish_at_rest(w, k, i, transient, section, errors):
 
 @inline
 def certified_event(w, k, i, x):
-    """(event, h) of a search without a grid; x = ξ at the cursor."""
+    """Return (event, h) of a search without a grid; x = ξ at the cursor."""
     h = w[r.CURSOR + i]
     met = w[r.OUTCOME + i]
     which = k[r.SEARCH + i]
@@ -106,18 +106,18 @@ def certified_event(w, k, i, x):
     if which == codes.S2:
         if met == codes.FALLEN or x <= 0.0:
             if w[r.AF + i] == 0.0:
-                # ξ has fallen all the way: it has one zero
+                # ξ has decreased strictly, so it has one zero
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
                 undisturbed.search_impact(w, k, i, h, x)
                 return codes.CONTINUE, h
-            # an impact comes before the end of the slide: look for it from the last instant with ξ >= 0
+            # an impact precedes the end of the slide: search for it from the last instant with ξ >= 0
             if met == codes.ZERO:
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
             start = w[r.LAST_NONNEGATIVE + i]
             if w[r.X0 + i] < first_zero.LEAST_GAP:
                 start = first_zero.fall_from_nothing(w, i, h)
             first_zero.restart_search(w, k, i, codes.S1, h, start)
-            # where ξ <= 0 was seen: should rounding hide the zero, the impact is there
+            # ξ <= 0 was seen at h: if rounding hides the zero, the impact is at h
             first_zero.set_limit(w, i, True, h)
             return codes.CONTINUE, h
         if met == codes.ZERO:
@@ -131,7 +131,7 @@ def certified_event(w, k, i, x):
 
 @part
 def grid_event(w, k, i, fixed):
-    """(event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
+    """Return (event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
     cursor = w[r.CURSOR + i]
     dtau = w[r.DTAU + i]
     h = cursor * dtau
@@ -139,7 +139,7 @@ def grid_event(w, k, i, fixed):
     met = w[r.OUTCOME + i]
     which = k[r.SEARCH + i]
     if which == codes.S4 and met == codes.LIMIT_MET:
-        # one side has reached the limit unchanged: the other side's last grid point is still to be seen
+        # one side has reached the limit without a zero: check the last grid point of the other side
         first_zero.turn_side(w, i)
         if muller.value(w, i, h) < 0.0:
             met = codes.ZERO
@@ -147,7 +147,7 @@ def grid_event(w, k, i, fixed):
         return codes.END if h >= w[r.LEFT + i] else codes.STRETCHED, h
     hit = which == codes.S1 or met == codes.FALLEN
     if met == codes.FALLEN and cursor - w[r.LAST_NONNEGATIVE + i] > 1.0:
-        # ξ fell below 0 somewhere in a stretch free of other switches: visit it for the first such grid point
+        # ξ fell below 0 in an interval without other switches: search it for the first such grid point
         above = w[r.LAST_NONNEGATIVE + i]
         first_zero.restart_search(w, k, i, codes.S1, h, above + 1.0)
         return codes.CONTINUE, h
@@ -169,7 +169,7 @@ def grid_event(w, k, i, fixed):
 
 @inline
 def end_of_wait(w, i, state):
-    """(event, h, side, where it leads) of the end of a wait at ε = 0, which is known beforehand."""
+    """Return (event, h, side, arrival) of the end of a wait at ε = 0, which is known without a search."""
     h, phase, later, down = undisturbed.wait_end(w, i, state, w[r.PHI + i])
     side, p = (1.0 if down else -1.0), (w[r.P_DOWN + i] if down else w[r.P_UP + i])
     there = motion.Arrival(w[r.X0 + i], 0.0, 1.0 if later else 0.0, phase, 0.0, p, w[r.B + i] - side, 0.0, 0.0, 0.0)
@@ -178,7 +178,7 @@ def end_of_wait(w, i, state):
 
 @inline
 def end_of_search(w, k, i, errors):
-    """(event, h, side, where it leads, LATE) of what a search without a grid has met."""
+    """Return (event, h, side, arrival, LATE) of the outcome of a search without a grid."""
     state, level = k[r.STATE + i], -1.0 if w[r.SIG + i] > 0.0 else 1.0
     there, late = motion.propagate(w, k, i, switch.waits(state) and w[r.OUTCOME + i] == codes.ZERO, level)
     margins.record_margin_of_tangency(w, k, i, w[r.CURSOR + i])
@@ -194,7 +194,7 @@ def end_of_search(w, k, i, errors):
 
 @inline_each("method")
 def end_of_state(w, k, i, method, errors):
-    """(event, h, side, where it leads, LATE) of what lane i has met; on a grid where it leads is not known yet."""
+    """Return (event, h, side, arrival, LATE) of the outcome in lane i; on a grid the arrival is computed later."""
     if method == codes.CERTIFIED:
         if w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i]):
             event, h, side, there = end_of_wait(w, i, k[r.STATE + i])
@@ -206,7 +206,7 @@ def end_of_state(w, k, i, method, errors):
 
 @inline
 def book_cost(w, k, i, extent):
-    """Book the switch, and what its search took, on its period. False where that is more than the budget."""
+    """Charge the switch and its search to the budget of its period. Returns False if they exceed it."""
     cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * extent.price)
     switch.commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
     if cost > extent.budget:
@@ -217,7 +217,7 @@ def book_cost(w, k, i, extent):
 
 @inline
 def offsets_at_end(w, k, i, event, h):
-    """Bounds of what rounding has done to ξ and ξ' at the end of a state; those of ξ' where it is continued afresh."""
+    """Return bounds of the rounding errors of ξ and ξ' at the end of a state; of ξ' only if the segment continues."""
     if event == codes.S1:
         return 0.0, 0.0
     if switch.waits(k[r.STATE + i]):
@@ -227,7 +227,7 @@ def offsets_at_end(w, k, i, event, h):
 
 @inline_each("method")
 def go_to_end(w, k, i, method, x, v, side, there, late, extent):
-    """Bring lane i to the end of its state; on a fixed grid where that leads is found here. Returns H there."""
+    """Advance lane i to the end of its state; on a fixed grid compute the arrival first. Returns H there."""
     known = method == codes.CERTIFIED and w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i])
     if known:
         bound = margins.ROUNDING * margins.magnitude_scale(w, i)
@@ -243,7 +243,7 @@ def go_to_end(w, k, i, method, x, v, side, there, late, extent):
 
 @inline_each("method")
 def begin_next(w, k, i, method, searched, state, to, start, force):
-    """Begin `to` behind `state`, and the search for its end, if it is `searched` for."""
+    """Begin `to` after `state`, and the search for its end if `searched`."""
     if not searched:
         switch.commit_wait(w, k, i, to, start.x, start.x_off)
         return
@@ -258,19 +258,19 @@ def begin_next(w, k, i, method, searched, state, to, start, force):
 
 @inline
 def reverse(w, k, i, certified, h, to, x, force):
-    """(state that begins, ξ) where a slide has ended in the air after h."""
+    """Return (next state, ξ) after a slide that ended in the air after h."""
     state = k[r.STATE + i]
     margins.record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == codes.UP else -1.0))
     if certified and to == state:
-        to = codes.STICK  # where ξ' has just fallen to 0 its slope is not positive: H is beyond 1 by rounding only
-    return to, SMALLEST if certified and x <= 0.0 else x  # it has gone up, by less than a double can tell
+        to = codes.STICK  # ξ' has just fallen to 0, so its slope is not positive: H exceeds 1 only by rounding
+    return to, SMALLEST if certified and x <= 0.0 else x  # the mass has moved up by less than a double resolves
 
 
 @inline_each("method")
 def process_event(w, k, i, method, extent, section, impacts, recorder, log, errors):
-    """Take lane i over what it has met: record it, decide, begin the next search. False when the trajectory has ended.
+    """Process the outcome in lane i: record it, decide, begin the next search. Returns False if the trajectory ends.
 
-    An impact leaves ξ = ξ' = 0, eq. (7). Where the obstacle is left, LEFT_OVER asks for a look for recurrences.
+    An impact leaves ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER requests a check for recurrences.
     """
     if w[r.LEFT + i] == codes.ENDED_EARLY:
         return False

@@ -1,4 +1,4 @@
-"""Searching the first zero of a switching function S1-S5, eq. (8), and never another.
+"""Search for the first zero of a switching function S1-S5, eq. (8).
 
 Each switching function is positive while its state lasts and is searched for its first zero:
 
@@ -8,36 +8,34 @@ Each switching function is positive while its state lasts and is searched for it
     S4 = 1 ∓ H       sticking ends (two sides, searched in turn)
     S5 = 1 - H       resting at the obstacle ends
 
-As shapes (motion.py) they are  BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
+As shapes (motion.py) they are BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
 
 **Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
-|g'''| <= M3 ahead: the functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum
-of the amplitudes of their third derivatives. Taylor's theorem with the remainder bounded gives, for any S > 0,
+|g'''| <= M3 ahead. The functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum of the
+amplitudes of their third derivatives. Taylor's theorem with a bounded remainder gives, for any S > 0,
 
     g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
 
-The right side is a parabola. Up to S or its first positive root, whichever comes first, it is positive and so is g:
-that is the step. S is free: it is taken as long as the last step, and near a transversal zero the parabola's root
-then falls short of the zero by an error that shrinks faster than the square of the distance. Where a fast ripple of
-amplitude a dominates M3, the slow part less a is bounded in the same way with the small bound M2 of
-its own derivatives, g_slow + g_slow's + b s²/2 - a, where b is -M2 or, as far as that is more, g_slow'' - M2 S/3 with a
-large S; where that is positive beyond the other's S, its step is taken.
+The right side is a parabola. Up to S or its first positive root, whichever is smaller, it is positive and so is g: this
+is the step. S is arbitrary. The code sets it to the last step; then, near a transversal zero, the root of the parabola
+falls short of the zero by an error that shrinks faster than the square of the distance. If a fast ripple of amplitude a
+dominates M3, the slow part minus a is bounded in the same way with the small bound M2 of its own derivatives, g_slow +
+g_slow's + b s²/2 - a, where b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this is positive
+beyond the S of the first bound, its step is taken.
 
-**Starts on a zero.** A slide from rest has g = 0 and g' >= 0 where it begins, and g/s >= g' + g''s/2 - M3 s²/6: the
-search begins at the positive root of that, and the start is not taken for the next switch. At ε = 0 a slide that
-starts by accelerating goes on doing so until H is back at the same boundary, a known phase: the search
-begins at that peak of |ξ'|.
+**Starts on a zero.** A slide from rest has g = 0 and g' >= 0 at its beginning, and g/s >= g' + g''s/2 - M3 s²/6. The
+search begins at the positive root of this bound, so the start is not mistaken for the next switch. At ε = 0 a slide
+that starts by accelerating accelerates until H is back at the same boundary, a known phase: the search begins at that
+peak of |ξ'|.
 
-**Ends.** Near a simple zero the series of undisturbed.py takes over. Where g' is sure to change by less than a quarter
-over the way d that it points, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero there is the only one and the series ends
-close to it: the cursor goes there, to whichever side of the zero that may be. As soon as the terms fall fast enough
-that is the zero to the last bit.
+**Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be its step. If g' certainly changes by
+less than a quarter over d, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero there is unique and the series ends close to
+it: the cursor moves there, on either side of the zero. If the terms decrease fast, that is the zero to the last bit.
 
-**Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer
-than that cannot be told from two zeros or none: it is met, and reported through the margin (margins.py). The same
-bound, with g less its rounding, lets the fixed and Muller paths skip grid points: none of those skipped
-could have shown a change of sign. They begin behind the start and go by the series, too, as far as g is sure to stay
-above its rounding.
+**Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer than that
+cannot be distinguished from two zeros or none: the search ends there and the margin reports it (margins.py). The same
+bound, with g less its rounding, lets the fixed and Muller paths skip grid points: no skipped point could have shown a
+change of sign. They begin after the start, and also use the series as far as g certainly remains above its rounding.
 """
 
 from __future__ import annotations
@@ -55,17 +53,17 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
 
 NOISE_SHARE = 1e-13
-"""Values of a switching function below this share of its terms are not trusted to have a sign when grid
-points are skipped. Four hundred times the rounding of one term: a larger share only costs a few more visits."""
+"""When grid points are skipped, the sign of a switching function below this share of its terms is not trusted. It is
+four hundred times the rounding of one term; a larger share costs only a few more visits."""
 
 LATE_SHARE = 4e-3
-"""What the rounding of a grid point's time does to the fast part, a η ulp(h), in units of NOISE_SHARE."""
+"""Effect of the rounding of a grid point's time on the fast part, a η ulp(h), in units of NOISE_SHARE."""
 
 
 class Search(NamedTuple):
-    """A switching function as a shape, sig · (…) + base, and what its search needs: the amplitude of its fast part,
-    bounds of its second (without that part) and third derivatives, the first span to try (first_zero.py), and the
-    value below which no grid point is skipped."""
+    """A switching function as a shape, sig · (…) + base, and the data of its search: the amplitude of its fast part,
+    bounds of its second (without that part) and third derivatives, the first span S, and the noise: no grid point below
+    is skipped."""
 
     form: motion.Form
     alf: float
@@ -90,7 +88,7 @@ class Taylor(NamedTuple):
 
 
 class Ripple(NamedTuple):
-    """Of the fast part of a switching function: its slope, its second derivative over η²; and g" without it."""
+    """Slope and second derivative over η² of the fast part of a switching function; g" without the fast part."""
 
     slope: float
     second: float
@@ -99,7 +97,7 @@ class Ripple(NamedTuple):
 
 @inline
 def search_shape(w, i, which, limit):
-    """Switching function `which`, eq. (8), of the segment under way in lane i, to be searched up to `limit`."""
+    """Return switching function `which`, eq. (8), of the present segment in lane i, for a search up to `limit`."""
     gap, force = which == S1, which >= S4
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     p, q, pf, qf = w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i]
@@ -119,7 +117,7 @@ def search_shape(w, i, which, limit):
     a = af * choose(gap, inverse * inverse, choose(force, 1.0, inverse))
     fast = a * eta * eta
     c2 = form.c2
-    m2 = 2.0 * abs(c2) + w[r.A + i] + 1e-300  # never zero: it divides
+    m2 = 2.0 * abs(c2) + w[r.A + i] + 1e-300  # a divisor, so not zero
     m3 = w[r.A + i] + fast * eta
     span = choose(a > 0.0, (w[r.A + i] + fast) / (m3 + 1e-300), 1.0)
     drift = (abs(c1) + abs(c2) * limit) * limit
@@ -129,14 +127,13 @@ def search_shape(w, i, which, limit):
 
 @inline
 def set_search(w, k, i, where, which, search, cursor):
-    """Lane i goes on with the search for the first zero of S1 ... S5 from `cursor` on.
+    """Begin the search for the first zero of S1 ... S5 from `cursor` on in lane i.
 
-    Both sides of S4 = 1 - |H| are searched: the one whose cursor is behind is next.
+    Both sides of S4 = 1 - |H| are searched; the side whose cursor is behind is next.
 
-    While the mass slides down ξ is watched beside S2: it decreases strictly while ξ' < 0, so S1 has a zero before the
-    first zero of S2 exactly when ξ there is not positive, and it is then unique. The watch ends the search early once
-    ξ is further below 0 than any margin met so far: the impact is certain then, and its margin no longer the
-    smallest.
+    While the mass slides down the search for S2 also watches ξ, which decreases strictly while ξ' < 0: S1 has a zero
+    before the first zero of S2 exactly if ξ there is not positive, and it is then unique. The search ends early if ξ is
+    below 0 by more than the smallest margin so far: then the impact is certain, and its margin is not the smallest.
     """
     falling = which == S2
     w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
@@ -167,19 +164,19 @@ def set_search(w, k, i, where, which, search, cursor):
 
 @inline
 def form_of(w, i):
-    """The slow part of the switching function searched in lane i."""
+    """Return the slow part of the switching function searched in lane i."""
     return motion.Form(w[r.C0 + i], w[r.D1 + i], w[r.D2 + i], w[r.C1 + i], w[r.C2 + i], w[r.AL + i], w[r.BE + i])
 
 
 @inline
 def set_limit(w, i, where, limit):
-    """How far the search in lane i may go."""
+    """Set the limit of the search in lane i."""
     w[r.LIMIT + i] = choose(where, limit, w[r.LIMIT + i])
 
 
 @inline
 def unknown_values(w, i, where):
-    """No value of the switching function is known at the grid points around the cursor."""
+    """Mark the values of the switching function at the grid points around the cursor as unknown."""
     w[r.VALUE + i] = choose(where, UNKNOWN, w[r.VALUE + i])
     w[r.BEFORE + i] = choose(where, UNKNOWN, w[r.BEFORE + i])
 
@@ -193,8 +190,7 @@ def restart_search(w, k, i, which, limit, cursor):
 
 @inline
 def start_on_grid(w, i, where, which):
-    """The search that has just begun visits grid points. Both sides of S4 are looked at from the first on, and any ξ
-    below 0 is an impact."""
+    """Adapt the search that has just begun to a grid: both sides of S4 start at point 1, and any ξ < 0 is an impact."""
     unknown_values(w, i, where)
     w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
     w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
@@ -202,33 +198,34 @@ def start_on_grid(w, i, where, which):
 
 @inline
 def turn_side(w, i):
-    """Go over to the other side of S4, on a grid."""
+    """Change to the other side of S4, on a grid."""
     w[r.SIG + i] = -w[r.SIG + i]
     unknown_values(w, i, True)
 
 
 BENT = 0.25
-"""The share of g' by which it may change on a way d that the series is trusted for. It knows four derivatives, so it
-ends off the zero by what the change of the fourth can do, at most M4 d⁴/12: a sixth of d. Where that is past the
-zero, the way back is trusted in turn: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of g' there."""
+"""Largest relative change of g' over a step d of the series. With four derivatives the series ends off the zero by the
+change of the fourth, at most M4 d⁴/12: a sixth of d. If its end is past the zero, the step back is trusted in turn:
+over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of g' there."""
 
 LEAP = 2.0
-"""As far as a step by the slow part goes where its second derivative is taken for what it is, not for its bound."""
+"""Largest step by the slow part if its actual second derivative is used instead of its bound."""
 
 SURELY_FREE = 0.95
-"""The share of what is free of zeros behind a start from rest that grid points are skipped in: at its end nothing is
-known to be above the noise."""
+"""Share of the zero-free interval after a start from rest in which grid points are skipped. At the end of the interval
+g may be below the noise."""
 
 LEAST_GAP = 1e-30
-"""From a smaller gap, with a disturbance, an impact is not searched for by steps."""
+"""With a disturbance an impact from a smaller gap is not searched for by steps."""
 
 PATIENCE = 1e5
-"""Steps a search may take before it is handed back as if at its limit, so that the budget is looked at."""
+"""Steps of a search after which it ends as if at its limit, so that the budget is checked."""
 
 
 @inline
 def parabola(g, dg, bend, span):
-    """(first positive root of g + dg s + bend s²/2 with g >= 0, minus the slope there); (span, 0) if none is below."""
+    """Return (first positive root < span of g + dg s + bend s²/2, minus the slope there); without one (span, 0). g >=
+    0."""
     q2 = dot(dg, dg, -2.0 * g, bend)
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
@@ -241,35 +238,35 @@ def parabola(g, dg, bend, span):
 
 @inline
 def curvature_bound(ddg, m3, span):
-    """The bend of the parabola that a function with |g'''| <= m3 stays above up to S = span."""
+    """Return the second derivative of a parabola below a function with |g'''| <= m3, up to S = span."""
     return fma(-(1.0 / 3.0) * m3, span, ddg)
 
 
 @inline
 def safe_step(g, dg, ddg, m3, span):
-    """(step, slope): the step for S = span, and minus the slope of the parabola where it has its root there."""
+    """Return (step, slope): the step for S = span, and minus the slope of the parabola at its root."""
     return parabola(g, dg, curvature_bound(ddg, m3, span), span)
 
 
 @inline
 def zero_free_span(rise, bend, m3):
-    """Up to where g is positive that starts with g = 0, g' = rise >= 0, g'' = bend: g/s >= g' + g''s/2 - M3 s²/6."""
+    """Return S > 0 with g > 0 on (0, S) for g = 0, g' = rise >= 0, g'' = bend at 0: g/s >= g' + g''s/2 - M3 s²/6."""
     free, _ = parabola(rise, 0.5 * bend, -(1.0 / 3.0) * m3, INFINITY)
     return free
 
 
 @inline
 def first_cursor(search, limit):
-    """Where the search for the end of a slide can begin that starts with ξ' = 0."""
+    """Return the cursor at which the search for the end of a slide from rest can begin."""
     free = zero_free_span(search.sig * search.form.d1, 2.0 * search.sig * search.form.d2, search.m3)
     return choose(free > 0.0, choose(free < limit, free, limit), 0.0)
 
 
 @inline
 def first_grid_point(search, dtau, limit):
-    """The same on a grid: the first of its points to be looked at. At all before, the function is above its noise.
+    """Return the first grid point to evaluate for a slide from rest. Before it the function is above its noise.
 
-    What g/s is at least is a concave function of s, least at one end of the way.
+    The lower bound of g/s is a concave function of s, so its minimum is at one end of the interval.
     """
     rise, bend = search.sig * search.form.d1, 2.0 * search.sig * search.form.d2
     free = zero_free_span(rise, bend, search.m3)
@@ -284,7 +281,7 @@ def first_grid_point(search, dtau, limit):
 
 @inline
 def peak_cursor(w, i, s, limit):
-    """The same at ε = 0: the peak of |ξ'|, where H is back at s."""
+    """Return the cursor at the peak of |ξ'| at ε = 0, where H is back at s: the search can begin there."""
     h = (PI - w[r.PHI_UP + i] if s > 0.0 else 3.0 * PI - w[r.PHI_DOWN + i]) - w[r.PHI + i]
     if h >= TWO_PI:
         h -= TWO_PI
@@ -293,7 +290,7 @@ def peak_cursor(w, i, s, limit):
 
 @inline
 def stay_inside(w, k, i, force):
-    """A wait that begins with |H| above 1 by rounding, and falling: it is not to end where it begins."""
+    """Move the cursor of a wait that begins with |H| above 1 by rounding, and falling, so that the start is no end."""
     rise, bend = w[r.D1 + i], 2.0 * w[r.D2 + i]
     if force > 1.0 and rise < 0.0:
         w[r.CURSOR + i] = zero_free_span(-rise, -bend, w[r.M3 + i])
@@ -303,9 +300,9 @@ def stay_inside(w, k, i, force):
 
 @part
 def fall_from_nothing(w, i, h):
-    """Where a gap below LEAST_GAP falls to 0, if it is closed at h: its order of magnitude is bisected.
+    """Return an instant at which a gap below LEAST_GAP has fallen to 0, if it is closed at h: its exponent is bisected.
 
-    Beside it the rounding of the higher derivatives is large, and a search by steps would stand still.
+    For such gaps the rounding of the higher derivatives is large, and a search by steps would make no progress.
     """
     low, high = 1e-300, h
     for _ in range(64):
@@ -319,33 +316,33 @@ def fall_from_nothing(w, i, h):
 
 @inline
 def series(h, u, half, third, fourth, m3, scale, rate):
-    """(h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
+    """Return (h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
 
-    The terms of the series fall like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two,
-    and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth; the first one left out is below
-    the bound used here. All are far below 1 then: the zero is the only one near.
+    The terms of the series decrease like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two,
+    and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth. The bound used here exceeds the
+    first omitted term. All are then far below 1, so no other zero is near.
     """
     ahead = h - motion.householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = fma(abs(m3), scale, abs(half)) * u
     e = abs(m3) * u * u
     t2 = fma(t, t, e)
     q = 0.25 * rate * u
-    near = abs(ahead - h) <= h  # false for what overflows, too
+    near = abs(ahead - h) <= h  # also false after an overflow
     return ahead, (dot(t2, t2, q * q, e) * abs(u) <= motion.TINY * h) & near
 
 
 @inline
 def bends_little(way, dg, ddg, m3, rate):
-    """Whether g' < 0 is sure to change by less than BENT of it within `way`: M3 = m3, M4 = m3 rate."""
+    """Return whether g' < 0 certainly changes by less than BENT of it within `way`, with M3 = m3, M4 = m3 rate."""
     return fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
 
 
 @inline
 def step_to_zero(taylor, m3, rate, noise):
-    """A step to shortly before the zero that g > 0 points to, where g is still above `noise`; 0 if that is not sure.
+    """Return a step to just before the zero that the series predicts, where g > `noise`; 0 if that is not certain.
 
-    All the way g' keeps 3/4 of what it is at least, so g falls, and from what its Taylor polynomial and the remainder,
-    M5 s⁵/120, are off at the end of the series follows how much sooner to end.
+    Over the step |g'| is at least 3/4 of its value, so g falls. The error of the Taylor polynomial at the end of the
+    series, with the remainder M5 s⁵/120, over this slope is the distance by which the step ends earlier.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -359,9 +356,9 @@ def step_to_zero(taylor, m3, rate, noise):
 
 @inline
 def advance(h, taylor, m3, scale, rate, step, limit):
-    """(where the cursor goes, whether that is the zero) from g and four derivatives at h, where `step` is safe.
+    """Return (next cursor, whether it is the zero) from g and four derivatives at h, where `step` is safe.
 
-    The second derivative may be M3 `scale`, the fourth M3 `rate`.
+    Bounds: M3 `scale` of the second derivative, M3 `rate` of the fourth.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -381,9 +378,9 @@ def advance(h, taylor, m3, scale, rate, step, limit):
 
 @inline_each("fast")
 def evaluate(w, i, h, fast):
-    """(values at h of the function searched in lane i, ξ there, values of its ripple), with a disturbance or without.
+    """Return (values at h of the function searched in lane i, ξ there, values of its ripple).
 
-    The ripple: its slope, and its second derivative over η²; the second derivative without it.
+    The ripple: its slope, and its second derivative over η²; the second derivative of the function without it.
     """
     form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
@@ -400,7 +397,7 @@ def evaluate(w, i, h, fast):
     fast_slope = fast_second = 0.0
     if fast:
         g += motion.fast_part(near, alf, bef, sf, vf, dsf, dvf)
-        # the ripple's slope, and its second derivative over η²: minus its value, but for a constant
+        # the second derivative of the ripple over η² is minus its value, up to a constant
         cf = 1.0 - vf
         fast_slope, fast_second = eta * dot(alf, cf, bef, sf), dot(bef, cf, -alf, sf)
         square = eta * eta
@@ -415,9 +412,9 @@ def evaluate(w, i, h, fast):
 
 @inline_each("fast")
 def free_step(w, i, taylor, ripple, trusted, fast):
-    """(step, slope) as `safe_step` for the span of lane i, and whether the step is that of the slow part.
+    """Return (step, slope) as `safe_step` for the span of lane i, and whether the step is that of the slow part.
 
-    Where the parabola under the slow part is still positive at S, the slow part's step is the longer one.
+    If the parabola below the slow part is still positive at S, the step of the slow part is the longer one.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -437,10 +434,10 @@ def free_step(w, i, taylor, ripple, trusted, fast):
 
 @inline
 def note_dip(w, i, h, taylor, x):
-    """Keep the closest the function came to a zero that it does not have.
+    """Keep the smallest distance from 0 of a minimum of the function.
 
-    It is the lowest point of the parabola of second order here, |g - g'²/2g"|, where the third derivative cannot
-    belie it; kept as a fraction, so that no step pays for a division.
+    It is the minimum of the parabola of second order here, |g - g'²/2g"|, if the third derivative cannot invalidate it.
+    It is kept as a fraction, so that no step needs a division.
     """
     g, dg, ddg = taylor.g, taylor.dg, taylor.ddg
     over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
@@ -454,7 +451,7 @@ def note_dip(w, i, h, taylor, x):
 
 @inline
 def next_on_grid(w, i, taylor, x, step, rate, trusted):
-    """(grid point to go to, what is met at the cursor), where `step` is free of zeros."""
+    """Return (next grid point, outcome at the cursor), where `step` is free of zeros."""
     cursor, limit = w[r.CURSOR + i], w[r.LIMIT + i]
     further = step_to_zero(taylor, w[r.M3 + i], rate, w[r.NOISE + i])
     step = choose(further > step, further, step)
@@ -465,14 +462,14 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
     ahead = whole if whole > cursor + 1.0 else cursor + 1.0
     zero, fallen = taylor.g < 0.0, x < 0.0
     met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if cursor >= limit else NOTHING))
-    # where ξ and ξ' are both seen to have changed sign it is an impact; which of the two is noted for Muller
+    # if both ξ and ξ' have changed sign it is an impact; Muller's method needs to distinguish the two
     met = BOTH if zero & fallen else met
     return cursor if met != NOTHING else ahead, met
 
 
 @inline
 def next_instant(w, i, h, taylor, x, step, rate):
-    """(h to go to, what is met there) without a grid, where `step` is free of zeros."""
+    """Return (next h, outcome there) without a grid, where `step` is free of zeros."""
     limit = w[r.LIMIT + i]
     tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
     ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
@@ -484,10 +481,10 @@ def next_instant(w, i, h, taylor, x, step, rate):
 
 @inline_each("fast", "grid")
 def search(w, i, fast, grid):
-    """One step of the search in lane i. `fast` and `grid` are literals: each pair is a loop of its own.
+    """Do one step of the search in lane i. `fast` and `grid` are literals: each pair is compiled to a separate loop.
 
-    Without a grid the cursor is a time h after the last switch; on a grid it is a whole number of steps, and a zero is
-    met where eq. (10) holds for the step that ends there. A lane that has met something stays as it is.
+    Without a grid the cursor is a time h after the last switch. On a grid it is an integer number of steps, and a zero
+    is found if eq. (10) holds for the step that ends there. A lane with an outcome remains unchanged.
     """
     cursor, sig = w[r.CURSOR + i], w[r.SIG + i]
     h = cursor * w[r.DTAU + i] if grid else cursor
@@ -496,16 +493,16 @@ def search(w, i, fast, grid):
     trusted = g - w[r.NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     step, slope, far = free_step(w, i, taylor, ripple, trusted, fast)
-    # the next S: as far as this step went where the root is in sight, further where it is not
+    # the next S: this step if the parabola had a root, otherwise a longer one
     span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * w[r.SPAN + i]))
     rate = choose(w[r.ETA + i] > 1.0, w[r.ETA + i], 1.0) if fast else 1.0
     if grid:
-        span += 1e-9 * w[r.SPAN0 + i]  # a value not trusted gives the step 0, which must not be the last S
+        span += 1e-9 * w[r.SPAN0 + i]  # an untrusted value gives the step 0, and S must not remain 0
         ahead, met = next_on_grid(w, i, taylor, x, step, rate, trusted)
     else:
         note_dip(w, i, h, taylor, x)
         ahead, met = next_instant(w, i, h, taylor, x, step, rate)
-    # a search of two sides goes on with the one that is behind
+    # a search of two sides continues with the side whose cursor is behind
     other = w[r.OTHER + i]
     turn = ahead > other
     if grid:
@@ -524,7 +521,7 @@ def search(w, i, fast, grid):
 
 @part_each("fast")
 def search_on_grid(w, n, fast, steps):
-    """`search_stepwise` on a grid, with a disturbance (`fast`) or without. A zero that is being refined stays."""
+    """Do as `search_stepwise` on a grid, with a disturbance (`fast`) or without. Lanes that refine a zero keep it."""
     wide()
     m = full(n)
     for i in range(m):
@@ -536,10 +533,9 @@ def search_on_grid(w, n, fast, steps):
 
 @part
 def search_stepwise(w, n, steps):
-    """`steps` passes over the searches in the lanes 0..n-1, without a grid: one that has ended stays as it is.
+    """Do `steps` steps of the searches in the lanes 0..n-1, without a grid; lanes with an outcome remain unchanged.
 
-    What earlier passes met is cleared first. `steps` is an argument, not a literal, or the compiler would unroll the
-    loop.
+    Outcomes of earlier calls are cleared first. `steps` is no literal, because the compiler would unroll the loop.
     """
     wide()
     m = full(n)

@@ -1,12 +1,11 @@
-"""The switches of each trajectory under way, kept as far back as its summary needs them (summary.py).
+"""Switches of each trajectory in a batch, kept as far back as its summary needs them (summary.py).
 
-A lane has room for ROWS switches. When it is full the first half is added to the lane's totals and given up. The rows
-are those that `simulate` gives: a batch of switches leaves behind what one is made of (record.py), all others are
-written one by one.
+A lane has room for ROWS switches. If it is full, the first half is added to the totals of the lane and discarded. The
+rows equal those of `simulate`. A batch of switches writes them from the notes of `note_end` (switch.py).
 
-A motion that is known to repeat itself to the bit (recurrence.py) needs no more than one cycle of its switches: from
-them follow all that come, so its summary is written as soon as they are there, and a sweep that records nothing else
-ends the trajectory at once. Then switches are kept before the record begins, too.
+The summary of a motion that repeats itself to the bit (recurrence.py) follows from one cycle of its switches and is
+written when these are complete; a sweep that records only summaries then ends the trajectory. For such motions switches
+before the record are also kept.
 """
 
 from __future__ import annotations
@@ -21,18 +20,18 @@ from vibrodrive.kernels.codes import ALL, DOWN, IMPACT, NONE, OF_THE_RECORD, RES
 from vibrodrive.kernels.outputs import Switch
 
 ROWS = 2 * summary.REACH
-"""Switches that a lane has room for."""
+"""Number of switches for which a lane has room."""
 
 APART = ROWS + 11
-"""Rows from one lane to the next: a multiple of a page apart they would share the same lines of the cache."""
+"""Rows from one lane to the next. At a distance of a multiple of a page the lanes would share the same cache lines."""
 
 END_OF_RECORD = 1e-9
-"""How close to the phase at which a record begins and ends a switch may come before only computing the motion to its
-end tells whether it belongs to it."""
+"""If a switch is closer than this to the phase at which a record begins and ends, the motion is computed to the end of
+the record, which decides whether the switch belongs to it."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Memory (history, totals) for the lanes of each thread: switches, and what they come to; none, if not wanted."""
+    """Return memory (history, totals) for the lanes of each thread: switches and totals; empty if not `wanted`."""
     if not wanted:
         return np.empty((threads, r.LANES, 0, summary.COLUMNS)), np.empty((threads, r.LANES, 0))
     return np.empty((threads, r.LANES, APART, summary.COLUMNS)), np.empty((threads, r.LANES, summary.TOTALS))
@@ -40,14 +39,14 @@ def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def assign_slots(k):
-    """Lane i keeps its switches in slot i, until lanes are exchanged."""
+    """Let lane i keep its switches in slot i, until lanes are exchanged."""
     for i in range(r.LANES):
         k[r.HISTORY_SLOT + i] = i
 
 
 @inline
 def clear_history(k, i, keeps):
-    """Lane i has no switches yet, and keeps from now on those of the record, or all."""
+    """Discard the switches of lane i. From now on it keeps those of the record, or all, as in `keeps`."""
     k[r.HISTORY_KEEPS + i] = keeps
     k[r.HISTORY_COUNT + i] = 0
     k[r.HISTORY_ADDED + i] = 0
@@ -55,14 +54,14 @@ def clear_history(k, i, keeps):
 
 @inline
 def keeps(w, k, i, period, phi, transient):
-    """Whether a switch at (period, φ) is kept."""
+    """Return whether a switch at (period, φ) is kept."""
     of_all = k[r.HISTORY_KEEPS + i]
     return of_all == ALL or (of_all == OF_THE_RECORD and switch.in_record(w, k, i, period, phi, transient))
 
 
 @inline
 def write_switch(w, k, i, period, phi, event, recorder):
-    """Keep a switch; where there is no more room, half of them are added to the totals and given up first."""
+    """Keep a switch; without room for it, first add half of the switches to the totals and discard them."""
     slot, row = k[r.HISTORY_SLOT + i], k[r.HISTORY_COUNT + i]
     rows = recorder.history[slot]
     if row == ROWS:
@@ -78,13 +77,13 @@ def write_switch(w, k, i, period, phi, event, recorder):
 
 @inline
 def drive_of(w, i):
-    """The parameters of lane i that its summary depends on."""
+    """Return the parameters of lane i on which its summary depends."""
     return summary.Drive(w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i])
 
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals; the others move to the front. Returns how many these are."""
+    """Add the first half of the switches to the totals and move the others to the front. Returns their number."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -94,7 +93,7 @@ def make_room(w, k, i, rows, totals):
 
 @inline
 def drop_rows(k, i, first, rows):
-    """Keep the switches from row `first` on."""
+    """Discard the switches before row `first`."""
     count = k[r.HISTORY_COUNT + i] - first
     for row in range(count if first > 0 else 0):
         for column in range(summary.COLUMNS):
@@ -105,10 +104,9 @@ def drop_rows(k, i, first, rows):
 
 @inline
 def keep_switch(w, k, i, on_grid, transient, recorder):
-    """Keep the switches that a batch has taken: one that ends a state, an impact before it, a wait behind it.
+    """Keep the switches of lane i in a batch: the end of a state, an impact before it, the end of a wait after it.
 
-    A wait whose end is known beforehand is over within the same batch (switch_undisturbed.py); then its beginning is
-    where the slide ended, which the batch has noted (record.py).
+    A wait with a known end is over within the same batch (switch_undisturbed.py). It began at the time of `note_end`.
     """
     which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
     period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]
@@ -131,22 +129,22 @@ def keep_switch(w, k, i, on_grid, transient, recorder):
 
 @inline
 def set_reference_history(k, i):
-    """The switches so far lie before the state of reference (recurrence.py)."""
+    """Set the number of switches before the reference state (recurrence.py)."""
     k[r.REFERENCE_HISTORY + i] = k[r.HISTORY_COUNT + i]
 
 
 @inline
 def may_follow_from_a_cycle(cycle, periods):
-    """Whether a motion that returns after `cycle` periods has a summary that follows from these alone.
+    """Return whether the summary of a motion that returns after `cycle` periods follows from these periods.
 
-    All periods that come into question are then seen twice in the record.
+    The record then contains each candidate period twice.
     """
     return cycle <= summary.LONGEST and 2 * cycle + 2 <= periods
 
 
 @inline
 def keep_all(k, i, cycle, periods, recorder):
-    """A motion has returned before its record: its switches from now on tell its summary."""
+    """Keep all switches from now on of a motion that has returned before its record, if they give its summary."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
     if keeping and may_follow_from_a_cycle(cycle, periods):
         clear_history(k, i, ALL)
@@ -154,22 +152,22 @@ def keep_all(k, i, cycle, periods, recorder):
 
 @inline
 def lies_behind(period, phase, until, phi):
-    """Whether a switch at (period, phase) comes after (until, φ)."""
+    """Return whether a switch at (period, phase) comes after (until, φ)."""
     return period > until or (period == until and phase > phi)
 
 
 @inline
 def last_return(rows, row, cycle, until, phi):
-    """How many cycles the switch of a row can be moved on by without coming to lie behind (until, φ)."""
+    """Return the largest number of cycles by which the switch of a row can be shifted without exceeding (until, φ)."""
     return (until - int(rows[row, summary.PERIOD]) - (1 if rows[row, summary.PHASE] > phi else 0)) // cycle
 
 
 @part
 def has_cycle(w, k, i, cycle, extent, history):
-    """Whether the summary of a motion that is back at its reference after `cycle` periods follows from what is kept.
+    """Return whether the kept switches give the summary of a motion that is at its reference after `cycle` periods.
 
-    For that the last two cycles of the record must lie behind the reference. If so, the switches since then are the
-    first rows; and if not, only those of the record are kept from now on.
+    This requires the last two cycles of the record to be after the reference. If true, the switches since then become
+    the first rows; if false, only the switches of the record are kept from now on.
     """
     rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
     kept_all = k[r.HISTORY_KEEPS + i] == ALL
@@ -194,7 +192,7 @@ def has_cycle(w, k, i, cycle, extent, history):
 def summarise_cycle(w, k, i, cycle, end, recorder):
     """Write the summary of a motion whose cycle is in the first rows, and whose record ends in period `end`.
 
-    Behind the cycle come the switches that follow, two cycles up to the last one of the record.
+    The rows of the cycle are followed by two more cycles, up to the last switch of the record.
     """
     rows, more, phi = recorder.history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
     later = last_return(rows, 0, cycle, end, phi) * cycle
@@ -213,7 +211,7 @@ def summarise_cycle(w, k, i, cycle, end, recorder):
 
 @part
 def count_cycles(w, k, i, cycle, extent, history):
-    """Count the switches that follow those of the cycle in the first rows, to the end of the record."""
+    """Count the switches after the cycle in the first rows, to the end of the record."""
     rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + extent.transient
     end = start + extent.periods
     before, most = last_return(rows, 0, cycle, start, phi), last_return(rows, 0, cycle, end, phi)
@@ -226,7 +224,7 @@ def count_cycles(w, k, i, cycle, extent, history):
 
 @part
 def keep_those_of_the_record(w, k, i, transient, rows):
-    """Give up what was kept before the record."""
+    """Discard the switches before the record."""
     k[r.HISTORY_KEEPS + i] = OF_THE_RECORD
     first, count = 0, k[r.HISTORY_COUNT + i]
     while first < count and not switch.in_record(
@@ -238,7 +236,7 @@ def keep_those_of_the_record(w, k, i, transient, rows):
 
 @inline
 def write_summary_of(w, k, i, recorder):
-    """Write the summary of the trajectory in lane i; from now on it keeps no switches."""
+    """Write the summary of the trajectory in lane i; from now on the lane keeps no switches."""
     slot = k[r.HISTORY_SLOT + i]
     summary.summarise(
         recorder.history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], k[r.STATE + i], w[r.X0 + i],
@@ -249,7 +247,7 @@ def write_summary_of(w, k, i, recorder):
 
 @part
 def end_history(w, k, i, transient, recorder):
-    """Write the summary of the trajectory that ends in lane i, unless it is written."""
+    """Write the summary of the trajectory that ends in lane i, unless it has been written."""
     if recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] != NONE:
         if k[r.HISTORY_KEEPS + i] == ALL:
             keep_those_of_the_record(w, k, i, transient, recorder.history[k[r.HISTORY_SLOT + i]])
@@ -258,5 +256,5 @@ def end_history(w, k, i, transient, recorder):
 
 @inline
 def leave_slot(k, n, slot):
-    """The trajectory of lane n has moved, with its slot, to a lane that had `slot`: the next one here has that."""
+    """Assign `slot` to lane n, whose trajectory has moved, with its slot, to the lane that had `slot`."""
     k[r.HISTORY_SLOT + n] = slot

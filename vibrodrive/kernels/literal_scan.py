@@ -1,12 +1,12 @@
-"""The literal scan: every grid point visited, as the paper and most contact codes do, and as fast as that can go.
+"""Literal scan: evaluation at every grid point, as in the paper and in most contact codes, but fast.
 
 Over a block of grid points h_b + x the sines and versines of x are in tables, and a shape (motion.py) becomes
 
     c0' + c1 x + α' sin x + β' vers x + fast
 
-with constants of the block (S1, the one with a square, is never scanned for: ξ is watched beside S2). A value that
-clears the rounding of this form has the sign it shows; the few that do not are computed again from the exact form,
-the one that skipping evaluates. So the two agree to the bit.
+with constants of the block (S1, which has a square, is never scanned: the scan for S2 watches ξ). A value that exceeds
+the rounding of this form has the correct sign. The few other values are computed again by the exact form, the same as
+for skipping. So both agree to the bit.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from vibrodrive.kernels import motion, muller
 from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S1, S2, S4, ZERO
 
 BLOCK = 896
-"""Grid points of a block: the five tables take 36 kB and stay in the first-level cache."""
+"""Grid points of a block: the five tables take 36 kB and remain in the first-level cache."""
 
 
 @part
 def fill_tables(table, dtau, eta):
-    """sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, …: one after the other in `table`, float64 (5 · BLOCK,)."""
+    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … in succession into `table`, float64 (5 BLOCK,)."""
     for j in range(BLOCK):
         x = float(j + 1) * dtau
         s, v, _, _, _ = arc(x)
@@ -40,14 +40,14 @@ def fill_tables(table, dtau, eta):
 
 @inline
 def turned(a, b, rate, h):
-    """(value at h, a', b') with a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
+    """Return (value at h, a', b'): a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
     s, v, _, _, _ = arc_of_product(rate, h)
     c = 1.0 - v
     return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
 
 
 class Block(NamedTuple):
-    """The coefficients of a switching function over a block: c0', c1, α', β', and of its fast part."""
+    """Coefficients of a switching function over a block: c0', c1, α', β', and those of its fast part."""
 
     c0: float
     c1: float
@@ -59,19 +59,19 @@ class Block(NamedTuple):
 
 @inline
 def tabled(table, j, f):
-    """The slow part of value j of a block; `f` is a Block."""
+    """Return the slow part of value j of a block; `f` is a Block."""
     return fma(f.al, table[j], fma(f.be, table[BLOCK + j], fma(f.c1, table[4 * BLOCK + j], f.c0)))
 
 
 @inline
 def tabled_ripple(table, j, f):
-    """The same with the fast part."""
+    """Return value j of a block with the fast part."""
     return fma(f.alf, table[2 * BLOCK + j], fma(f.bef, table[3 * BLOCK + j], tabled(table, j, f)))
 
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """How many of the block's first n values lie below `bound` (two-sided: how many |values| above it)."""
+    """Count values below `bound` among the first n of the block; two-sided: |values| above it."""
     count = 0
     if two_sided:
         for j in range(n):
@@ -86,12 +86,12 @@ def suspects(table, n, bound, two_sided, f, fast):
 
 
 CLOSE = 16
-"""So many values are looked at one by one where something is met."""
+"""Number of values that are evaluated one by one near a suspect value."""
 
 
 @inline
 def clear_values(table, n, bound, two_sided, f, fast):
-    """How many values of a block, less than CLOSE of the most, come before the first that is suspect: by halving."""
+    """Return, by bisection, a number of values before the first suspect one of a block, less than CLOSE too small."""
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
@@ -104,11 +104,10 @@ def clear_values(table, n, bound, two_sided, f, fast):
 
 @inline
 def least_clear_gap(w, i, first, n, dtau):
-    """A value of ξ at a grid point from which on ξ was positive at the n before: by more than any rounding, and by more
-    than ξ can have risen in between.
+    """Return a value of ξ at a grid point that implies ξ > 0 at the n points before: above all rounding and rise.
 
-    Where ξ' is negative at two neighbouring points it may have been positive between them, by no more than Δτ²/8 times
-    the most that its second derivative can be.
+    If ξ' is negative at two neighbouring points it may be positive between them, by no more than Δτ²/8 times the bound
+    of its second derivative.
     """
     h = (first + float(n)) * dtau
     rounding = 1e-12 * (w[r.X0 + i] + w[r.A + i] + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h)
@@ -118,7 +117,7 @@ def least_clear_gap(w, i, first, n, dtau):
 
 @inline
 def clear_gaps(w, i, first, n, dtau, fast):
-    """The same for ξ: how many values are surely above 0."""
+    """Return, by bisection, a number of values with ξ certainly above 0."""
     margin = least_clear_gap(w, i, first, n, dtau)
     clear = 0
     while n - clear > CLOSE:
@@ -133,7 +132,7 @@ def clear_gaps(w, i, first, n, dtau, fast):
 
 @part
 def scan(w, k, i, table):
-    """Search lane i by visiting every grid point from its cursor on: sets OUTCOME, and CURSOR to where it was met."""
+    """Search lane i by visiting every grid point from its cursor on. Sets OUTCOME, and CURSOR to its grid point."""
     which = k[r.SEARCH + i]
     dtau, limit, noise = w[r.DTAU + i], w[r.LIMIT + i], w[r.NOISE + i]
     eta, base = w[r.ETA + i], w[r.BASE + i]
@@ -142,7 +141,7 @@ def scan(w, k, i, table):
     sig = 1.0 if two_sided else w[r.SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[r.CURSOR + i] if which == S1 else 1.0  # where grid points are skipped the others may begin later
+    first = w[r.CURSOR + i] if which == S1 else 1.0  # the cursor may begin later, for skipping
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
@@ -155,7 +154,7 @@ def scan(w, k, i, table):
         count = suspects(table, n, bound, two_sided, f, fast)
         fallen = False
         if which == S2:
-            # ξ falls all through a block in which ξ' is negative: its last value tells of all
+            # ξ decreases throughout a block with ξ' < 0, so its last value suffices
             x, _ = motion.state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < least_clear_gap(w, i, first, n, dtau)
         start = n
@@ -181,7 +180,7 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """What is met at h, eq. (10) by the form that skipping evaluates: nothing (0), a zero, ξ below 0, or both."""
+    """Return the outcome at h, eq. (10) by the form used for skipping: nothing (0), a zero, ξ below 0, or both."""
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
         w[r.SIG + i] = -w[r.SIG + i]

@@ -1,11 +1,11 @@
-"""How close a trajectory's decisions came to going the other way, and which of them rounding could have turned.
+"""Margin of a trajectory: the smallest distance of its decisions from the opposite decision.
 
-A decision's distance from its opposite is ξ at a reversal in the air; the depth below 0 of the free flight's next
-reversal at an impact; ||H| - 1| where H decides in the air and |H - 1| at the obstacle, which carries
-H < -1; and how far a switching function stayed from a zero it did not have, or passed one it did (a
-tangency). `margin` is the smallest of them. Below the rounding of the distance itself the trajectory
-is TOO_CLOSE to call: it goes on, but the other branch would be as good. Both are said of each switch from the state
-it starts from; what that state is off by is carried along in certainty.py, where it is asked for.
+The distance of a decision is ξ at a reversal in the air; at an impact the depth below 0 of the next reversal of the
+motion without obstacle; ||H| - 1| for a decision by H in the air and |H - 1| at the obstacle, which supports the mass
+for H < -1; and at a tangency the distance of the extremum of a switching function from 0, on either side. `margin` is
+the smallest of them. A distance below its own rounding error makes the trajectory TOO_CLOSE: it continues, but the
+other branch is equally justified. Margins and TOO_CLOSE assume that each state starts exactly; certainty.py propagates
+the errors of the starts, if `errors` are computed.
 """
 
 from __future__ import annotations
@@ -17,28 +17,27 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import NEVER_LEAVES, OK, S4, TOO_CLOSE
 
 ROUNDING = 2.0**-49
-"""Eight units in the last place: a distance below this share of the terms it is a difference of may be nothing."""
+"""Eight units in the last place. A difference below this share of its terms may be zero."""
 
 SUSPECT = 1e-4
-"""Distances in H and ξ' above this share of their terms are never within rounding, and their bound is not worth
-its cost."""
+"""Distances in H and ξ' above this share of their terms exceed rounding by far, so their bound is not computed."""
 
 
 @inline
 def suspect(w, i):
-    """Distances in H and ξ' of the segment under way above this are never within rounding."""
+    """Return the distance in H and ξ' above which rounding cannot matter in the present segment."""
     return SUSPECT * (magnitude_scale(w, i) + abs(w[r.V0 + i]))
 
 
 @inline
 def set_margin(w, i, where, margin):
-    """The smallest distance of a decision from its opposite, so far; it judges nothing, being beyond rounding."""
+    """Set the smallest distance so far; it exceeds rounding, so the status is unchanged."""
     w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
 
 
 @inline
 def record_margin(w, k, i, distance, bound):
-    """A decision was taken `distance` away from its opposite; `bound` is the rounding of that distance."""
+    """Record a decision at `distance` from its opposite; `bound` is the rounding error of that distance."""
     if distance < w[r.MARGIN + i]:
         w[r.MARGIN + i] = distance
     if distance <= bound and k[r.STATUS + i] == OK:
@@ -47,16 +46,16 @@ def record_margin(w, k, i, distance, bound):
 
 @inline
 def gap_rounding(w, i, h):
-    """How far rounding can have put ξ off at h after the last switch.
+    """Return a bound of the rounding error of ξ at h after the last switch.
 
-    What the start was off by, and the rounding of what has been added up since: little, where little time passed.
+    It is the error of the start plus the rounding of the terms added since then, which is small for small h.
     """
     return gap_rounding_beside(w, i, h, fma(w[r.V_OFF + i], h, w[r.X_OFF + i]))
 
 
 @inline
 def gap_rounding_beside(w, i, h, off):
-    """The same where what the start was off by makes `off` at h."""
+    """Return the same bound with `off` as the contribution of the start at h."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     second, third = start_terms(w, i)
     sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
@@ -67,10 +66,10 @@ def gap_rounding_beside(w, i, h, off):
 
 @inline
 def start_terms(w, i):
-    """What ξ'' at the start of a segment and its derivative are made of.
+    """Return the sums of the magnitudes of the terms of ξ'' and of its derivative at the start of a segment.
 
-    Where a stick or rest has just ended ξ'' is known to be 0; elsewhere, with ξ' ≠ 0, it may round to that. Under a
-    disturbance rounding puts that instant off by LATE, and H' there by H'' times as much.
+    After a wait ξ'' is exactly 0, so its sum is 0; elsewhere, with ξ' ≠ 0, ξ'' may round to 0. With a disturbance
+    rounding shifts that instant by up to LATE, and so H' there by LATE times H''.
     """
     eta = w[r.ETA + i]
     rate = w[r.A + i] + w[r.AF + i] * eta
@@ -80,7 +79,7 @@ def start_terms(w, i):
 
 @inline
 def far_rounding(w, i, h, off, fast, inverse):
-    """`gap_rounding` where h is not small; `fast` = A ε η, the amplitude of the disturbance in ξ'."""
+    """Return `gap_rounding` for h that is not small; `fast` = A ε η, the amplitude of the disturbance in ξ'."""
     pull = abs(w[r.XC2 + i]) + 1.0 + w[r.B + i]
     speed = abs(w[r.V0 + i]) + w[r.A + i] + fast
     sums = fma(fma(pull, h, speed), h, abs(w[r.X0 + i]) + w[r.A + i])
@@ -89,13 +88,13 @@ def far_rounding(w, i, h, off, fast, inverse):
 
 @inline
 def velocity_rounding(w, i, h):
-    """How far rounding can have put ξ' off at h after the last switch."""
+    """Return a bound of the rounding error of ξ' at h after the last switch."""
     return velocity_rounding_beside(w, i, h, w[r.V_OFF + i])
 
 
 @inline
 def velocity_rounding_beside(w, i, h, off):
-    """The same where the start was off by `off`."""
+    """Return the same bound with `off` as the error of the start."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         second, third = start_terms(w, i)
@@ -108,23 +107,23 @@ def velocity_rounding_beside(w, i, h, off):
 
 @inline
 def magnitude_scale(w, i):
-    """What H and ξ' are made of."""
+    """Return the sum of the magnitudes of the terms of H and ξ': the scale of their rounding."""
     return 1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]
 
 
 @inline
 def record_margin_of_force(w, k, i, distance, late):
-    """A decision by H, at a switch that rounding can delay by ROUNDING * late."""
+    """Record a decision by H, at a switch that rounding can delay by ROUNDING * late."""
     slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
     record_margin(w, k, i, distance, ROUNDING * (magnitude_scale(w, i) + slope * late))
 
 
 @inline
 def record_margin_of_start(w, k, i, v, force):
-    """A motion starts with ξ' = v: where H rounds to ±1, ξ'' may oppose a tiny v and turn it at once.
+    """Record the start with ξ' = v as a decision if H rounds to ±1: then ξ'' may oppose a tiny v and reverse it.
 
     With |ξ''| < δ, the rounding of H, ξ' falls by δ²/2|H'| at most before H' prevails, or about δ² over the square root
-    of δ |H''| where H' is as small.
+    of δ |H''| for an equally small H'.
     """
     slope = w[r.P + i] + w[r.ETA + i] * w[r.PF + i]
     bend = w[r.A + i] + w[r.AF + i] * w[r.ETA + i] * w[r.ETA + i]
@@ -135,7 +134,7 @@ def record_margin_of_start(w, k, i, v, force):
 
 @inline
 def record_margin_of_reversal(w, k, i, h, force, acceleration):
-    """A slide has ended in the air after h: ||H| - 1| decides. A zero of ξ' is late by its error over ξ''."""
+    """Record the end of a slide in the air after h: ||H| - 1| decides. A zero of ξ' is late by its error over ξ''."""
     distance = abs(abs(force) - 1.0)
     if distance < suspect(w, i):
         late = velocity_rounding(w, i, h) / (ROUNDING * abs(acceleration) + 1e-300)
@@ -146,7 +145,7 @@ def record_margin_of_reversal(w, k, i, h, force, acceleration):
 
 @inline
 def record_margin_of_impact(w, k, i, h, force, v):
-    """An impact with speed v after h: |H - 1| decides. A zero of ξ is late by its error over ξ'."""
+    """Record an impact with speed v after h: |H - 1| decides. A zero of ξ is late by its error over ξ'."""
     distance = abs(force - 1.0)
     if distance < SUSPECT * magnitude_scale(w, i):
         late = gap_rounding(w, i, h) / (ROUNDING * abs(v) + 1e-300)
@@ -157,13 +156,13 @@ def record_margin_of_impact(w, k, i, h, force, v):
 
 @inline
 def clear_tangency(w, i):
-    """A state begins: no tangency has been met yet."""
+    """Clear the tangency at the beginning of a state."""
     w[r.DIP_DENOMINATOR + i] = 0.0
 
 
 @inline
 def record_margin_of_tangency(w, k, i, h):
-    """The closest the switching function came to 0, or past it, without or before its zero (first_zero.py)."""
+    """Record the distance from 0 of an extremum of the switching function before its zero (first_zero.py)."""
     under = w[r.DIP_DENOMINATOR + i]
     if under > 0.0:
         near = w[r.DIP_NUMERATOR + i] / under
@@ -174,7 +173,7 @@ def record_margin_of_tangency(w, k, i, h):
 
 @inline
 def wait_end_distance(w, i, down):
-    """A wait at ε = 0 ends: how far H goes past its boundary, and how far it stayed from the other."""
+    """Return the margin of the end of a wait at ε = 0: the smallest distance of a peak of H from its boundary."""
     distance = abs(w[r.A + i] - 1.0 - w[r.B + i])
     below = abs(w[r.A + i] - abs(1.0 - w[r.B + i]))
     return choose(down & (below < distance), below, distance)
@@ -182,7 +181,7 @@ def wait_end_distance(w, i, down):
 
 @inline
 def record_margin_of_rest(w, k, i, sticking):
-    """A wait without end: H never reaches a boundary, by this much."""
+    """Record a wait without end, with the distance of H from its boundaries."""
     reach = w[r.A + i] + w[r.AF + i]
     distance = abs(1.0 + w[r.B + i] - reach)
     if sticking:

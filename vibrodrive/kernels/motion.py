@@ -1,4 +1,4 @@
-"""The closed-form motion between two switches, eqs. (1), (2), (4), (5), (9), relative to the last switch.
+"""Closed form of the motion between two switches, eqs. (1), (2), (4), (5), (9), relative to the last switch.
 
 With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
 
@@ -7,17 +7,17 @@ With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
     ξ' = v + L h + Q sin h + P vers h + (QF sin ηh + PF vers ηh) / η
     ξ  = x + (v + P + PF/η) h + L h²/2 - P sin h + Q vers h - (PF sin ηh - QF vers ηh) / η²
 
-where L = -(B + s), s = ±1 while sliding up / down. This is the paper's solution with its constants put in.
-All three are one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh; so is every switching
-function, and one routine searches them all. While h and ηh are below π/4 the linear and quadratic parts
-of sine and versine are added to d1 and d2 beforehand, where they cancel exactly:
+where L = -(B + s), s = ±1 while sliding up / down. This is the solution of the paper with its constants inserted. All
+three have one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh. So has every switching
+function, and one routine searches them all. While h and ηh are below π/4 the linear and quadratic parts of sine and
+versine are added to d1 and d2 beforehand, where they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
-A slide that starts from stick or rest has ξ' = ξ'' = 0: there d1 = 0 is set, not computed, and a motion that has
-only just begun keeps its full relative accuracy instead of drowning in the rounding of A.
+A slide from rest has ξ' = ξ'' = 0. There d1 is set to 0, not computed, so that a motion that has just begun keeps its
+full relative accuracy instead of the rounding error of A.
 
-Time is (whole periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
+Time is (number of periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
 
 FAR = 0.8
-"""From here on a motion is not small beside its terms any more."""
+"""From this h on a motion is no longer small compared with its terms."""
 
 
 STRETCH = 4.0 * PI
-"""A segment longer than this is continued from a fresh start, so that h and ηh stay small enough to be exact."""
+"""A longer segment is continued with new initial values, so that h and ηh remain small enough to be exact."""
 
 
 LONGEST_SCAN = 4194304.0
-"""A segment of more grid points than this is continued afresh too, so that the budget is looked at now and then."""
+"""A segment with more grid points is continued with new initial values too, so that the budget is checked."""
 
 
 @inline
 def longest(w, i):
-    """How long a segment may be."""
+    """Return the longest duration of a segment."""
     return choose(w[r.ETA + i] * STRETCH > 1e6, 1e6 * w[r.INVERSE + i], STRETCH)
 
 
 @inline
 def grid_steps(w, i, left):
-    """How many steps of its grid a search may take: to the end of the record, `left` away, or of the segment."""
+    """Return the number of grid steps to the end of the record, `left` away, or of the segment, whichever is first."""
     steps, last = np.floor(longest(w, i) / w[r.DTAU + i]), np.ceil(left / w[r.DTAU + i])
     steps = choose(steps < LONGEST_SCAN, steps, LONGEST_SCAN)
     steps = choose(steps < last, steps, last)
@@ -60,7 +60,7 @@ def grid_steps(w, i, left):
 
 @inline
 def shape(near, h, form, s, v, ds, dv):
-    """The slow part of a shape; `form` has its coefficients; s, v, ds, dv from `arc(h)`."""
+    """Return the slow part of a shape; `form` has its coefficients; s, v, ds, dv from `arc(h)`."""
     linear = form.d1 if near else form.c1
     square = form.d2 if near else form.c2
     return form.c0 + fma(fma(square, h, linear), h, dot(form.al, ds if near else s, form.be, dv if near else v))
@@ -68,31 +68,31 @@ def shape(near, h, form, s, v, ds, dv):
 
 @inline
 def derivatives(h, d1, c2, al, be, s, v):
-    """First to fourth derivative of the slow part of a shape; s, v from `arc(h)`."""
+    """Return the first to fourth derivative of the slow part of a shape; s, v from `arc(h)`."""
     c = 1.0 - v
-    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # of the arcs; their third and fourth are minus these
+    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # of sin and vers; third, fourth: minus these
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
 
 
 TINY = 1.2e-16
-"""A step this much smaller than h no longer moves it; an error this much smaller than h is its rounding."""
+"""A step below this share of h no longer changes h; an error below it is the rounding of h."""
 
 
 @inline
 def householder_series(u, a2, a3, a4):
-    """δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
+    """Return δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
     square = a2 * a2
     return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
 
 
 @inline
 def fast_part(near, alf, bef, s, v, ds, dv):
-    """The fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
+    """Return the fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
     return dot(alf, ds if near else s, bef, dv if near else v)
 
 
 class Form(NamedTuple):
-    """The coefficients of the slow part of a shape: c0, d1 and d2 where h is small, c1 and c2 elsewhere, α, β."""
+    """Coefficients of the slow part of a shape: c0; d1 and d2 for small h; c1 and c2 otherwise; α, β."""
 
     c0: float
     d1: float
@@ -104,7 +104,7 @@ class Form(NamedTuple):
 
 
 class Field(NamedTuple):
-    """The excitation at the beginning of a segment: A cos φ, A sin φ, AF cos θ, AF sin θ."""
+    """Excitation at the beginning of a segment: A cos φ, A sin φ, AF cos θ, AF sin θ."""
 
     p: float
     q: float
@@ -113,7 +113,7 @@ class Field(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The closed form of a state from its beginning on: ξ, ξ', ξ'' there, L, and the coefficients of ξ as a shape."""
+    """Closed form of a state from its beginning on: ξ, ξ', ξ'' there, L, and the coefficients of ξ as a shape."""
 
     x: float
     v: float
@@ -128,7 +128,7 @@ class Segment(NamedTuple):
 
 @inline
 def segment_of(w, i):
-    """The segment under way in lane i."""
+    """Return the present segment of lane i."""
     return Segment(
         w[r.X0 + i], w[r.V0 + i], w[r.A0 + i], w[r.L + i],
         w[r.XD2 + i], w[r.XC1 + i], w[r.XC2 + i], w[r.XALF + i], w[r.XBEF + i],
@@ -137,7 +137,7 @@ def segment_of(w, i):
 
 @inline
 def slide_shape(segment, p, q, gap, rate):
-    """The form of ξ, if `gap`, or else of ξ', sliding; H' = `rate` at the start."""
+    """Return the form of ξ if `gap`, otherwise of ξ', sliding; H' = `rate` at the start."""
     return Form(
         choose(gap, segment.x, segment.v), choose(gap, segment.v, segment.a0), choose(gap, segment.xd2, 0.5 * rate),
         choose(gap, segment.xc1, segment.slope), choose(gap, segment.xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
@@ -146,14 +146,14 @@ def slide_shape(segment, p, q, gap, rate):
 
 @inline
 def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
-    """The slow part of (ξ, ξ') at h, sliding: eqs. (4), (5) and their derivative; s, v, ds, dv from `arc(h)`."""
+    """Return the slow part of (ξ, ξ') at h, sliding: eqs. (4), (5) and their derivative; s, v, ds, dv from `arc(h)`."""
     x = shape(near, h, slide_shape(segment, p, q, True, rate), s, v, ds, dv)
     return x, shape(near, h, slide_shape(segment, p, q, False, rate), s, v, ds, dv)
 
 
 @inline
 def state_at(w, i, h, fast):
-    """(ξ, ξ') at h after the last switch, sliding: eqs. (4), (5), (9) and their derivative."""
+    """Return (ξ, ξ') at h after the last switch, sliding: eqs. (4), (5), (9) and their derivative."""
     eta, p = w[r.ETA + i], w[r.P + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -168,7 +168,7 @@ def state_at(w, i, h, fast):
 
 @inline
 def section_at(w, i, h):
-    """(ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
+    """Return (ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
     linear = fma(w[r.XC2 + i], h, w[r.XC1 + i])
     return (
         w[r.X0 + i] + fma(linear, h, w[r.Q + i] - w[r.SIN_S + i]),
@@ -178,7 +178,7 @@ def section_at(w, i, h):
 
 @inline
 def force_at(w, i, h):
-    """Adhesive force H at h after the last switch, eq. (2)."""
+    """Return the adhesive force H at h after the last switch, eq. (2)."""
     s, v, _, _, _ = arc(h)
     sf, vf, _, _, _ = arc_of_product(w[r.ETA + i], h)
     return (w[r.Q + i] + w[r.QF + i] - w[r.B + i]) + (
@@ -188,14 +188,14 @@ def force_at(w, i, h):
 
 @inline
 def excitation(a, phi, low):
-    """(a cos φ, a sin φ) at φ + low, low tiny."""
+    """Return (a cos φ, a sin φ) at φ + low, low tiny."""
     s, c = sincos(phi)
     return a * fma(-s, low, c), a * fma(c, low, s)
 
 
 @inline
 def fast_phase(eta, frac, period, phi, low):
-    """θ = η (2π n + φ) mod 2π: whole turns of the fast clock leave before anything is rounded.
+    """Return θ = η (2π n + φ) mod 2π: the integer turns of θ are removed before any rounding.
 
     2π n η mod 2π is 2π times the fraction of n·frac(η), an exact product.
     """
@@ -208,7 +208,7 @@ def fast_phase(eta, frac, period, phi, low):
 
 @inline
 def advance_phase(phi, low, h):
-    """The time h after (φ, low): (whole periods, φ, low). The rounding of φ + h is kept in low."""
+    """Return (periods begun, φ, low) at the time h after (φ, low). The rounding error of φ + h is kept in low."""
     s = phi + h
     back = s - phi
     return turns(s, low + ((phi - (s - back)) + (h - back)))
@@ -216,7 +216,7 @@ def advance_phase(phi, low, h):
 
 @inline
 def fast_excitation(w, i, period, phi, low):
-    """(θ, AF cos θ, AF sin θ) at (period, φ + low)."""
+    """Return (θ, AF cos θ, AF sin θ) at (period, φ + low)."""
     theta = fast_phase(w[r.ETA + i], w[r.FRAC + i], period, phi, low)
     pf, qf = excitation(w[r.AF + i], theta, 0.0)
     return theta, pf, qf
@@ -224,7 +224,7 @@ def fast_excitation(w, i, period, phi, low):
 
 @inline
 def evaluate_excitation(w, i, period, phi, low):
-    """(A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at (period, φ + low), with a disturbance or without."""
+    """Return (A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at (period, φ + low), with a disturbance or without."""
     p, q = excitation(w[r.A + i], phi, low)
     theta, pf, qf = 0.0, 0.0, 0.0
     if w[r.AF + i] > 0.0:
@@ -234,13 +234,13 @@ def evaluate_excitation(w, i, period, phi, low):
 
 @inline
 def adhesive_force(w, i, q, qf):
-    """H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms."""
+    """Return H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms."""
     return q + qf - w[r.B + i]
 
 
 class Arrival(NamedTuple):
-    """Where a segment leads: ξ, ξ', the whole periods begun on the way, φ and what φ has no bits for, A cos φ, A sin φ;
-    θ = ητ mod 2π, AF cos θ, AF sin θ."""
+    """State at the end of a segment: ξ, ξ', periods begun on the way, φ and its low-order part, A cos φ, A sin φ; with
+    a disturbance θ = ητ mod 2π, AF cos θ, AF sin θ."""
 
     x: float
     v: float
@@ -256,7 +256,7 @@ class Arrival(NamedTuple):
 
 @inline
 def arrive(segment, a, phi, low, p, q, h):
-    """Where any h after (φ, low) leads at ε = 0; a = A, p = A cos φ, q = A sin φ."""
+    """Return the arrival any h after (φ, low) at ε = 0; a = A, p = A cos φ, q = A sin φ."""
     s, v, ds, dv, near = arc(h)
     x1, v1 = slide_at(segment, p, q, p, near, h, s, v, ds, dv)
     turned, phi1, _ = advance_phase(phi, low, h)
@@ -266,8 +266,7 @@ def arrive(segment, a, phi, low, p, q, h):
 
 @inline
 def arrive_far(segment, a, phi, low, p, q, h):
-    """`arrive` for h >= FAR: one sine and cosine serve the excitation and the motion, which is this far from its start
-    not small any more."""
+    """Return `arrive` for h >= FAR with a single sine and cosine: this far from its start the motion is not small."""
     n, phi = advance_phase_short(phi, low, h)
     p1, q1 = excitation(a, phi, 0.0)
     x = segment.x + fma(fma(segment.xc2, h, segment.xc1), h, q - q1)
@@ -277,15 +276,15 @@ def arrive_far(segment, a, phi, low, p, q, h):
 
 @inline
 def propagate_undisturbed(w, i, h):
-    """Where h >= FAR leads lane i at ε = 0."""
+    """Return the arrival of lane i after h >= FAR at ε = 0."""
     return arrive_far(segment_of(w, i), w[r.A + i], w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i], h)
 
 
 @inline
 def advance_phase_short(phi, low, h):
-    """The time h < 4π after (φ, low): (whole periods, φ), as `advance_phase`; n TWO_PI is exact for n <= 2.
+    """Return (periods begun, φ) at the time h < 4π after (φ, low), as `advance_phase`; n TWO_PI is exact for n <= 2.
 
-    At ε = 0 what φ has no bits for is let go at every switch, so that a motion that comes back to the same φ repeats
+    At ε = 0 the low-order part of φ is dropped at every switch, so that a motion that returns to the same φ repeats
     itself (recurrence.py).
     """
     s = phi + h
@@ -297,7 +296,7 @@ def advance_phase_short(phi, low, h):
 
 @inline
 def propagate_disturbed(w, k, i, h):
-    """Where h leads with a disturbance."""
+    """Return the arrival after h with a disturbance."""
     x, v = state_at(w, i, h, True)
     turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
     p, q = excitation(w[r.A + i], phi, low)
@@ -306,19 +305,20 @@ def propagate_disturbed(w, k, i, h):
 
 
 NEAR_BOUNDARY = 1e-8
-"""By how many radians, of the fast phase if that is the faster, the end of a wait is put right at most."""
+"""Largest correction of the end of a wait, in radians of φ and of θ."""
 
 
 @inline
 def on_boundary(w, i, where, there, level, h):
-    """(`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ + low.
+    """Return (`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ +
+    low.
 
-    The cursor is good to its own rounding, which the fast clock multiplies by η, and a slide that begins with exactly
-    ξ'' = 0 would begin with the H' of another time. One step of Newton's method, to first order in what it moves. LATE
-    is what the rounding of H leaves of it, over ROUNDING (margins.py). Elsewhere nothing is moved, and LATE is 0.
+    The error of the cursor is its own rounding, which η multiplies in θ, so a slide that begins with exactly ξ'' = 0
+    would begin with the H' of another time. The correction is one step of Newton's method, with a first-order update of
+    the fields. LATE is the remaining error by the rounding of H, over ROUNDING (margins.py); without `where` it is 0.
 
-    Time does not run back: the wait, which took h, ends no earlier than it began; and φ is the double next to φ + low,
-    so that what follows at once is not recorded before it.
+    Time does not decrease: the wait, which took h, ends no earlier than it began. φ is the double next to φ + low, so
+    that an immediately following event is not recorded before it.
     """
     eta = w[r.ETA + i]
     rate = there.p + eta * there.pf
@@ -338,9 +338,9 @@ def on_boundary(w, i, where, there, level, h):
 
 @part
 def propagate(w, k, i, wait_ends, level):
-    """Where the cursor of lane i leads, disturbed or not, and LATE: as `on_boundary` if a wait ends there.
+    """Return the arrival at the cursor of lane i, disturbed or not, and LATE: as `on_boundary` if a wait ends there.
 
-    ξ and ξ' are those of a slide; they mean nothing in a wait.
+    ξ and ξ' are those of a slide; they have no meaning in a wait.
     """
     h = w[r.CURSOR + i]
     if w[r.AF + i] > 0.0:
@@ -353,7 +353,7 @@ def propagate(w, k, i, wait_ends, level):
 
 @inline
 def arrive_later(w, k, i, x, v, h):
-    """Where h leads on a grid whose points count from the last switch; at ε = 0 φ has no low-order part."""
+    """Return the arrival after h on a grid that begins at the last switch; at ε = 0 φ has no low-order part."""
     turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
     low = low if w[r.AF + i] > 0.0 else 0.0
     return Arrival(x, v, turned, phi, low, *evaluate_excitation(w, i, k[r.PERIOD + i] + int(turned), phi, low))
@@ -361,7 +361,7 @@ def arrive_later(w, k, i, x, v, h):
 
 @inline
 def grid_time(w, k, i, steps):
-    """(period, φ, low) of grid point number `steps`: τ = τ0 + kΔτ from the integer k, never accumulated."""
+    """Return (period, φ, low) of grid point number `steps`: τ = τ0 + kΔτ from the integer k, never accumulated."""
     p, e = two_product(float(steps), w[r.DTAU + i])
     n, phi, low = turns(p, e)
     more, phi, low = advance_phase(w[r.PHI0 + i], low, phi)
@@ -370,13 +370,13 @@ def grid_time(w, k, i, steps):
 
 @inline
 def commit_grid(k, i, where, steps):
-    """Lane i has come to grid point number `steps`."""
+    """Set the number of the present grid point in lane i."""
     k[r.GRID + i] = choose(where, steps, k[r.GRID + i])
 
 
 @inline
 def arrive_on_grid(w, k, i, x, v, steps):
-    """Where `steps` grid steps lead."""
+    """Return the arrival after `steps` grid steps."""
     commit_grid(k, i, True, k[r.GRID + i] + int(steps))
     period, phi, low = grid_time(w, k, i, k[r.GRID + i])
     return Arrival(x, v, float(period - k[r.PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
@@ -384,7 +384,7 @@ def arrive_on_grid(w, k, i, x, v, steps):
 
 @inline
 def propagate_on_grid(w, k, i, h, steps):
-    """Where h leads with a disturbance, to grid point number `steps`."""
+    """Return the arrival after h with a disturbance, at grid point number `steps`."""
     x, v = state_at(w, i, h, True)
     period, phi, low = grid_time(w, k, i, steps)
     p, q = excitation(w[r.A + i], phi, low)
@@ -394,11 +394,11 @@ def propagate_on_grid(w, k, i, h, steps):
 
 @inline
 def time_between(period, phi, low, to_period, to_phase):
-    """h from (period, φ, low) to (to_period, to_phase)."""
+    """Return h from (period, φ, low) to (to_period, to_phase)."""
     return float(to_period - period) * TWO_PI + ((to_phase - phi) - low)
 
 
 @inline
 def time_until(w, k, i, period, phase):
-    """h from the present time to (period, phase)."""
+    """Return h from the present time to (period, phase)."""
     return time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], period, phase)

@@ -12,15 +12,15 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import BOTH, CLOSING_IN, COMPLETE, LEAVING, NONE_BEGUN, ZERO
 
 ITERATIONS = 100
-"""Bisection alone halves any bracket to nothing in this many steps, so the loop always ends by itself."""
+"""Bisection reduces any bracket to nothing in this many steps, so the loop always ends by convergence."""
 
 MANY = 16
-"""For fewer lanes no further step is taken abreast, which costs as much as for all: they wait for others."""
+"""Fewest lanes for another step, which costs the same for any number of lanes; fewer wait for others."""
 
 
 @inline_each("fast")
 def function_at(w, i, h, fast):
-    """The switching function searched in lane i, at h after the last switch, with a disturbance (`fast`) or without."""
+    """Return the switching function searched in lane i at h after the last switch, with a disturbance if `fast`."""
     s, v, ds, dv, near = arc(h)
     if fast:
         sf, vf, dsf, dvf, near_fast = arc_of_product(w[r.ETA + i], h)
@@ -33,7 +33,7 @@ def function_at(w, i, h, fast):
 
 @part
 def value(w, i, h):
-    """The same, disturbed or not; it is counted."""
+    """Return the same, disturbed or not, and count the evaluation."""
     w[r.WORK + i] += 1.0
     if w[r.ETA + i] > 0.0:
         return function_at(w, i, h, True)
@@ -42,14 +42,14 @@ def value(w, i, h):
 
 @inline
 def on_chord(low, high, g0, g1):
-    """Where the straight line between the ends of a bracket is zero; its middle where that is not inside."""
+    """Return the zero of the straight line between the ends of a bracket, or the midpoint if it is outside."""
     x = low + (high - low) * (g0 / (g0 - g1))
     return choose((low < x) & (x < high), x, 0.5 * (low + high))
 
 
 @inline
 def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
-    """The root next to x2 of the parabola through three points; the middle of the bracket where that is not inside."""
+    """Return the root next to x2 of the parabola through three points, or the midpoint of the bracket if outside."""
     f01 = (g1 - g0) / (x1 - x0)
     f12 = (g2 - g1) / (x2 - x1)
     f012 = (f12 - f01) / (x2 - x0)
@@ -62,9 +62,9 @@ def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
 
 @inline
 def begin_between(low, high, g0, g1):
-    """(x2, whether a zero is still to be left): where refinement looks first.
+    """Return (x2, leaving): the first point of the refinement, and whether the bracket begins on a zero.
 
-    A slide out of rest begins on a zero of its own, which is not the next switch: leave it first.
+    A slide from rest begins on a zero, which is not the next switch. Bisection leaves it first.
     """
     leaving = g0 <= 0.0
     return choose(leaving, 0.5 * (low + high), on_chord(low, high, g0, g1)), leaving
@@ -72,7 +72,7 @@ def begin_between(low, high, g0, g1):
 
 @inline
 def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
-    """(low, high, leaving, x3, whether x3 is the end) behind a step of refinement to x2."""
+    """Return (low, high, leaving, x3, whether x3 is final) after a step of refinement to x2."""
     below, met = g2 < 0.0, g2 == 0.0
     low, high = choose(below, low, x2), choose(below, x2, high)
     leaving = leaving & below
@@ -83,14 +83,13 @@ def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
 
 @part
 def refine(w, i, low, high):
-    """A zero of the switching function between low (not yet changed sign) and high (changed).
+    """Return a zero of the switching function between low (sign not yet changed) and high (sign changed).
 
-    Begins with the ends and where the straight line between them is zero. Each step is the root, next to the newest
-    point, of the parabola through the last three points; a step that leaves the bracket is replaced by bisection. Ends
-    when the step is below `tol`.
+    Begins with the ends and the zero of the line between them. Each step is the root, next to the newest point, of the
+    parabola through the last three points; a step out of the bracket is replaced by bisection. Ends at a step < `tol`.
     """
     x0, x1 = low, high
-    g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # where the scan has been there already
+    g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN unless the scan has evaluated it
     g0 = g0 if g0 == g0 else value(w, i, low)
     g1 = g1 if g1 == g1 else value(w, i, high)
     x2, leaving = begin_between(low, high, g0, g1)
@@ -107,15 +106,15 @@ def refine(w, i, low, high):
 
 @inline
 def under_way(w, i):
-    """Whether lane i is between two steps of `refine`."""
+    """Return whether lane i is between two steps of `refine`."""
     return w[r.REFINEMENT + i] >= LEAVING
 
 
 @inline
 def begin_refinement(w, i):
-    """Lane i begins as `refine` does, if its scan has met a zero and knows the values at both sides of it.
+    """Begin `refine` in lane i, if its scan has met a zero and has the values on both sides of it.
 
-    Where the segment begins the value is the constant of the shape; `refine` evaluates it, so it counts as evaluated.
+    At the start of the segment the value is the constant of the shape; it counts as evaluated, as in `refine`.
     """
     met, cursor, dtau = w[r.OUTCOME + i], w[r.CURSOR + i], w[r.DTAU + i]
     on, first = not under_way(w, i), cursor == 1.0
@@ -135,14 +134,14 @@ def begin_refinement(w, i):
 
 @inline
 def refine_once(w, i):
-    """One step of `refine` in lane i, if it is under way there."""
+    """Do one step of `refine` in lane i, if it is under way there."""
     on = under_way(w, i)
     x0, g0, x1, g1, x2 = w[r.OLDER + i], w[r.OLDER_VALUE + i], w[r.OLD + i], w[r.OLD_VALUE + i], w[r.NEWEST + i]
     g2 = function_at(w, i, x2, True)
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # which is more than a batch of switches may take
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # more than a batch of switches may take
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
@@ -154,9 +153,9 @@ def refine_once(w, i):
 
 @part
 def refine_abreast(w, n):
-    """Go on with `refine`, with a disturbance, in those of the lanes 0..n-1 whose scan has met a zero.
+    """Continue `refine`, with a disturbance, in those of the lanes 0..n-1 whose scan has met a zero.
 
-    Steps are taken as long as there are MANY of them; the others go on with those of the next call.
+    Steps are taken while at least MANY lanes need one; the other lanes continue in the next call.
     """
     wide()
     m = full(n)
@@ -172,6 +171,6 @@ def refine_abreast(w, n):
 
 @inline
 def refined(w, i, otherwise):
-    """(whether `refine` is at its end in lane i, where or else `otherwise`, evaluations that it took)."""
+    """Return (whether `refine` is complete in lane i, its zero or else `otherwise`, its number of evaluations)."""
     done = w[r.REFINEMENT + i] == COMPLETE
     return done, choose(done, w[r.NEWEST + i], otherwise), w[r.EVALUATED + i]

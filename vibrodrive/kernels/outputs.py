@@ -1,7 +1,7 @@
-"""What kernels are asked for and what they write, in groups that are one argument each.
+"""Groups of kernel arguments: settings and outputs.
 
-What is not wanted is None as a whole: Numba leaves out the branches of an argument that is None, not those of a field
-that is None. So a group holds what is wanted together.
+An output group that is not needed is None. Numba prunes branches on an argument that is None, but not on a field that
+is None. So each group holds arrays that are needed together.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import numpy as np
 
 
 class Extent(NamedTuple):
-    """How long a motion is followed, and what a period of it may cost.
+    """Length of a motion, and its cost limit.
 
-    transient, periods : excitation periods left out, and recorded
-    budget : switches that one period may hold
-    price : what an evaluation of a search costs of that, in switches
+    transient, periods : excitation periods before the record, and of the record
+    budget : largest number of switches of one period
+    price : share of the budget, in switches, of one evaluation of a search
     """
 
     transient: int
@@ -26,7 +26,7 @@ class Extent(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What each motion ends with: status int8 (n,), margin float64 (n,), counts int64 (n, 5), work float64 (n,)."""
+    """Results of each motion: status int8 (n,), margin float64 (n,), counts int64 (n, 5), work float64 (n,)."""
 
     status: np.ndarray
     margin: np.ndarray
@@ -37,7 +37,7 @@ class Outcome(NamedTuple):
 class Recorder(NamedTuple):
     """Memory for summaries, and the summaries.
 
-    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS), or (LANES, 0) where no summary is wanted
+    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS), or (LANES, 0) without summaries
     summary float64 (n, OUT)
     """
 
@@ -47,18 +47,18 @@ class Recorder(NamedTuple):
 
 
 class Log(NamedTuple):
-    """The switches of one motion: rows SWITCH (cap,) and how many there were, stored int64 (1,)."""
+    """Switches of one motion: rows SWITCH (cap,), and their total number, stored int64 (1,)."""
 
     rows: np.ndarray
     stored: np.ndarray
 
 
 class Errors(NamedTuple):
-    """Where bounds of errors are written.
+    """Output arrays for bounds of errors.
 
     section float64 (n, periods, 2): of ξ and ξ' at each section point; (n, 1, 2): the largest of the record
-    until float64 (n,): the period from which on nothing is certain; inf where all is
-    rows float64 (cap, 3): of each switch (time, ξ, ξ'); of one motion
+    until float64 (n,): first period in which a decision may be wrong; inf if all are certain
+    rows float64 (cap, 3): of each switch (time, ξ, ξ'); for one motion
     """
 
     section: np.ndarray
@@ -67,7 +67,7 @@ class Errors(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """A switch as it is written: the states before and after it, ξ and ξ' just before it."""
+    """A switch as it is written: the states before and after it, and ξ and ξ' just before it."""
 
     before: int
     after: int

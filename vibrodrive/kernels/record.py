@@ -1,17 +1,16 @@
-"""What a trajectory leaves behind: section points, switches counted and, for a single one, written down.
+"""Output of a trajectory: section points, numbers of switches, main impacts and, for a single trajectory, switches.
 
-A section point is written by `emit_sections` here, one lane at a time; in batches ahead of a switch by `write_ahead`
-(switch_disturbed.py) or behind it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
-What is never reached, `finish` sets to NaN.
+A section point is written by `emit_sections` here, one lane at a time; in batches before a switch by `write_ahead`
+(switch_disturbed.py) or after it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
+`finish` sets points that were not reached to NaN.
 
-**Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed one lands once. Main is an
-impact that no faster one follows or precedes within half an excitation period: an impact within π of the last one
-written takes its place if it is faster, and is a touch beside it if it is not. So a record of P periods has at most 2P
-main impacts.
+**Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed one has one impact. A main
+impact has no faster one within half an excitation period before or after it: an impact within π of the last one written
+replaces it if it is faster, and is a touch if not. So a record of P periods has at most 2P main impacts.
 
-Written are its time (period, phase), its speed, and how many switches of the record came before it. A batch of
-switches notes what ends in each lane, when and how fast, and the impacts are written when it is known which switches
-were taken. A motion that repeats itself (recurrence.py) has its impacts copied with its sections.
+Each is written with its time (period, phase), its speed, and the number of switches of the record before it. A batch of
+switches notes the end of each state; impacts are written after the decision which switches are applied. The impacts of
+a motion that repeats itself (recurrence.py) are copied with its section.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import DOWN, IMPACT, INFINITY, S1, UP
 
 TIME, PHASE, SPEED, BEFORE = 0, 1, 2, 3
-"""Columns of an impact: its whole periods since τ = 0 and its phase, its speed -ξ', the switches before it."""
+"""Columns of an impact: periods since τ = 0, phase, speed -ξ', number of switches before it."""
 
 
 @inline
 def count_switches(k, i, row):
-    """Switches into all five states that are counted from `row` on."""
+    """Return the number of switches into all five states, counted from `row` on."""
     total = 0
     for state in range(5):
         total += k[row + state * r.STRIDE + i]
@@ -39,7 +38,7 @@ def count_switches(k, i, row):
 
 @inline
 def write_impact(k, i, period, phi, speed, before, impacts):
-    """An impact of the record: a new main one, or one in the place of the last, or a touch beside it."""
+    """Write an impact of the record: as a new main impact, in place of the last one, or not at all if it is a touch."""
     row, slot = k[r.POINT + i], k[r.IMPACTS + i]
     if slot > 0:
         since = motion.time_between(int(impacts[row, slot - 1, TIME]), impacts[row, slot - 1, PHASE], 0.0, period, phi)
@@ -57,7 +56,7 @@ def write_impact(k, i, period, phi, speed, before, impacts):
 
 @inline
 def keep_impact(w, k, i, transient, impacts):
-    """Write the impact, if it is one of the record, with which a batch has taken lane i over a switch."""
+    """Write the impact that a batch has applied in lane i, if it belongs to the record."""
     period, phi = k[r.END_PERIOD + i], w[r.END_PHI + i]
     if k[r.ENDED + i] == S1 and switch.in_record(w, k, i, period, phi, transient):
         waited = period != k[r.PERIOD + i] or phi != w[r.PHI + i]
@@ -67,7 +66,7 @@ def keep_impact(w, k, i, transient, impacts):
 
 @inline
 def set_reference_impact(w, k, i, impacts):
-    """The last main impact so far belongs to the state of reference (recurrence.py)."""
+    """Assign the last main impact so far to the reference state (recurrence.py)."""
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     k[r.REFERENCE_IMPACTS + i] = count
     if count > 0:
@@ -78,10 +77,10 @@ def set_reference_impact(w, k, i, impacts):
 
 @inline
 def impacts_repeat(w, k, i, cycle, impacts):
-    """Whether the main impacts go on as they have since the reference, `cycle` periods ago.
+    """Return whether the main impacts repeat those since the reference, `cycle` periods ago.
 
-    They do if the last of them is then and now the same, for it decides which of the next ones is main; or if there
-    was none.
+    They do if the last main impact is the same then and now, because it determines which of the next ones is main; or
+    if there was no impact.
     """
     landed = k[r.SWITCHES + IMPACT * r.STRIDE + i] > k[r.REFERENCE_SWITCHES + IMPACT * r.STRIDE + i]
     if impacts.shape[1] == 0 or not landed:
@@ -97,10 +96,10 @@ def impacts_repeat(w, k, i, cycle, impacts):
 
 @inline
 def copy_impacts(k, i, cycles, cycle, switches, impacts):
-    """Repeat the main impacts since the reference `cycles` times; `switches` is how many switches a cycle has.
+    """Repeat the main impacts since the reference `cycles` times; `switches` is the number of switches of a cycle.
 
-    The last one written may yet be replaced by a faster one. It moves on by all cycles; what became of it at the
-    reference takes its place.
+    A faster impact may still replace the last one written. So it is shifted by all cycles; the final version of the
+    last impact at the reference takes its place.
     """
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     more = count - k[r.REFERENCE_IMPACTS + i]
@@ -122,7 +121,7 @@ def copy_impacts(k, i, cycles, cycle, switches, impacts):
 
 @inline
 def end_impacts(k, i, impacts):
-    """NaN behind the last main impact."""
+    """Write NaN after the last main impact."""
     row = k[r.POINT + i]
     for slot in range(k[r.IMPACTS + i], impacts.shape[1]):
         for column in range(4):
@@ -145,7 +144,7 @@ def write_point(w, k, i, count, hs, section):
 
 @inline
 def emit_sections(w, k, i, h, transient, section, errors, end):
-    """Write the section points that lie within h of the present time; the state ends there, off by `end`."""
+    """Write the section points up to h after the present time; the state ends there with the errors `end`."""
     count = k[r.SECTIONS + i]
     while count < section.shape[1]:
         hs = switch.section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
@@ -160,7 +159,7 @@ def emit_sections(w, k, i, h, transient, section, errors, end):
 
 @part
 def emit_rest(w, k, i, transient, section, errors, end):
-    """The section points that are left: nothing switches any more."""
+    """Write the remaining section points: no switch follows in the record."""
     emit_sections(w, k, i, INFINITY, transient, section, errors, end)
 
 
@@ -178,9 +177,9 @@ def write_row(w, k, i, row, event, rows):
 
 @inline
 def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
-    """Count the switch and, where there is room, write its row, and a main impact, if it lies after the transient.
+    """Count the switch and, if there is room, write its row, and a main impact, if it is after the transient.
 
-    Row 0 is kept for the last switch before that: where the recorded window begins, its motion is under way.
+    Row 0 is for the last switch before that: its motion continues at the beginning of the record.
     """
     recorded = switch.in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
@@ -201,7 +200,7 @@ def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
 
 @part
 def finish(w, k, i, extent, section, impacts, recorder, errors, outcome):
-    """Write what a point ends with; section points never reached are NaN, as is what lies behind the last impact."""
+    """Write the results of a point; section points that were not reached, and impacts after the last one, are NaN."""
     row, line = k[r.POINT + i], switch.section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan

@@ -1,22 +1,22 @@
-"""ε = 0: a motion that returns to an earlier state repeats itself, and need not be computed again.
+"""ε = 0: a motion that returns to an earlier state repeats itself, so its cycles are copied.
 
-All that a motion carries over an impact is its phase there, and over a rest not even that: the mass leaves at a known
-phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so, in the end, does one whose
-distance from a stable orbit has shrunk below the last bit. From then on each cycle equals the one before to the bit:
-nothing that decides the motion depends on how many whole periods have passed.
+After an impact the motion depends only on the phase of the impact; after a rest on nothing, because the mass leaves at
+a known phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so does, finally, a
+motion whose distance from a stable orbit has shrunk below the last bit. From then on each cycle equals its predecessor
+to the bit: no decision depends on the number of periods passed.
 
 Whenever the mass leaves the obstacle its state is compared with a reference state (cycle detection after Brent 1980).
-If they are equal, the section points of the cycle in between are copied as often as whole cycles fit into what is left
-of the record, its switches are counted as often, and the lane goes on after them; the last part of a cycle is computed.
-A new reference is set at every certified rest, and whenever a number of departures that grows by a quarter each time
-has not led back to the old one. Where a summary is wanted, it follows from one cycle of switches (history.py), and the
-section and main impacts are copied when it is written; where only that is wanted, the trajectory ends there.
+If they are equal, the section points of the cycle in between are copied as often as complete cycles fit into the rest
+of the record, its switches are counted as often, and the lane continues after them; the last part of a cycle is
+computed. A new reference is set at every certified rest, and after a number of departures (which grows by a quarter
+each time) without a return to the old one. A summary follows from one cycle of switches (history.py); section and main
+impacts are copied after it is written. If only summaries are recorded, the trajectory ends there.
 
-The same phase is not enough for the same bits: the guesses from which the next searches start must be equal too. A
+Equal phases do not suffice for equal bits: the guesses from which the next searches start must also be equal. A
 certified rest therefore clears them. Nothing is copied for 1 - B < LEAST_FALL, where slides are searched by steps and
-certified steps depend on the margin so far. Muller's path returns as well, because its grid begins anew at each
-switch and only the grid points around a zero decide where its refinement starts; but it ends a rest at a refined
-phase, not at a known one. On a fixed grid what follows depends on the number of the grid point, which never returns.
+certified steps depend on the margin so far. Muller's path also returns, because its grid begins at each switch and only
+the grid points around a zero determine the start of its refinement; but it ends a rest at a refined phase, not at a
+known one. On a fixed grid the motion depends on the number of the grid point, which never returns.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ FIRST_WINDOW = 16
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
-"""All that decides what follows a departure, in the order of its rows at the reference."""
+"""Quantities that determine the motion after a departure, in the order of their rows at the reference."""
 
 
 @inline
 def clear_reference(w, k, i):
-    """A motion begins: there is no reference yet."""
+    """Clear the reference at the start of a motion."""
     undisturbed.clear_guesses(w, i)
     w[r.REFERENCE_PHI + i] = -1.0  # no phase
     k[r.SINCE + i] = 0
@@ -44,7 +44,7 @@ def clear_reference(w, k, i):
 
 @inline
 def at_reference(w, i, guessed):
-    """Whether everything that decides what follows is as it was at the reference."""
+    """Return whether all quantities that determine the motion are as at the reference."""
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
         same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * r.STRIDE + i]
@@ -53,7 +53,7 @@ def at_reference(w, i, guessed):
 
 @inline
 def set_reference(w, k, i, impacts, recorder):
-    """The present state is the reference from now on."""
+    """Make the present state the reference."""
     for n in range(len(DECISIVE)):
         w[r.REFERENCE_PHI + n * r.STRIDE + i] = w[DECISIVE[n] + i]
     for state in range(5):
@@ -86,11 +86,11 @@ def copy_cycles(k, i, cycles, cycle, section, impacts):
 
 @part
 def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
-    """Lane i has just left the obstacle: skip the cycles that are known, if it is back at its reference.
+    """Skip the known cycles if lane i, which has just left the obstacle, is at its reference.
 
-    guessed: whether the bits of a switch depend on where its search began. False when all that was asked for is known.
+    guessed: whether the bits of a switch depend on the start of its search. Returns False if all results are known.
     """
-    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # an impact is left only where H > 1
+    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # after an impact H > 1
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
@@ -101,8 +101,8 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
     cycles = 0
-    # no period of the copies can cost more than the whole cycle: two switches for each search at most, and
-    # a hundredth of its evaluations, are less than three times these
+    # no period of the copies can cost more than the cycle: at most two switches for each search, and a hundredth of
+    # its evaluations, are less than three times these
     cost = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i])
     known = cost < float(extent.budget) and 1.0 - w[r.B + i] >= undisturbed.LEAST_FALL
     summarised = True
@@ -129,7 +129,7 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
         and (impacts is None or record.impacts_repeat(w, k, i, cycle, impacts))
         and summarised
     ):
-        cycles = max(end - 1 - period, 0) // cycle  # with τ0 > 0 the record ends within period `end`
+        cycles = max(end - 1 - period, 0) // cycle  # for τ0 > 0 the record ends within period `end`
         copy_cycles(k, i, cycles, cycle, section, impacts)
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle

@@ -1,4 +1,4 @@
-"""A point of a plan becomes a trajectory under way: its parameters, its start, its first search."""
+"""Start of a trajectory at a point of a plan: parameters, initial values, first search."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LAST_PHASE = math.nextafter(TWO_PI, 0.0)
 
 @part
 def set_parameters(w, k, i, points, row, method):
-    """The parameters of a point, its start in time, and the ends of its waits at ε = 0.
+    """Set the parameters of a point, its start in time, and the ends of its waits at ε = 0.
 
     AF = A ε η² is the amplitude of the disturbance in H and ξ'', from eq. (9).
     """
@@ -42,7 +42,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.COS_S + i], w[r.SIN_S + i] = motion.excitation(a, phi, 0.0)
     n, phi, low = turns(points[row, 8], 0.0)
     if points[row, 8] < 0.0 and phi == 0.0 and n == 0.0:
-        # the section point at 0 is still ahead, by less than φ has bits for
+        # the section point at 0 is still ahead, by less than the last bit of φ
         n, phi, low = -1.0, LAST_PHASE, low + ((TWO_PI - LAST_PHASE) + TWO_PI_LOW)
     w[r.PHI + i] = phi
     w[r.LOW + i] = low
@@ -61,13 +61,13 @@ def set_parameters(w, k, i, points, row, method):
 
 @inline
 def is_disturbed(points, row):
-    """Whether the disturbance of a point is anything at all."""
+    """Return whether a point has a disturbance of nonzero amplitude."""
     return points[row, 0] * points[row, 2] * points[row, 3] * points[row, 3] > 0.0
 
 
 @part_each("method")
 def load(w, k, i, points, row, method, extent, section, log, errors):
-    """Put a point into lane i at its start. False when the trajectory ends before any search."""
+    """Load a point into lane i at its start. Returns False if the trajectory ends without a search."""
     set_parameters(w, k, i, points, row, method)
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH, r.IMPACTS):
         k[row_k + i] = 0

@@ -1,7 +1,7 @@
-"""The loop for what is followed by itself: a single trajectory whose switches are written down, and literal scans,
-which are vectorised along their grid.
+"""Loop for trajectories that are followed one by one: a single trajectory whose switches are recorded, and literal
+scans, which vectorise along their grid.
 
-One search at a time is followed to its end in registers, where a batch of lanes keeps its searches in memory.
+Each search runs to its end in registers; a batch of lanes keeps its searches in memory.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZER
 from vibrodrive.kernels.outputs import Errors, Extent, Log, Outcome, Recorder
 
 MOST = 1000
-"""Steps of a search after which a kernel looks whether it is to end early."""
+"""Steps of a search after which a kernel checks whether it must end early."""
 
 
 @part
 def follow_certified(w, k):
-    """Go on with the search in lane 0, without a grid, to its end or for MOST steps."""
+    """Continue the search in lane 0, without a grid, to its end or for MOST steps."""
     w[r.OUTCOME] = NOTHING
     if w[r.SEARCH_MODE] == AT_ONCE:
         w[r.OUTCOME] = ZERO
@@ -36,7 +36,7 @@ def follow_certified(w, k):
 
 @part_each("fast")
 def follow_on_grid(w, fast):
-    """The same on a grid, with a disturbance (`fast`) or without."""
+    """Continue the search in lane 0 on a grid, with a disturbance (`fast`) or without."""
     w[r.OUTCOME] = NOTHING
     for _ in range(MOST):
         first_zero.search(w, 0, fast, True)
@@ -46,7 +46,7 @@ def follow_on_grid(w, fast):
 
 @inline_each("method")
 def follow(w, k, table, method, literal):
-    """Go on with the search in lane 0."""
+    """Continue the search in lane 0."""
     if method == CERTIFIED:
         follow_certified(w, k)
     elif literal:
@@ -59,15 +59,15 @@ def follow(w, k, table, method, literal):
 
 @cache
 def single(method: int, recorded: bool, bounded: bool):
-    """The kernel that finds the switches of one trajectory after the other by `method`; see engine.py.
+    """Return the kernel that finds the switches of one trajectory after the other by `method`; see engine.py.
 
-    `recorded`: whether it writes summaries, where they are wanted, beside impacts. `bounded`: whether it computes
-    bounds of the errors of the motion (certainty.py).
+    `recorded`: include the code for summaries, in addition to impacts. `bounded`: include bounds of the errors of the
+    motion (certainty.py).
     """
 
     @jit(_nrt=False)
     def run(address):
-        """Follow the points that the counter hands out, to their ends or until `halt` is set (arguments.py)."""
+        """Follow points, numbered by the counter, until all are done or `halt` is set (arguments.py)."""
         a = arguments.arguments_at(address)
         w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
         literal = a.numbers[3] != 0
@@ -101,13 +101,13 @@ def single(method: int, recorded: bool, bounded: bool):
 
 @jit(_nrt=False)
 def next_switches(lanes_w, lanes_k, points, states, periods, section, rows, stored, ends, phases):
-    """The certified switch that ends states[n], begun where points[n] starts, for all n.
+    """Find the certified switch that ends states[n] for a start at points[n], for all n.
 
     points float64 (n, columns), states int64 (n,)
-    periods : how long it is waited for
-    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory; m - 1 switches are looked at, as an
-    impact, or a start within rounding of a boundary, takes one or two before
-    ends int64 (n, 2): period and next state, or -1 where there is no such switch; phases float64 (n,)
+    periods : longest wait for the switch
+    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory; m - 1 switches are examined, as an
+    impact, or a start within rounding of a boundary, adds one or two switches before it
+    ends int64 (n, 2): period and next state, or -1 without such a switch; phases float64 (n,)
     """
     w, k = lanes_w[0], lanes_k[0]
     extent, log = Extent(0, periods, rows.shape[0], switch.SEARCH_PRICE), Log(rows, stored)

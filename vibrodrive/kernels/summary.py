@@ -1,25 +1,25 @@
-"""What a recorded motion comes to in a few numbers, from its switches alone.
+"""Summary of a recorded motion in a few numbers, from its switches.
 
 A motion that repeats itself is measured over one of its periods, from an impact to the same impact n excitation periods
-later; any other from the first switch recorded to the last. Every segment in between is whole: it begins at rest
-(ξ' = 0) and has a closed form, so all that is summed is exact:
+later; any other from the first switch recorded to the last. Each segment in between begins at rest (ξ' = 0), is
+complete and has a closed form, so all sums are exact:
 
 * friction takes |Δξ| from each slide, an impact ½ξ'² (§2: friction force and mass are 1);
 * the excitation F = A sin τ + A ε η² sin ητ gives ∫ F ξ' dτ. With G the integral of F, and ξ'' = F + L, L = -(B + s),
 
       ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
 
-  which uses nothing of the balance drive = friction + impacts, so that this can be checked;
+  which does not use the balance drive = friction + impacts, so that this can be checked;
 * a small delay δφ of the beginning of a slide, and δξ of the gap there, become, with a = ξ'' at both ends and h the
   time between them,
 
       δξ₁ = δξ₀ - a₀ h δφ₀,    δφ₁ = a₀ δφ₀ / a₁   at a zero of ξ',    δφ₁ = -δξ₁ / ξ'   at an impact
 
-  A wait ends at a known phase: behind it δφ = 0. From impact to impact this is the derivative of the impact-phase map,
-  and the mean of log |δφ₁ / δφ₀| a period the Lyapunov exponent (ε = 0).
+  A wait ends at a known phase: δφ = 0 after it. From impact to impact this is the derivative of the impact-phase map,
+  and the mean of log |δφ₁ / δφ₀| per period is the Lyapunov exponent (ε = 0).
 
-Main impacts are those of record.py; the first and the last of a record are left out, as what comes before and behind
-them is not known.
+Main impacts are those of record.py; the first and the last of a record are omitted, because the impacts before and
+after them are unknown.
 """
 
 from __future__ import annotations
@@ -36,39 +36,40 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 """Columns of a switch: those of `Trajectory.switches`."""
 
 (
-    # time in each of four states; impacts, the fastest, Σ|ξ'|, Σ½ξ'²; friction loss, work of the excitation; ξ and ξ'
+    # time in each of four states; impacts, the fastest, Σ|ξ'|, Σ½ξ'²; friction loss, work of the excitation; extremes
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
-    # at the last switch, if that is known: its time, F, -G and -∫G
+    # at the last switch, if known: its time, F, -G and -∫G
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
     # where H falls to 1 and rises to -1: the phase, NaN if it never does, and A cos φ there
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
-    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, when the first and the last one were
+    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, times of the first and the last one
     GROWTH, LATE, OFF, FIRST, LAST,
-    # main impacts: the one that may still be replaced by a faster one, the one before, and how many there were
+    # main impacts: time and speed of the last one, which a faster one may still replace; time before it; number
     MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
-    # the last GAPS gaps between them, and for each length up to GAPS whether they repeat with it
+    # the last GAPS gaps between them, and for each length up to GAPS whether they repeat after this length
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
 ) = range(47)  # fmt: skip
 
 GAPS = 8
-"""The longest cycle of gaps that is looked for."""
+"""The longest cycle of gaps that is searched for."""
 
 (
     OUT_PERIOD, OUT_SEQUENCE, OUT_GAPS, OUT_IMPACTS, OUT_SPEED_MAX, OUT_SPEED_MEAN,
     OUT_XI_MAX, OUT_DXI_MIN, OUT_DXI_MAX, OUT_MOMENTUM, OUT_ENERGY, OUT_FRICTION, OUT_DRIVE, OUT_LYAPUNOV,
     OUT_UP, OUT_DOWN, OUT_STICK, OUT_REST, OUT,
 ) = range(19)  # fmt: skip
-"""Columns of a summary; model/records.py says what each is."""
+"""Columns of a summary; model/records.py gives their meanings."""
 
 LONGEST = 64
-"""The longest period of a motion that is looked for, in excitation periods."""
+"""The longest period of a motion that is searched for, in excitation periods."""
 
 REACH = 1024
-"""Switches, from the last one back, among which it is looked for."""
+"""Number of switches, back from the last one, in which the period is searched for."""
 
 SAME = 1e-6
-"""How far two switches a period apart may differ in time, ξ and ξ'. Motions come to their orbit as |multiplier|ⁿ."""
+"""Largest difference of two switches a period apart in time, ξ and ξ'. Motions approach their orbit as |multiplier|ⁿ.
+"""
 
 
 class Drive(NamedTuple):
@@ -83,7 +84,7 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """(φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; (NaN, 0) if it never does."""
+    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; or else (NaN, 0)."""
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
@@ -93,19 +94,19 @@ def turn_of(s, a, b):
 
 @inline
 def time_of(rows, row):
-    """τ of a switch, but for its rounding where many periods have passed."""
+    """Return τ of a switch, rounded: less accurate after many periods."""
     return rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
 
 
 @inline
 def between(rows, a, b):
-    """Time from switch a to switch b."""
+    """Return the time from switch a to switch b."""
     return (rows[b, PERIOD] - rows[a, PERIOD]) * TWO_PI + (rows[b, PHASE] - rows[a, PHASE])
 
 
 @inline
 def clear_totals(totals, a, b):
-    """Nothing is summed yet, of a motion in the field of A = a and B = b."""
+    """Clear the totals of a motion with A = a and B = b."""
     for n in range(TOTALS):
         totals[n] = 0.0
     totals[TURN_UP], totals[COSINE_UP] = turn_of(1.0, a, b)
@@ -120,14 +121,14 @@ def clear_totals(totals, a, b):
 
 @inline
 def begin_totals(rows, row, totals):
-    """The switch from which on everything is added: if it is an impact, delays are followed from there."""
+    """Begin the totals at a switch; if it is an impact, delays are followed from there."""
     if int(rows[row, AFTER]) == IMPACT:
         totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
 
 @inline
 def forces(row, rows, drive):
-    """(F, -G, -∫G, A cos φ) at a switch, F = A sin φ + AF sin θ."""
+    """Return (F, -G, -∫G, A cos φ) at a switch, F = A sin φ + AF sin θ."""
     s, c = sincos(rows[row, PHASE])
     a, af, eta = drive.a, drive.af, drive.eta
     cosine = a * c
@@ -143,16 +144,16 @@ def forces(row, rows, drive):
 
 @inline
 def slow_peak(s, phi, h, g, cosine, slope, totals):
-    """The largest s ξ' of a slide of direction s that begins at φ, the fast excitation left out.
+    """Return the largest s ξ' of a slide of direction s that begins at φ, without the fast excitation.
 
-    g is -G at its beginning, `cosine` A cos φ at its end, h later, `slope` B + s. It is where H falls back to s, or at
-    the end.
+    g is -G at its beginning, `cosine` A cos φ at its end, h later, `slope` B + s. The largest value occurs where H
+    falls back to s, or at the end.
     """
     best = s * (g - slope * h - cosine)
     turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # each turn is faster than the one before
+        if s * slope < 0.0:  # each turn is faster than its predecessor
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
         best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best
@@ -160,10 +161,10 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 
 @part
 def fast_peak(s, row, rows, h, g, slow, drive, least):
-    """The largest s ξ' of a slide from switch `row` with a disturbance, if it is above `least`; or else `least`.
+    """Return the largest s ξ' of a slide from switch `row` with a disturbance, or `least` if that is larger.
 
-    It is looked for, where the slow part comes near enough to its own largest value `slow`, at eight points of each
-    fast period, and put right by Newton's method on ξ'' = H - s.
+    If the largest value `slow` of the slow part is near enough, ξ' is evaluated at eight points of each fast period,
+    and the largest is refined by Newton's method on ξ'' = H - s.
     """
     a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
     phi = rows[row, PHASE]
@@ -191,7 +192,7 @@ def fast_peak(s, row, rows, h, g, slow, drive, least):
 
 @part
 def add_segment(rows, row0, row1, drive, totals):
-    """Add what happens from a switch to the next one, that one included."""
+    """Add the segment between two successive switches, with the second switch."""
     state, h = int(rows[row0, AFTER]), between(rows, row0, row1)
     if state == IMPACT:
         return
@@ -235,7 +236,7 @@ def add_segment(rows, row0, row1, drive, totals):
 
 @inline
 def add_impact(time, speed, totals):
-    """An impact, and by how much a delay has grown since the one before."""
+    """Add an impact, and the growth of a delay since the last impact."""
     totals[LANDED] += 1.0
     totals[FASTEST] = max(totals[FASTEST], speed)
     totals[MOMENTUM] += speed
@@ -251,7 +252,7 @@ def add_impact(time, speed, totals):
 
 @inline
 def keep_gap(known, totals):
-    """The gap before the last main impact, in whole periods, is the next behind as many as are known."""
+    """Keep the gap before the last main impact, in periods, after the `known` gaps so far."""
     gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
     for n in range(GAPS):
         if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
@@ -261,7 +262,7 @@ def keep_gap(known, totals):
 
 @part
 def add_gap(rows, row, totals):
-    """Look at a switch for a main impact; what is known of the gaps between them goes on."""
+    """Update the main impacts and their gaps, if a switch is an impact."""
     if int(rows[row, AFTER]) != IMPACT:
         return
     time, speed = time_of(rows, row), -rows[row, DXI]
@@ -269,7 +270,7 @@ def add_gap(rows, row, totals):
         if speed > totals[MAIN_SPEED]:
             totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
         return
-    if totals[MAINS] > 2.0:  # neither the first one nor the last
+    if totals[MAINS] > 2.0:  # omit the first and the last
         keep_gap(int(totals[MAINS]) - 3, totals)
     totals[MAIN_BEFORE] = totals[MAIN_TIME]
     totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
@@ -278,7 +279,7 @@ def add_gap(rows, row, totals):
 
 @inline
 def digits_of(gaps, length, last):
-    """A cycle of gaps as a number of as many digits, the least of its rotations; 0 where one is no digit.
+    """Return a cycle of gaps as a number with one digit for each, the least of its rotations; 0 if a gap is not 1 to 9.
 
     Gap k is in place k mod GAPS; the cycle ends with gap `last`.
     """
@@ -298,7 +299,7 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """The gaps of a whole record as digits of their shortest cycle; 0 where they have not repeated all along."""
+    """Return the gaps of a record as digits of their shortest cycle; 0 if they do not repeat throughout."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
@@ -308,7 +309,7 @@ def gap_cycle(totals):
 
 @part
 def gap_cycle_of_period(rows, last, count, n, totals):
-    """The same of a motion of period n, whose last `count` switches are one period; from its fastest impact on."""
+    """Return the same for a motion of period n, whose last `count` switches are one period; from its fastest impact."""
     first = last - count + 1
     main, speed = -1, 0.0
     for row in range(last, first - 1, -1):
@@ -346,7 +347,7 @@ def gap_cycle_of_period(rows, last, count, n, totals):
 
 @inline
 def alike(rows, a, b, n):
-    """Whether switch b is switch a, n periods later."""
+    """Return whether switch b equals switch a, n periods later, within SAME."""
     return (
         rows[a, AFTER] == rows[b, AFTER]
         and abs(between(rows, a, b) - n * TWO_PI) <= SAME
@@ -357,9 +358,9 @@ def alike(rows, a, b, n):
 
 @part
 def find_period(rows, first, last):
-    """(n, switches in n periods): after how many periods the switches first … last repeat; (0, 0) if they do not.
+    """Return (n, switches in n periods) if the switches first … last repeat after n periods; (0, 0) if they do not.
 
-    The last n periods are compared with the n before, or with what is there of them.
+    The last n periods are compared with the n before, or with the part of these that is present.
     """
     for j in range(last - 1, first - 1, -1):
         n = math.floor(between(rows, j, last) * (1.0 / TWO_PI) + 0.5)
@@ -375,12 +376,12 @@ def find_period(rows, first, last):
 
 
 MODULUS = 9007199254740881
-"""Numbers of sequences are below it: the largest prime below 2⁵³. Up to 20 states they are exact, of 6 digits each."""
+"""Modulus of sequence numbers: the largest prime below 2⁵³. For up to 20 states the numbers are exact, in base 6."""
 
 
 @inline
 def shortest_cycle(rows, first, count):
-    """Of how many switches the sequence of states is that the `count` from row `first` on repeat."""
+    """Return the length of the shortest sequence of states that the `count` switches from `first` on repeat."""
     for length in range(1, count // 2 + 1):
         n = length
         while n < count and rows[first + n, AFTER] == rows[first + n - length, AFTER]:
@@ -392,7 +393,7 @@ def shortest_cycle(rows, first, count):
 
 @inline
 def least_rotation(rows, first, length):
-    """By how many switches a cycle of `length` states is turned to be the least of its rotations."""
+    """Return the number of switches by which a cycle of `length` states is rotated to the least of its rotations."""
     start = 0
     for turn in range(1, length):
         for n in range(length):
@@ -409,9 +410,9 @@ def least_rotation(rows, first, length):
 
 @part
 def sequence_number(rows, last, count):
-    """A number for the cycle of states that the last `count` switches lead through; equal for equal cycles.
+    """Return a number for the cycle of states of the last `count` switches; equal for equal cycles.
 
-    The shortest sequence that the cycle repeats is taken, in its least rotation.
+    It is computed from the shortest sequence that the cycle repeats, in its least rotation.
     """
     first = last - count + 1
     length = shortest_cycle(rows, first, count)
@@ -426,13 +427,13 @@ def sequence_number(rows, last, count):
 
 @inline
 def leaves(state, a, b, af):
-    """Whether H can reach a boundary of a wait at all, as `can_leave`."""
+    """Return whether H can reach a boundary of a wait, as `can_leave`."""
     return (a + af > 1.0 + b) or (state == STICK and a + af > abs(1.0 - b))
 
 
 @part
 def add_switches(rows, first, end, drive, totals):
-    """Add the switches first … end - 1 of a record. Row 0 begins it, unless totals were added before."""
+    """Add the switches first … end - 1 of a record. Row 0 is the first switch, unless totals were added before."""
     if first == 0 and end > 0:
         clear_totals(totals, drive.a, drive.b)
         add_gap(rows, 0, totals)
@@ -444,10 +445,10 @@ def add_switches(rows, first, end, drive, totals):
 
 @part
 def summarise(rows, added, count, state, x, drive, totals, out):
-    """The summary of a motion whose switches are the rows 0 … count - 1, or the last of them.
+    """Compute the summary of a motion from its switches, or the last of them, in rows 0 … count - 1.
 
-    What lies before row `added`, and before row 0 then, is in `totals` already. state, x: the one the motion ends in,
-    and ξ where that began.
+    `totals` already includes the switches before row `added`, and those before row 0 then. state, x: the state in which
+    the motion ends, and ξ at its beginning.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not leaves(state, drive.a, drive.b, drive.af)
@@ -460,7 +461,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
     elif count > 0:
         n, switches = find_period(rows, max(0, count - REACH), last)
     if switches > 0:
-        for back in range(min(switches, last - switches + 1)):  # from an impact on, if there is one
+        for back in range(min(switches, last - switches + 1)):  # end at an impact, if there is one
             if int(rows[last - back, AFTER]) == IMPACT:
                 last -= back
                 break
@@ -484,7 +485,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
 
 @inline
 def write_summary(n, sequence, gaps, duration, af, totals, out):
-    """Sums become what they are per excitation period."""
+    """Write the summary: totals divided by the number of excitation periods."""
     out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
     out[OUT_IMPACTS] = totals[LANDED] / duration
     out[OUT_SPEED_MAX] = totals[FASTEST]

@@ -1,8 +1,8 @@
-"""What follows a switch: what is decided, what begins, what it costs. Each stands here once.
+"""Rules at a switch: the decision, the start of the next state, the cost. Each formula exists only here.
 
-`event.py` takes one lane over a switch, whatever it is; the `switch_*` modules take all lanes at once over
-ordinary ones. Both use these formulas in the same order, so a trajectory's bits do not depend on which
-of them took a switch. `where` says whether lane i takes it: a mask in the batched loops, True for a single lane.
+`event.py` applies any switch, in one lane; the `switch_*` modules apply ordinary switches, in all lanes of a batch.
+Both use these formulas in the same order, so the bits of a trajectory do not depend on which of them applied a switch.
+`where`: whether lane i changes, a mask in the batched loops, True for a single lane. A wait is sticking or resting.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""What an evaluation of a search, and a grid point of a literal scan, cost of a period's budget, in switches."""
+"""Share of the budget of a period, in switches, of an evaluation of a search, and of a grid point of a literal scan."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE
-"""From so many evaluations on a search costs more than its switch."""
+"""Number of evaluations from which on a search costs more than its switch."""
 
 
 @inline
 def decide_after_slide(impact, force):
-    """The state that begins where a slide ends, Fig. 2: after an impact, or in the air.
+    """Return the state after a slide, Fig. 2: after an impact, or in the air.
 
-    After a correct switch one of the two slides is impossible in the air; the fixed path may well meet it, and then
-    the mass goes on from rest (§5). The obstacle carries whatever pushes towards it.
+    After a correct switch in the air one of the two slides is impossible. The fixed path may reach it; then the mass
+    continues from rest (§5). The obstacle supports any force towards it.
     """
     in_air = choose(force > 1.0, UP, choose(force < -1.0, DOWN, STICK))
     return choose(impact, choose(force > 1.0, UP, REST), in_air)
@@ -34,33 +34,33 @@ def decide_after_slide(impact, force):
 
 @inline
 def decide(which, side, force):
-    """The state that begins at the zero of switching function `which`; `side` > 0 where 1 + H ends a stick."""
+    """Return the state after the zero of switching function `which`; `side` > 0 if 1 + H ends a stick."""
     leave = choose((which == S4) & (side > 0.0), DOWN, UP)
     return choose(which >= S4, leave, decide_after_slide(which == S1, force))
 
 
 @inline
 def waits(state):
-    """Whether the mass stands still in `state`."""
+    """Return whether the mass does not slide in `state`."""
     return (state == STICK) | (state == REST)
 
 
 @inline
 def direction(state):
-    """s of eqs. (4), (5): +1 sliding up, -1 sliding down, 0 at rest."""
+    """Return s of eqs. (4), (5): +1 sliding up, -1 sliding down, 0 at rest."""
     return choose(state == UP, 1.0, choose(state == DOWN, -1.0, 0.0))
 
 
 @inline
 def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
-    """The segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
+    """Return the segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
 
-    b = B, inverse = 1/η (0 without a disturbance); `field` has p, q, pf, qf: A cos φ, A sin φ, and of the disturbance.
-    It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its own
-    direction, or not at all: it begins with exactly ξ'' = 0 where a wait has ended (`at_boundary`: H = ±1 by
-    definition), and where it would accelerate the other way by rounding, or on a grid (`on_grid`) because the wait has
-    not ended quite there (Muller's tolerance). The slope L then takes up the difference, but not for a certified motion
-    with a disturbance: there it is the rounding of A ε η², which may be large and would count as often as h²/2.
+    b = B, inverse = 1/η (0 without a disturbance); `field` has p, q, pf, qf: A cos φ, A sin φ, and those of the
+    disturbance. It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its
+    own direction, or not at all. It begins with exactly ξ'' = 0 after a wait (`at_boundary`: H = ±1 by definition), and
+    if it would accelerate the other way by rounding, or on a grid (`on_grid`) by the tolerance of Muller's method at
+    the end of the wait. The slope L then absorbs the difference. It does not for a certified motion with a disturbance:
+    there the difference is the rounding of A ε η², which may be large and would be multiplied by h²/2.
     """
     from_rest = v == 0.0
     a0 = force - s
@@ -75,7 +75,7 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
 
 @inline
 def commit_segment(w, i, where, segment, x_off, v_off):
-    """Lane i goes on with `segment`; x_off, v_off bound what rounding has done to ξ and ξ' at its beginning."""
+    """Set the segment of lane i; x_off, v_off bound the rounding errors of ξ and ξ' at its beginning."""
     w[r.X0 + i] = choose(where, segment.x, w[r.X0 + i])
     w[r.V0 + i] = choose(where, segment.v, w[r.V0 + i])
     w[r.V_OFF + i] = choose(where, v_off, w[r.V_OFF + i])
@@ -89,7 +89,7 @@ def commit_segment(w, i, where, segment, x_off, v_off):
 
 @inline
 def commit_wait(w, k, i, to, x, x_off):
-    """Lane i begins to wait, at ξ = x, for an end that is known beforehand."""
+    """Begin a wait with a known end in lane i, at ξ = x."""
     k[r.STATE + i] = to
     w[r.X0 + i] = x
     w[r.X_OFF + i] = x_off
@@ -98,20 +98,20 @@ def commit_wait(w, k, i, to, x, x_off):
 
 @inline
 def commit_segment_fast(w, i, where, segment):
-    """The same for what the disturbance adds."""
+    """Set the part of the segment that the disturbance adds."""
     w[r.XALF + i] = choose(where, segment.xalf, w[r.XALF + i])
     w[r.XBEF + i] = choose(where, segment.xbef, w[r.XBEF + i])
 
 
 @inline
 def commit_state(k, i, where, to):
-    """Lane i is in state `to`."""
+    """Set the state of lane i to `to`."""
     k[r.STATE + i] = choose(where, to, k[r.STATE + i])
 
 
 @inline
 def commit_time_fast(w, i, where, theta, pf, qf, late):
-    """The fast clock, the excitation by the disturbance, and how late a wait has ended."""
+    """Set θ, the excitation by the disturbance, and LATE of the end of a wait."""
     w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
     w[r.PF + i] = choose(where, pf, w[r.PF + i])
     w[r.QF + i] = choose(where, qf, w[r.QF + i])
@@ -120,7 +120,7 @@ def commit_time_fast(w, i, where, theta, pf, qf, late):
 
 @inline
 def commit_time(w, k, i, where, period, phi, low, left, p, q):
-    """Lane i has come to (period, φ + low), `left` before the end of the record."""
+    """Set the time of lane i to (period, φ + low), `left` before the end of the record."""
     k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
     w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
     w[r.LOW + i] = choose(where, low, w[r.LOW + i])
@@ -131,7 +131,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """The switch is booked on period `counted`, as number `cost` of it."""
+    """Charge the switch to period `counted`, as number `cost` of it."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
@@ -139,7 +139,7 @@ def commit_cost(w, k, i, where, counted, cost):
 
 @inline
 def commit_departure(k, i, where):
-    """Lane i leaves the obstacle, or may: counted for recurrences. Returns their number since the reference."""
+    """Count a departure of lane i from the obstacle. Returns the number of departures since the reference."""
     since = k[r.SINCE + i] + choose(where, 1, 0)
     k[r.SINCE + i] = since
     return since
@@ -147,7 +147,7 @@ def commit_departure(k, i, where):
 
 @inline
 def number_in_period(k, i):
-    """The number that a switch now has among those of its period."""
+    """Return the number of the present switch among those of its period."""
     return 1 + choose(k[r.COUNTED + i] == k[r.PERIOD + i], k[r.COUNT + i], 0)
 
 
@@ -158,58 +158,58 @@ def smaller(a, b):
 
 @inline
 def terminating_function(state):
-    """The switching function whose first zero ends a state; sliding down, the one looked for first."""
+    """Return the switching function whose first zero ends a state; sliding down, the first one to search."""
     return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
 
 
 @inline
 def can_leave(w, i, state):
-    """Whether H can reach a boundary of the wait at all: |H + B| never exceeds A + AF."""
+    """Return whether H can reach a boundary of the wait: |H + B| never exceeds A + AF."""
     reach = w[r.A + i] + w[r.AF + i]
     return (reach > 1.0 + w[r.B + i]) | ((state == STICK) & (reach > abs(1.0 - w[r.B + i])))
 
 
 SECTION_MARGIN = 1e-9
-"""Where a second section point comes that close to a switch, which of them comes first is looked at in order."""
+"""If a second section point is closer than this to a switch, `event.py` determines which of them is first."""
 
 
 @inline
 def in_record(w, k, i, period, phi, transient):
-    """Whether (period, φ) lies after the transient."""
+    """Return whether (period, φ) is after the transient."""
     n = period - k[r.PERIOD0 + i]
     return (n > transient) | ((n == transient) & (phi > w[r.PHI0 + i])) | (transient == 0)
 
 
 @inline
 def section_due(w, k, i, count, period, phi, low, transient):
-    """h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
+    """Return h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
     first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
     return motion.time_between(period, phi, low, first + count, w[r.SECTION + i])
 
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """(h of section point `slot` after (period, φ), whether it is passed by h, whether the next one surely is not)."""
+    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next is surely later)."""
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 
 
 @inline
 def time_left(w, k, i, period, phi, low, extent):
-    """h from (period, φ) to the end of the record."""
+    """Return h from (period, φ) to the end of the record."""
     end = k[r.PERIOD0 + i] + extent.transient + extent.periods
     return motion.time_between(period, phi, low, end, w[r.PHI0 + i])
 
 
 @inline
 def mark_point_ahead(k, i, slot):
-    """Section point `slot` lies on the way to the switch."""
+    """Set the number of the section point before the next switch."""
     k[r.SLOT + i] = slot
 
 
 @inline
 def set_point_ahead(w, k, i, slot, x, v):
-    """The same for a point (x, v) that is written once the switch is applied."""
+    """Set a section point (x, v) before the next switch, which is written when the switch is applied."""
     mark_point_ahead(k, i, slot)
     w[r.POINT_X + i] = x
     w[r.POINT_V + i] = v
@@ -217,21 +217,21 @@ def set_point_ahead(w, k, i, slot, x, v):
 
 @inline
 def commit_points(k, i, where, count):
-    """So many section points are written, or will be (write_points)."""
+    """Set the number of section points that are written, or will be by `write_points`."""
     k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
 
 
 @inline
 def leave_over(k, i, what):
-    """What a batch of switches leaves to be done in lane i."""
+    """Set the work that a batch of switches leaves in lane i."""
     k[r.LEFT_OVER + i] = what
 
 
 @inline
 def note_end(w, k, i, which, period, phi, x, v):
-    """The end of a state that a batch comes to in lane i: the switching function `which` is zero there.
+    """Note the end of a state in lane i in a batch: the switching function `which` is zero there.
 
-    Behind a wait whose end is known beforehand the lane goes on from a later instant.
+    After a wait with a known end the lane continues at a later time.
     """
     k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period
@@ -242,7 +242,7 @@ def note_end(w, k, i, which, period, phi, x, v):
 
 @inline
 def count_more(k, i, to, more):
-    """Count so many more switches into `to`."""
+    """Count `more` switches into `to`."""
     k[r.SWITCHES + to * r.STRIDE + i] += more
 
 
@@ -264,22 +264,21 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def has_rows(section, summary):
-    """Whether `section` has a row for each point, as `summary`; or one for all of them, as it is not wanted."""
+    """Return whether `section` has a row for each point, as `summary`, or one shared row because it is not recorded."""
     return section.shape[0] == summary.shape[0]
 
 
 @inline
 def section_row(k, i, section):
-    """The row of `section` that belongs to lane i."""
+    """Return the row of `section` for lane i."""
     return min(k[r.POINT + i], section.shape[0] - 1)
 
 
 @inline
 def write_points(w, k, i, section):
-    """The section points that a switch applied in a batch has passed: on the way to it, and in a wait after it.
+    """Write the section points passed by a switch that a batch has applied: before it, and in a wait after it.
 
-    The first is written whether it was passed or not: a branch that goes either way costs more, and
-    the right one is written over it.
+    The first is written even if it was not passed, because a branch costs more; the correct point overwrites it later.
     """
     row, slot = section_row(k, i, section), k[r.SLOT + i]
     if slot < section.shape[1]:

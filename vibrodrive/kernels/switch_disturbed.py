@@ -1,6 +1,6 @@
-"""The ordinary switch with a disturbance, certified, in all lanes at once: as switch_undisturbed.py, for ε > 0.
+"""Ordinary switches with a disturbance, certified, in all lanes of a batch: as switch_undisturbed.py, for ε > 0.
 
-The section point on the way to a switch is written before the motion that leads there is given up.
+The section point before a switch is written before the segment that leads to the switch is overwritten.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from vibrodrive.kernels.codes import FALLEN, NOTHING, S1, S2, S4, ZERO
 
 @part
 def mark_points(w, k, n, extent):
-    """The number of the section point on the way to what each of the lanes 0..n-1 has met; `periods` where none is.
+    """Set the number of the section point before the outcome in each of the lanes 0..n-1; `periods` without one.
 
     The cursor is a time, or on a grid a number of steps.
     """
@@ -29,9 +29,9 @@ def mark_points(w, k, n, extent):
 
 @part
 def write_ahead(w, k, n, transient, section):
-    """Write the section points on the way in the lanes 0..n-1, before the motion that leads there is given up.
+    """Write the section points before the outcomes in the lanes 0..n-1, before their segments are overwritten.
 
-    Whether the switch at its end is taken is not known yet: if it is not, the right point is written over this one.
+    If the switch is not applied afterwards, the correct point overwrites this one later.
     """
     for i in range(n):
         slot = k[r.SLOT + i]
@@ -42,20 +42,20 @@ def write_ahead(w, k, n, transient, section):
 
 @inline
 def find_switch(w, k, i):
-    """What the search in lane i has met at its cursor."""
+    """Return the outcome of the search in lane i at its cursor."""
     met, h, which = w[r.OUTCOME + i], w[r.CURSOR + i], k[r.SEARCH + i]
     gap, falling, waited = which == S1, which == S2, which >= S4
     level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)
     there, late = motion.on_boundary(w, i, waited, motion.propagate_disturbed(w, k, i, h), level, h)
 
-    # the closest the search came to a zero that was none
+    # the closest tangency without a zero
     under, over_under = w[r.DIP_DENOMINATOR + i], w[r.DIP_NUMERATOR + i]
     touched = under > 0.0
     near = choose(touched, over_under, 1.0) / choose(touched, under, 1.0)
     clear = (not touched) | (near >= margins.suspect(w, i))
     margin = choose(touched, switch.smaller(near, w[r.MARGIN + i]), w[r.MARGIN + i])
 
-    # S2 ends below the obstacle: there was an impact before, look for it
+    # S2 ends below the obstacle: search for the impact before it
     off = margins.gap_rounding(w, i, h)
     fell = falling & (there.x < -off)
     aside = clear & fell & ((met == ZERO) | (met == FALLEN)) & (w[r.X0 + i] >= first_zero.LEAST_GAP)
@@ -68,7 +68,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it to `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

@@ -1,16 +1,15 @@
-"""Switches on a grid at ε = 0 in all lanes at once: what scanning and `event.py` do, without branches.
+"""Switches on a grid at ε = 0 in all lanes of a batch: the same as scanning and `event.py`, without branches.
 
-Where a state ends is found as on the certified path (undisturbed.py), for slides that begin at rest and for waits. That
-tells which grid points the scan would stop between, and a few values tell that it would stop nowhere else: the
-switching function rises to a known phase and falls from there, so if it is beyond rounding where the scan begins (a
-wait at its start, a slide one grid point later) and at the last grid point before the zero, it is at all between. The
-other side of S4 either grows all the way or is least where H passes its peak, at 1 + B - A.
+The end of a slide from rest, or of a wait, is found as on the certified path (undisturbed.py). This gives the grid
+points between which the scan would stop. A few values prove that it would stop nowhere else: the switching function
+rises to a known phase and falls from there. So if it is beyond rounding at the beginning of the scan (a wait at its
+start, a slide one grid point later) and at the last grid point before the zero, it is beyond rounding at all points in
+between. The other side of S4 either grows throughout or is least at the peak of H, at 1 + B - A.
 
-The fixed path then switches at the grid point behind the zero, eq. (10). Muller's refines the zero from the two points
-around it, as ever. So the bits are those of the scan.
+The fixed path then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the two
+points around it. So the bits equal those of the scan.
 
-Whatever is not that clear is scanned: a zero too close to a grid point, a refinement that takes longer, a decision
-within rounding.
+All other cases are scanned: a zero too close to a grid point, a longer refinement, a decision within rounding.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ from vibrodrive.kernels import codes, first_zero, margins, motion, muller, switc
 from vibrodrive.kernels import lane as r
 
 CONFIRMED, REFINED = 2.0, 4.0
-"""Evaluations of a switching function that confirm its zero here, and that refine it, too."""
+"""Evaluations of a switching function that confirm its zero here, and that also refine it."""
 
 
 @inline
 def value_at(base, sig, form, h):
-    """A switching function at h, as `muller.value`."""
+    """Return a switching function at h, as `muller.value`."""
     s, v, ds, dv, near = arc(h)
     return base + sig * motion.shape(near, h, form, s, v, ds, dv)
 
 
 class Cell(NamedTuple):
-    """The grid points to either side of a zero: their number and times, and whether the scan would stop there.
+    """Grid points on both sides of a zero: number of the first, their times, and whether the scan would stop there.
 
     g0, g1 : the switching function there, BASE + SIG · shape of `form`
     """
@@ -55,7 +54,7 @@ class Cell(NamedTuple):
 
 @inline
 def cell_of(w, k, i, which):
-    """The cell of the grid in which the state of lane i ends, and what the scan has seen on the way there."""
+    """Return the cell of the grid in which the state of lane i ends, and whether a scan would reach it."""
     a, b, dtau = w[r.A + i], w[r.B + i], w[r.DTAU + i]
     number = np.floor(w[r.CURSOR + i] / dtau)
     low, high = number * dtau, (number + 1.0) * dtau
@@ -65,7 +64,7 @@ def cell_of(w, k, i, which):
     g0 = value_at(base, sig, form, low)
     g1 = value_at(base, sig, form, high)
     first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
-    # the gap was looked at where the slide ends: see `aside`
+    # for S1 the gap was checked at the end of the slide: see `aside`
     waited = choose(which == codes.S5, 1.0 - form.c0, 1.0 - abs(form.c0))
     start = choose(which >= codes.S4, waited, choose(which == codes.S1, codes.INFINITY, first))
     peak = choose((which == codes.S4) & (a <= 1.0 + b), (1.0 + b) - a, codes.INFINITY)
@@ -76,7 +75,7 @@ def cell_of(w, k, i, which):
 
 @inline
 def refine_briefly(cell, tol):
-    """(h, whether that is what `muller.refine` comes to) in two of its steps at most, from the values at both ends."""
+    """Return (h, whether `muller.refine` gives the same) in at most two of its steps, from the values at both ends."""
     base, sig, form, low, high, g0, g1 = cell.base, cell.sig, cell.form, cell.low, cell.high, cell.g0, cell.g1
     p0 = muller.on_chord(low, high, g0, g1)
     f0 = value_at(base, sig, form, p0)
@@ -93,7 +92,7 @@ def refine_briefly(cell, tol):
 
 @inline_each("fixed")
 def end_in_cell(w, k, i, fixed, cell):
-    """(h, whether that is where the scan ends, number of the grid point, where h leads) at ε = 0."""
+    """Return (h, whether the scan ends there, number of the grid point, arrival at h) at ε = 0."""
     if fixed:
         h, refined = cell.high, True
         steps = k[r.GRID + i] + int(cell.number + 1.0)
@@ -110,9 +109,9 @@ def end_in_cell(w, k, i, fixed, cell):
 
 @inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, extent):
-    """Apply the switch in which the state of lane i ends if it is an ordinary one; or leave it to be scanned.
+    """Apply the switch at the end of the state of lane i if it is an ordinary one; otherwise leave it to be scanned.
 
-    `fixed` is a literal: the switch is at the grid point behind the zero, or else refined by Muller's method.
+    `fixed` is a literal: the switch is at the grid point after the zero, or else refined by Muller's method.
     """
     which, mode, phi, x0 = k[r.SEARCH + i], w[r.SEARCH_MODE + i], w[r.PHI + i], w[r.X0 + i]
     falling, rising, dtau = which == codes.S2, which == codes.S3, w[r.DTAU + i]
@@ -123,8 +122,8 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     h, refined, steps, there = end_in_cell(w, k, i, fixed, cell)
     rate = undisturbed.rate_of(w[r.A0 + i], there.q - w[r.B + i] - choose(rising, 1.0, -1.0))
 
-    # S2 ends below the obstacle: there was an impact before, look for it. Within a grid step of the least it reaches ξ
-    # differs from that by less than `slack`
+    # S2 ends below the obstacle: search for the impact before it. Within a grid step of its minimum ξ differs from the
+    # minimum by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = value_at(0.0, 1.0, gap_form, cell.low)
     off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]
@@ -132,7 +131,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     aside = sure & falling & (x_low < -slack)
     guess_below = undisturbed.gap_guess(x0, x_low, cell.low)
     ordinary = sure & refined & ((there.x > slack) | (not falling))
-    # nothing is to be done where no end was found yet, neither in a bracket nor by a scan
+    # idle without an end, from a bracket or a scan
     idle = not (met | seen)
 
     found = take_over.Found(h, which, there, 0.0, off, w[r.WORK + i], margin, ordinary, aside, margin, idle)
@@ -141,7 +140,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     motion.commit_grid(k, i, over, steps)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
 
-    # and what ends it
+    # the search for the end of the next state
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, False, phi, h, rate)
     waiting, s = switch.waits(to), switch.direction(to)
     lo, hi, _, guess = undisturbed.bracket(w, i, s, there.phi, there.p, begun.segment.slope)

@@ -1,8 +1,8 @@
-"""The ordinary switch on a grid with a disturbance, in all lanes at once: what scanning and `event.py` do.
+"""Ordinary switches on a grid with a disturbance in all lanes of a batch: the same as scanning and `event.py`.
 
-The fixed path switches at the grid point behind the zero, eq. (10). Muller's first refines the zero, in all lanes
-abreast (muller.py). Where ξ has fallen below 0 the impact is looked for; where Muller's method sees that only at the
-refined zero of ξ', it is left to `event.py`.
+The fixed path switches at the grid point after the zero, eq. (10). Muller's method first refines the zero, in all lanes
+together (muller.py). If ξ has fallen below 0 the impact is searched for; if Muller's method finds this only at the
+refined zero of ξ', the lane is left for `event.py`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from vibrodrive.kernels.codes import BOTH, FALLEN, NOTHING, S1, S2, ZERO
 
 @inline_each("fixed")
 def find_switch_on_grid(w, k, i, fixed, apart):
-    """What the scan in lane i has met at its cursor.
+    """Return the outcome of the scan in lane i at its cursor.
 
-    apart: whether ξ was seen above 0 more than a grid step ago; if it fell below 0 since then, in a stretch free of
-    other switches, the first such grid point is to be looked for.
+    apart: whether the last ξ > 0 was more than a grid step ago. If ξ fell below 0 since then, in an interval without
+    other switches, the first such grid point is searched for.
     """
     met, which, cursor, margin = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i], w[r.MARGIN + i]
     high = cursor * w[r.DTAU + i]
@@ -41,7 +41,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it to `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)
@@ -51,8 +51,8 @@ def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
     if fixed:
         motion.commit_grid(k, i, over, k[r.GRID + i] + int(cursor))
 
-    # The grid point looked for after a fall may be this one. Muller's method has the one before looked at as well,
-    # unless that is where the slide began
+    # the first grid point with ξ < 0 may be this one; Muller's method also needs the value at the point before, unless
+    # the slide began there
     goal = choose(aside, S1, switch.terminating_function(begun.to))
     limit = motion.grid_steps(w, i, begun.left)
     reach = choose(aside, cursor, limit) * w[r.DTAU + i]

@@ -1,8 +1,8 @@
-"""The ordinary switch at ε = 0, certified, in all lanes at once: what `event.py` does, without branches.
+"""Ordinary switches at ε = 0, certified, in all lanes of a batch: the same as `event.py`, without branches.
 
-Ordinary is a switch far from a change of decision, within the record and the budget, with no more than one section
-point on the way. Everything else is left to `event.py`. Both take the same decisions by the same formulas (switch.py)
-in the same order, so a trajectory's bits do not depend on which of them took a switch.
+An ordinary switch is far from a change of decision, within the record and the budget, with at most one section point
+before it. All others are left for `event.py`. Both take the same decisions by the same formulas (switch.py) in the same
+order, so the bits of a trajectory do not depend on which of them applied a switch.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from vibrodrive.kernels import lane as r
 
 
 class Wait(NamedTuple):
-    """A wait behind a switch, whose end is known.
+    """A wait after a switch, with a known end.
 
-    ends : whether it ends, clearly, in the record and the budget, with no more than one section point on the way
-    margin : how clearly
-    period, phi, down : when, and whether in sliding down
+    ends : whether it certainly ends in the record and the budget, with at most one section point before its end
+    margin : margin of its end
+    period, phi, down : time of its end, and whether it ends in sliding down
     point : whether a section point is passed
     cost : the number of its end among the switches of the period in which it begins
     """
@@ -37,7 +37,7 @@ class Wait(NamedTuple):
 
 @inline
 def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
-    """The wait in state `to` that begins at (period, φ); section point `slot` is the next one then."""
+    """Return the wait in state `to` that begins at (period, φ); section point `slot` is the next one then."""
     h, phase, later, down = undisturbed.wait_end(w, i, to, phi)
     _, point, one = switch.point_on_the_way(w, k, i, slot, period, phi, 0.0, h, extent)
     cost, margin = 1 + choose(k[r.PERIOD + i] == period, ahead.cost, 0), margins.wait_end_distance(w, i, down)
@@ -48,7 +48,7 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """Take lane i, which stands at the end of its search, over the switch; or leave it to `event.py`.
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`.
 
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
@@ -63,13 +63,13 @@ def apply_switch_undisturbed(w, k, i, extent):
     known = met & (w[r.SEARCH_MODE + i] == codes.BRACKETED) & (h >= motion.FAR) & (w[r.V0 + i] == 0.0)
     known &= (phi1 >= 0.0) & (phi1 < TWO_PI)
 
-    # S2 ends below the obstacle: there was an impact before, look for it
+    # S2 ends below the obstacle: search for the impact before it
     off = margins.far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
     aside = known & falling & (x < -off)
     below = switch.smaller(-x, margin)
     guess_below = undisturbed.gap_guess(w[r.X0 + i], x, h)
 
-    # the section point on the way, and what the period may cost
+    # section point before the switch, and budget
     slot, ahead = k[r.SECTIONS + i], take_over.look_ahead(w, k, i, h, w[r.WORK + i], extent)
     switch.set_point_ahead(w, k, i, slot, *motion.section_at(w, i, ahead.due))
     over = known & ahead.within & (gap | (x > choose(falling, off, 0.0)))
@@ -108,7 +108,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, rested, phi, h, rate)
     lo, hi, fall, guess = undisturbed.bracket(w, i, s, phi2, p2, segment.slope)
 
-    # away from the obstacle: is this where the motion has been before?
+    # the mass leaves the obstacle: it may be at its reference
     left_obstacle = over & gap
     look = take_over.is_due(w, k, i, left_obstacle, phi2) | (left_obstacle & rested)
     more = choose(point1, codes.WRITE_POINT, codes.DONE) + choose(look, codes.CHECK_RECURRENCE, codes.DONE)

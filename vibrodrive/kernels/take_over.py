@@ -1,8 +1,8 @@
-"""What the batched switches share: what lies ahead of a switch, how clear its decision is, and what it leaves behind.
+"""Common part of the batched switches: section points and costs before a switch, its decision, and its application.
 
-`switch_disturbed.py`, `switch_grid.py` and `switch_grid_disturbed.py` find where a state ends and whether that is
+`switch_disturbed.py`, `switch_grid.py` and `switch_grid_disturbed.py` find the end of a state and whether it is
 ordinary, `take_over` decides and applies the switch, and they begin the next search. At ε = 0 the certified switch
-(switch_undisturbed.py) ends a wait within the same batch and commits what follows that; it shares all but `take_over`.
+(switch_undisturbed.py) also ends a wait in the same batch and begins the next state; it shares all but `take_over`.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from vibrodrive.kernels.codes import ALL, CHECK_RECURRENCE, DONE, KEEP_SWITCH, S
 
 
 class Found(NamedTuple):
-    """What a lane has met.
+    """Outcome of the search in a lane.
 
-    h, event : when, and the switching function that is zero there
-    there, late : where that leads (motion.py)
-    off : bound of what rounding has done to ξ there, sliding
+    h, event : time of the switch, and its switching function
+    there, late : arrival at h, and LATE (motion.py)
+    off : bound of the rounding error of ξ there, sliding
     work : evaluations of switching functions so far
     margin : the smallest margin so far
-    ordinary : whether the switch is an ordinary one, as far as the search can tell
-    aside, margin_aside : whether an impact before it is to be looked for instead, and the smallest margin then
-    idle : whether the search goes on
+    ordinary : whether the switch is an ordinary one, as far as the search can decide
+    aside, margin_aside : whether to search for an earlier impact instead, and the smallest margin then
+    idle : whether the search continues
     """
 
     h: float
@@ -43,7 +43,7 @@ class Found(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """Whether a switch was applied, the state and the segment that begin, and what is left of the record."""
+    """Result of `take_over`: whether a switch was applied, the next state and segment, the rest of the record."""
 
     over: bool
     to: int
@@ -52,10 +52,10 @@ class Begun(NamedTuple):
 
 
 class Ahead(NamedTuple):
-    """What lies on the way to a switch.
+    """Events between the present time and a switch.
 
-    due, point : time to the next section point, and whether that is passed
-    within : whether the switch lies in the record and the budget, with no other section point on the way
+    due, point : time to the next section point, and whether the switch is after it
+    within : whether the switch is in the record and the budget, with at most that section point before it
     cost : its number among the switches of its period
     """
 
@@ -67,7 +67,7 @@ class Ahead(NamedTuple):
 
 @inline
 def look_ahead(w, k, i, h, work, extent):
-    """What lies on the way to a switch at h, after `work` evaluations in all."""
+    """Return the events before a switch at h, after `work` evaluations in total."""
     slot, period = k[r.SECTIONS + i], k[r.PERIOD + i]
     due, point, one = switch.point_on_the_way(w, k, i, slot, period, w[r.PHI + i], w[r.LOW + i], h, extent)
     cost = switch.number_in_period(k, i)
@@ -77,13 +77,13 @@ def look_ahead(w, k, i, h, work, extent):
 
 @inline
 def distance_of(gap, force):
-    """How far H is from the boundary at which another state would begin, after a slide."""
+    """Return the distance of H from the boundary at which another state would begin, after a slide."""
     return abs(choose(gap, force, abs(force)) - 1.0)
 
 
 @inline
 def decide_clearly(w, i, event, force, margin):
-    """(state that begins, margin then, whether that is far enough from any other and does not last for ever)."""
+    """Return (next state, its margin, whether the margin exceeds rounding by far and the state has an end)."""
     to, waited, distance = switch.decide(event, w[r.SIG + i], force), event >= S4, distance_of(event == S1, force)
     clear = (waited | (distance >= margins.suspect(w, i))) & (switch.can_leave(w, i, to) | (not switch.waits(to)))
     return to, choose(waited, margin, switch.smaller(distance, margin)), clear
@@ -91,7 +91,7 @@ def decide_clearly(w, i, event, force, margin):
 
 @inline
 def is_due(w, k, i, departs, phi):
-    """Whether a lane that leaves the obstacle at φ, if it `departs`, is to be looked at for a recurrence."""
+    """Return whether a lane that leaves the obstacle at φ, if it `departs`, needs a check for a recurrence."""
     since = switch.commit_departure(k, i, departs)
     return departs & ((phi == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
 
@@ -103,7 +103,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
     gap, waited = event == S1, event >= S4
     force = motion.adhesive_force(w, i, there.q, there.qf) if fast else there.q - w[r.B + i]
 
-    # ordinary is what lies before the next section point but one, within the budget, and is clearly decided
+    # an ordinary switch is before the next section point but one, within the budget, and clearly decided
     ahead = look_ahead(w, k, i, found.h, found.work, extent)
     to, nearest, decided = decide_clearly(w, i, event, force, found.margin)
     over, s = found.ordinary & ahead.within & decided, switch.direction(to)
@@ -112,7 +112,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
         sx, sv = motion.section_at(w, i, ahead.due)
         switch.set_point_ahead(w, k, i, k[r.SECTIONS + i], choose(waited, x0, sx), choose(waited, 0.0, sv))
 
-    # what begins, and when
+    # the next segment and its start
     arrived = period + int(there.turned)
     left = switch.time_left(w, k, i, arrived, there.phi, there.low, extent)
     recorded = over & switch.in_record(w, k, i, arrived, there.phi, extent.transient)
@@ -129,13 +129,13 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
     switch.count_switch(k, i, recorded, gap, to)
     margins.set_margin(w, i, over | found.aside, choose(over, nearest, found.margin_aside))
 
-    # what is left to do
+    # work left in the lane
     kept, more = recorded, DONE
     if fast:
         switch.commit_segment_fast(w, i, over, segment)
         switch.commit_time_fast(w, i, over, there.theta, there.pf, there.qf, found.late)
     else:
-        # away from the obstacle, or at rest there: is this where the motion has been before?
+        # the mass leaves the obstacle, or rests there: it may be at its reference
         look = is_due(w, k, i, over & (gap | (event == S5)), there.phi) & (not fixed)
         kept, more = recorded | (k[r.HISTORY_KEEPS + i] == ALL), choose(look, CHECK_RECURRENCE, DONE)
     more += choose(kept, KEEP_SWITCH, DONE)

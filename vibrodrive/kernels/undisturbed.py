@@ -1,24 +1,23 @@
-"""ε = 0: with a slow excitation alone every state has one end, and its place is known beforehand.
+"""ε = 0: without a disturbance every state has one end, in a known place.
 
 **Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
 
 **Slides** that begin at rest. g = s ξ' starts at 0 and grows until H is back at s, a known phase: to the peak of |ξ'|.
-From there it falls until sH rises through 1 again, also a known phase. From one such phase to the next the integral
-of g' is -2π(1 + sB), and a slide that begins later has missed a part of the growth: at the end of the fall g is at most
-that, below zero for 1 + sB > 0. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any
-method that converges inside this bracket finds the switch. How far below zero g would fall is the distance of
-that decision.
+From there it falls until sH rises through 1 again, also a known phase. From one such phase to the next the integral of
+g' is -2π(1 + sB), and a slide that begins later lacks a part of the growth: at the end of the fall g is at most that,
+below zero for 1 + sB > 0. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any method
+that converges inside this bracket finds the switch. The depth of g below zero at hi is the distance of that decision.
 
-**Impacts.** While ξ' < 0 the gap falls strictly: if it is not positive at the end of the slide, it has exactly one zero
-before.
+**Impacts.** While ξ' < 0 the gap decreases strictly: if it is not positive at the end of the slide, it has exactly one
+zero before.
 
 The method is Householder's in the form of a series: with u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
 
     δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
 
-one division for a convergence of order five. The derivatives cost nothing: they are made of the same sine and
-cosine. Each trajectory begins its search where its own last slide of that direction ended, moved by as much
-as the beginnings differ times the ratio of the accelerations (the implicit derivative of ∫ ξ'' = 0).
+one division for a convergence of order five. The derivatives cost almost nothing: they use the same sine and cosine.
+Each search begins at the end of the last slide of the trajectory in that direction, shifted by the difference of the
+starts times the ratio of the accelerations (the implicit derivative of ∫ ξ'' = 0).
 """
 
 from __future__ import annotations
@@ -33,18 +32,18 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BRACKETED, NOTHING, S1, S2, S3, STICK, ZERO
 
 LEAST_FALL = 0.01
-"""Below this 1 + sB a slide may pass its end without stopping, or nearly so: it is searched by steps."""
+"""For 1 + sB below this a slide may pass its end with little or no stop: it is searched by steps."""
 
 PATIENCE = 24.0
-"""After so many evaluations the bracket is halved instead: an end that is reached surely."""
+"""Number of evaluations after which the bracket is halved instead, so that the search certainly ends."""
 
 
 @inline
 def release(state, phi, a, b, rises, falls):
-    """(h, phase there, whether it lies in the next period, whether H falls to -1) of a wait at `phi`.
+    """Return (h, phase of the end, whether it is in the next period, whether H falls to -1) of a wait at `phi`.
 
-    On the rising half of the excitation H climbs to 1, at the phase `rises`, on the falling half it drops to -1, at
-    `falls`; a wait that begins past its own end by rounding ends at once.
+    On the rising half of the excitation H rises to 1, at the phase `rises`; on the falling half it falls to -1, at
+    `falls`. A wait that begins after its own end by rounding has h = 0.
     """
     falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
     down = (state == STICK) & (falling | (a <= 1.0 + b))
@@ -58,13 +57,13 @@ def release(state, phi, a, b, rises, falls):
 
 @inline
 def wait_end(w, i, state, phi):
-    """`release` in lane i."""
+    """Return `release` in lane i."""
     return release(state, phi, w[r.A + i], w[r.B + i], w[r.PHI_UP + i], w[r.PHI_DOWN + i])
 
 
 @inline
 def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
-    """(lo, hi, fall) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
+    """Return (lo, hi, fall) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
 
     H rises to 1 at the phase `rises`, where A cos φ = p_up, and falls to -1 at `falls`, where it is p_down.
     """
@@ -79,9 +78,9 @@ def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
 
 @inline
 def bracket(w, i, s, phi, p, slope):
-    """(lo, hi, fall, guess): `enclose` in lane i, and where the slide will end, by the last one of its direction."""
+    """Return (lo, hi, fall, guess): `enclose` in lane i, and the expected end, from the last slide of its direction."""
     up = s > 0.0
-    # read before the choice: a read that depends on it stops vectorising
+    # read before the choice: a conditional read would prevent vectorising
     up_began, up_lasted, up_rate = w[r.BEGAN_UP + i], w[r.LASTED_UP + i], w[r.RATE_UP + i]
     down_began, down_lasted, down_rate = w[r.BEGAN_DOWN + i], w[r.LASTED_DOWN + i], w[r.RATE_DOWN + i]
     lo, hi, fall = enclose(s, phi, p, slope, w[r.PHI_UP + i], w[r.P_UP + i], w[r.PHI_DOWN + i], w[r.P_DOWN + i])
@@ -92,25 +91,25 @@ def bracket(w, i, s, phi, p, slope):
 
 @inline
 def usual_end(lo, hi):
-    """About where a slide ends in its bracket, if nothing more is known."""
+    """Return a typical end of a slide in its bracket, without other information."""
     return lo + 0.4 * (hi - lo)
 
 
 @inline
 def gap_guess(x, below, h):
-    """Where a gap falls from x to 0, if it falls to `below` <= 0 within h: a cubic with slope 0 at both ends."""
+    """Return the zero of a gap that falls from x to `below` <= 0 within h: of a cubic with slope 0 at both ends."""
     y = x / (x - below)
     late = y > 0.5
     share = choose(late, 1.0 - y, y)
     r = math.sqrt(choose(share > 0.0, share, 0.0) * (1.0 / 3.0))
     t = r * (1.0 + r * (1.0 / 3.0 + r * (5.0 / 18.0 + r * (8.0 / 27.0))))
     guess = h * choose(late, 1.0 - t, t)
-    return choose(guess >= 0.0, guess, 0.5 * h)  # where x = 0 = below there is none
+    return choose(guess >= 0.0, guess, 0.5 * h)  # NaN for x = 0 = below
 
 
 @inline
 def search_in_bracket(w, k, i, s):
-    """Look for the end of a slide that has just begun at rest. Returns how far below zero it would fall."""
+    """Begin the search for the end of a slide that has just begun at rest. Returns the depth below zero at hi."""
     lo, hi, fall, guess = bracket(w, i, s, w[r.PHI + i], w[r.P + i], w[r.L + i])
     set_bracket(w, k, i, True, choose(s > 0.0, S3, S2), lo, hi, guess)
     set_search_mode(w, i, True, BRACKETED)
@@ -119,21 +118,21 @@ def search_in_bracket(w, k, i, s):
 
 @inline
 def search_impact(w, k, i, h, below):
-    """Look for the impact within h, at whose end the gap would be `below`."""
+    """Begin the search for the impact within h, at the end of which the gap would be `below`."""
     set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[r.X0 + i], below, h))
     set_search_mode(w, i, True, BRACKETED)
 
 
 @inline
 def rate_of(begin, end):
-    """By how much longer a slide lasts, per unit of delay of its beginning."""
+    """Return the increase of the duration of a slide per unit of delay of its beginning."""
     return begin / end - 1.0
 
 
 @inline
 def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
-    """A slide begun at `phi` has lasted h, and a later one lasts longer by `rate`: where the next one of its direction
-    will end is guessed from that. A rest forgets all guesses."""
+    """Keep the start `phi`, the duration h and its derivative `rate` of a slide, to guess the end of the next one of
+    its direction. A rest clears all guesses."""
     w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
     w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
     w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
@@ -144,13 +143,13 @@ def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
 
 @inline
 def clear_guesses(w, i):
-    """No guess is left from earlier slides."""
+    """Clear the guesses from earlier slides."""
     keep_guesses(w, i, False, False, True, 0.0, 0.0, 0.0)
 
 
 @inline
 def householder_step(h, lo, hi, form, sig, m, halve):
-    """One evaluation in the bracket: (next h, lo, hi, whether the next h is the zero)."""
+    """Do one evaluation in the bracket. Returns (next h, lo, hi, whether the next h is the zero)."""
     s, v, ds, dv, near = arc(h)
     g = sig * motion.shape(near, h, form, s, v, ds, dv)
     g1, g2, g3, g4 = motion.derivatives(h, form.d1, form.c2, form.al, form.be, s, v)
@@ -166,7 +165,7 @@ def householder_step(h, lo, hi, form, sig, m, halve):
     a4 = (1.0 / 24.0) * g4 * scaled
     ahead = h - motion.householder_series(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
-    # the terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵, none of them left out
+    # all terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵
     square = u * u
     e = abs(m * inverse) * square
     t2 = fma(m * inverse, m * inverse * square, 0.5 * e)
@@ -178,16 +177,16 @@ def householder_step(h, lo, hi, form, sig, m, halve):
 
 @inline
 def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
-    """`householder_step` towards the zero of switching function `which` of a slide, after so many evaluations."""
+    """Do a `householder_step` towards the zero of switching function `which` of a slide, after `evaluations`."""
     sig = choose(which == S2, -1.0, 1.0)
-    m = a + 1.0 + b  # more than any derivative of ξ from the second on
+    m = a + 1.0 + b  # bounds all derivatives of ξ from the second on
     form = motion.slide_shape(segment, p, q, which == S1, p)
     return householder_step(h, lo, hi, form, sig, m, evaluations > PATIENCE)
 
 
 @inline
 def search_bracket(w, k, i):
-    """One evaluation in lane i, where there is a bracket and nothing was met yet."""
+    """Do one evaluation in lane i, if it has a bracket and no outcome yet."""
     h, lo, hi = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i]
     ahead, low, high, found = step_in_bracket(
         k[r.SEARCH + i], motion.segment_of(w, i), w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i], h, lo, hi,
@@ -203,7 +202,7 @@ def search_bracket(w, k, i):
 
 @inline
 def search_one_bracket(w, k, i, most):
-    """`most` times `search_bracket` in one lane that has a bracket, or until a zero is met: in registers."""
+    """Do up to `most` evaluations in registers in one lane with a bracket, until a zero is found."""
     segment, which = motion.segment_of(w, i), k[r.SEARCH + i]
     a, b, p, q = w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i]
     h, lo, hi, before = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i], w[r.WORK + i] - w[r.WORK_BOOKED + i]
@@ -218,9 +217,9 @@ def search_one_bracket(w, k, i, most):
 
 @part
 def search_brackets(w, k, n, evaluations):
-    """So many evaluations in each of the lanes 0..n-1 that has a bracket; a search that has ended stays as it is.
+    """Do `evaluations` in each of the lanes 0..n-1 with a bracket, until it has an outcome.
 
-    What earlier evaluations met is cleared in all lanes first. Returns the number of lanes with a bracket.
+    Outcomes of earlier evaluations are cleared first, in all lanes. Returns the number of lanes with a bracket.
     """
     wide()
     total = 0
@@ -236,7 +235,7 @@ def search_brackets(w, k, n, evaluations):
 
 @inline
 def set_bracket(w, k, i, where, which, lo, hi, cursor):
-    """Lane i goes on with the search for the only zero of `which` between lo and hi."""
+    """Set the search in lane i: for the only zero of `which` between lo and hi."""
     w[r.LO + i] = choose(where, lo, w[r.LO + i])
     w[r.HI + i] = choose(where, hi, w[r.HI + i])
     w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
@@ -245,11 +244,11 @@ def set_bracket(w, k, i, where, which, lo, hi, cursor):
 
 @inline
 def set_search_mode(w, i, where, mode):
-    """How the end of the state in lane i is found: STEPPED, BRACKETED or AT_ONCE."""
+    """Set the search mode in lane i: STEPPED, BRACKETED or AT_ONCE."""
     w[r.SEARCH_MODE + i] = choose(where, mode, w[r.SEARCH_MODE + i])
 
 
 @inline
 def set_side(w, i, where, down):
-    """The side of S4 that ends a wait whose end is known."""
+    """Set the side of S4 at which a wait with a known end ends."""
     w[r.SIG + i] = choose(where, choose(down, 1.0, -1.0), w[r.SIG + i])
