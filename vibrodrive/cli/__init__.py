@@ -34,7 +34,7 @@ from vibrodrive.jobs.signals import catch
 def cli() -> None:
     """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
 
-    Every switching point is located with a guarantee. `vibrodrive init` lists configurations to begin with, and
+    By default every switching point is located with a guarantee. `vibrodrive init` lists configurations to begin with;
     `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is given.
 
     Exit codes: 0 done; 1 failed during the work, or a file is damaged; 2 refused before any work; 130 interrupted.

@@ -44,7 +44,7 @@ SET = click.option(
     "overrides",
     metavar="KEY=VALUE",
     multiple=True,
-    help="Replace an entry of the configuration, for example --set A.num=50; repeatable.",
+    help="Replace an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
 METHOD = click.option(
     "--method",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=FILE)
 @JSON
 def info(file: Path, as_json: bool) -> None:
-    """Show the contents and the progress of a result file of any kind.
+    """Show the contents and the progress of a result file.
 
     Output: on stdout the kind, the computed share, the axes and the settings, the size and the versions of the program
     and its libraries; on stderr the parts that are damaged.

@@ -28,7 +28,7 @@ from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
 )
 @THREADS
 def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:
-    """Compute all figures of the paper, and compare its claims with them.
+    """Compute the figures of the paper, and check its claims.
 
     Output: in the directory figNN.png and figNN.pdf of each figure, its data, and the verdict on each claim in
     claims.json and claims.md.

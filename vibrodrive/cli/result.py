@@ -12,9 +12,10 @@ from vibrodrive.model.kinds import FILES
 from vibrodrive.store.place import check_output
 
 HELP = {
-    "limits": """Compute limits of practical orbital stability over A, B or eta.
+    "limits": """Compute limits of stability over A, B or eta.
 
-    CONFIG has one or two of A, B and eta as axes. [limits] quantity in CONFIG selects the limit:
+    They are limits of practical orbital stability. CONFIG has one or two of A, B and eta as axes. [limits] quantity in
+    CONFIG selects the limit:
 
     \b
     "k2" (default)  smallest disturbance, in ε and in Δτ, that loses the structure

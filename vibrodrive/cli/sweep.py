@@ -40,7 +40,11 @@ def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> P
 @SET
 @METHOD
 @THREADS
-@click.option("--dask", metavar="ADDRESS", help="Compute on the Dask cluster of this scheduler (tcp://host:8786).")
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the Dask cluster of this scheduler (tcp://host:8786); needs the extra `dask`.",
+)
 @click.option(
     "--plot",
     "picture",
