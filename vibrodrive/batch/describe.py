@@ -42,9 +42,7 @@ def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None 
     advice = status.advice
     if status == Status.OK and motion.arguments["method"] == Method.FIXED:
         step = motion.arguments["dtau"]
-        advice = (
-            f"steps of Δτ = {step:.6g}; a switch is late by up to one step; two switches within a step may be missed"
-        )
+        advice = f"steps of Δτ = {step:.6g}; a switch is late by up to one step; two within one step may be missed"
     said = [f"{status.name}: {advice}", _decision(motion.margin)]
     if status != Status.OK:
         return said

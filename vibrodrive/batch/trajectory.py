@@ -47,9 +47,7 @@ MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("ro
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
     """Convert the main impacts of one motion, float64 (2 periods, 4) as written by its kernel, to MAIN_IMPACT."""
-    last = bisect_left(
-        range(len(written)), True, key=lambda row: math.isnan(written[row, 0])
-    )  # the rows after it are NaN
+    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # then rows of NaN
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):

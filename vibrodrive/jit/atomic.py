@@ -24,9 +24,7 @@ def _fetch_add(typingctx, array):
 def _load(typingctx, array):
     def codegen(context, builder, signature, args):
         view = context.make_array(signature.args[0])(context, builder, args[0])
-        return builder.load_atomic(
-            view.data, "monotonic", 8
-        )  # atomic, so that each call reads memory and not a register
+        return builder.load_atomic(view.data, "monotonic", 8)  # atomic: each call reads memory, not a register
 
     if isinstance(array, types.Array) and array.dtype == types.int64:
         return types.int64(array), codegen
