@@ -1,9 +1,8 @@
-"""The chart of the README: how wrong the switching times are, over what a period costs, method by method.
+"""Chart of the README: error of the switching times over the cost of a period, for each method.
 
-Drawn from what `work_precision` has measured: its JSON is read, nothing is computed here. A picture of the same data is
-left as it is. A setting that missed or
-invented a switch has no accuracy: it stands in a band of its own, at its cost, not at the error of the switches that
-happened to be right.
+The data are those measured by `work_precision`, read from its JSON file. An existing picture of the same data is kept.
+A setting that missed or invented a switch is drawn in a separate band at its cost: the error of its other switches
+would be misleading.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ A, UNDISTURBED, DISTURBED = 3.04, 0.0, 2e-4
 PAPER = "Δτ = 1e-05, tol = 1e-07"
 LEAST = 1e-16
 WRONG, CEILING = 25.0, 1.5e3
-"""Where the settings stand that miss or invent switches: above every error that means anything."""
+"""Ordinate of the settings that miss or invent switches, and upper limit of the axis: above every meaningful error."""
 
 
 class Curve(NamedTuple):
-    """A family of `work_precision`, its colour (dark to light in print, too) and mark, and a label in each panel.
+    """A family of `work_precision`, its colour (distinct in grey, too), its mark, and its label.
 
-    at: its place, in (seconds, error), in the undisturbed and in the disturbed panel.
+    at: position of the label, in (seconds, error), in the undisturbed and in the disturbed panel.
     """
 
     family: str
@@ -50,12 +49,12 @@ CURVES = (
 
 
 def points_of(data: dict[str, Any], eps: float, family: str) -> list[dict[str, Any]]:
-    """The settings of a family in one panel, in the order in which they were measured."""
+    """Return the settings of a family in one panel, in the order of measurement."""
     return [p for p in data["points"] if (p["A"], p["eps"], p["family"]) == (A, eps, family)]
 
 
 def draw_curve(ax: Any, curve: Curve, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """A method: a line through the settings that find every switch, crosses for those that do not, its name."""
+    """Draw a method: a line through the settings that find every switch, crosses for the others, and its name."""
     right = [p for p in points if not p["wrong"] and p["error"] is not None]
     x = [p["seconds"] for p in right]
     y = [max(p["error"], LEAST) for p in right]
@@ -74,7 +73,7 @@ def draw_curve(ax: Any, curve: Curve, points: list[dict[str, Any]], at: tuple[fl
 
 
 def draw(data: dict[str, Any]) -> Any:
-    """Both panels: without and with the disturbance of the paper."""
+    """Draw both panels: without and with the disturbance of the paper."""
     fig, axes = figure(7.2, 3.9, columns=2)
     for column, (ax, eps) in enumerate(zip(axes[0], (UNDISTURBED, DISTURBED), strict=True)):
         ax.set_xscale("log")
@@ -99,10 +98,10 @@ def main() -> None:
     picture = PICTURE if options.output == RESULTS else options.output / PICTURE.name
     data = json.loads(source.read_text(encoding="utf-8"))
     shown = hashlib.sha256(json.dumps(data["points"]).encode()).hexdigest()
-    measured = data["environment"].get("measured", "on a day that was not kept")
+    measured = data["environment"].get("measured", "on an unknown date")
     say(f"{source.name}: measured {measured}; `python -m benchmarks.work_precision` measures again")
     if picture.exists() and shown.encode() in picture.read_bytes():
-        say(f"accuracy_speed: {picture.name} shows these data already (delete it to draw it again)")
+        say(f"accuracy_speed: {picture.name} already shows these data (delete it to draw it again)")
         return
     draw(data).savefig(picture, metadata={"Source": shown})
     say(f"accuracy_speed: {source.name} drawn to {picture.name}")

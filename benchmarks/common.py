@@ -1,7 +1,7 @@
-"""What the drivers share: timing in pairs, errors against the 50-digit reference, JSON and PNG.
+"""Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
 
-Speeds are compared as ratios measured in one run: every repetition runs all contestants in turn, every second
-one in the opposite order, and the median of the ratios is reported. Compilation comes before the clock.
+Speeds are compared as ratios measured in one run: each repetition runs all contestants in turn, every second one in the
+opposite order, and the median of the ratios is reported. Compilation is not timed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tests.support import reference as digits50
 from vibrodrive.model.plain import plain
 
 TWO_PI = 2.0 * math.pi
-FAR = 0.5 * math.pi  # switches of the same kind further apart than a quarter period do not correspond
+FAR = 0.5 * math.pi  # switches of one kind that differ by more than a quarter period do not correspond
 RESULTS = Path(__file__).parent / "results"
 
 STYLE: dict[Any, Any] = {
@@ -55,24 +55,24 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "h", "d")
 DASHES = ("-", "--", ":", "-.")
 
 
-# -- running a driver --------------------------------------------------------------------------------------
+# -- running a benchmark -----------------------------------------------------------------------------------
 
 
 def arguments(doc: str) -> argparse.Namespace:
-    """The options of every driver: where results go, and a run short enough to try it out."""
+    """Parse the options of a benchmark: directory of the results, and a short run for a trial."""
     parser = argparse.ArgumentParser(description=doc.split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
-    parser.add_argument("--quick", action="store_true", help="few, short measurements: to see that it runs")
+    parser.add_argument("--quick", action="store_true", help="few and short measurements, as a trial")
     return parser.parse_args()
 
 
 def say(text: str) -> None:
-    """Progress, to stderr."""
+    """Print progress to stderr."""
     print(text, file=sys.stderr, flush=True)
 
 
 def environment() -> dict[str, Any]:
-    """What the figures depend on."""
+    """Return date, processor and versions, on which the measurements depend."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
@@ -92,7 +92,7 @@ def environment() -> dict[str, Any]:
 
 
 def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> None:
-    """`name`.json and `name`.png into `directory`."""
+    """Write `name`.json and `name`.png into `directory`."""
     directory.mkdir(parents=True, exist_ok=True)
     text = json.dumps(plain({"environment": environment(), **data}), indent=1, allow_nan=False)
     (directory / f"{name}.json").write_text(text + "\n", encoding="utf-8")
@@ -106,7 +106,7 @@ def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> N
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of one contestant, a value a repetition: CPU time of the process, and wall time."""
+    """Seconds of one contestant, one value for each repetition: CPU time of the process, and wall time."""
 
     cpu: np.ndarray
     wall: np.ndarray
@@ -123,7 +123,7 @@ class Timing:
 
 
 def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
-    """Time all contestants in turn, `repeats` times, after one call each that is not timed."""
+    """Time all contestants in turn, `repeats` times, after one call of each that is not timed."""
     for work in contestants.values():
         work()
     names = list(contestants)
@@ -138,7 +138,7 @@ def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dic
 
 
 def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False) -> float:
-    """Median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit)."""
+    """Return the median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit)."""
     a, b = (slow.wall, fast.wall) if wall else (slow.cpu, fast.cpu)
     return float(np.median((a / per_slow) / (b / per_fast)))
 
@@ -148,7 +148,7 @@ def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1
 
 @dataclass(frozen=True)
 class Truth:
-    """The 50-digit reference of one trajectory from rest, as arrays: phases and section in `mpf`."""
+    """50-digit reference of one trajectory from rest, as arrays: phases and section in `mpf`."""
 
     period: np.ndarray
     phase: np.ndarray
@@ -158,7 +158,7 @@ class Truth:
 
 @cache
 def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Truth:
-    """Switches and section points of the first `periods` periods from rest."""
+    """Return switches and section points of the first `periods` periods from rest."""
     r = digits50.reference(A, 0.1, eps, periods=periods, section_phase=section_phase)
     return Truth(
         np.array([s.period for s in r.switches], dtype=np.int64),
@@ -170,7 +170,7 @@ def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Tru
 
 @dataclass(frozen=True)
 class SwitchError:
-    """`largest` |Δτ| over the switches that correspond; `wrong`: missed, invented, of another kind."""
+    """`largest`: greatest |Δτ| of corresponding switches; `wrong`: number missed, invented or of another kind."""
 
     largest: float
     wrong: int
@@ -178,7 +178,7 @@ class SwitchError:
 
 
 def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Switches against the reference: aligned by kind, so that one missed pair leaves the others comparable."""
+    """Compare switches with the reference, aligned by kind, so that others remain comparable if a pair is missed."""
     kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
     if kinds == true.kinds:
         pairs = [(i, i) for i in range(len(kinds))]
@@ -187,7 +187,7 @@ def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any
         pairs = [(m.a + i, m.b + i) for m in matcher.get_matching_blocks() for i in range(m.size)]
     late = []
     for i, j in pairs:
-        # whole periods differ by small integers: the difference of times keeps all its digits
+        # subtract period numbers, which are small integers, and phases separately: no digit is lost
         apart = float(digits50.mp.mpf(float(phase[j])) - true.phase[i])
         late.append(abs(apart + TWO_PI * (int(period[j]) - int(true.period[i]))))
     near = [x for x in late if x <= FAR]
@@ -197,7 +197,7 @@ def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any
 
 @cache
 def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndarray:
-    """Section points p_0 … p_{n−1} of the undisturbed stable n-periodic orbit, float64 (n, 2)."""
+    """Return the section points p_0 … p_{n−1} of the undisturbed stable n-periodic orbit, float64 (n, 2)."""
     points = np.array(truth(A, 0.0, settle, section_phase).section[-2 * n :], dtype=float)
     if np.abs(points[n:] - points[:n]).max() > 1e-13:
         raise ValueError(f"A = {A}: not {n}-periodic after {settle} periods")
@@ -205,7 +205,7 @@ def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndar
 
 
 def rho(section: np.ndarray, points: np.ndarray) -> float:
-    """ρ = max_k |x_k − p_(k+s mod n)| with the best shift s. NaN if the section is not complete."""
+    """Return ρ = max_k |x_k − p_(k+s mod n)| with the best shift s. NaN if the section is not complete."""
     n = len(points)
     k = np.arange(len(section))
     return min(float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n))
@@ -215,13 +215,13 @@ def rho(section: np.ndarray, points: np.ndarray) -> float:
 
 
 def figure(width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int = 1) -> tuple[Any, np.ndarray]:
-    """A figure in the style of all benchmarks, and its axes (rows, columns)."""
+    """Return a figure in the style of all benchmarks, and its axes (rows, columns)."""
     plt.rcParams.update(STYLE)
     return plt.subplots(rows, columns, figsize=(width, height), squeeze=False)
 
 
 def look(k: int, of_ours: bool) -> dict[str, Any]:
-    """Lines and markers distinguished without colour: ours black and filled, others grey and open."""
+    """Return lines and markers that differ without colour: vibrodrive black and filled, others grey and open."""
     return {
         "marker": MARKERS[k % len(MARKERS)],
         "linestyle": DASHES[k % len(DASHES)],

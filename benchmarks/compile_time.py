@@ -1,7 +1,7 @@
-"""The first wait: what a fresh machine compiles, what later processes load, and how fast commands answer.
+"""Start-up times: compilation on a new machine, loading in later processes, and the response of commands.
 
-Each figure is the wall time of a process of its own. "Cold" starts with an empty cache directory, "warm"
-finds the kernels of the cold run in it.
+Each figure is the wall time of a separate process. "Cold" starts with an empty cache directory; "warm" uses the cache
+of the cold run.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PYTHON = "pass"
 
 
 def seconds(code: str, cache: Path, repeats: int = 1) -> float:
-    """Median wall time of a process that runs `code` with this cache directory."""
+    """Return the median wall time of a process that runs `code` with this cache directory."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
     spent = []
     for _ in range(repeats):

@@ -1,7 +1,7 @@
-"""The explorer under the mouse: frames a second while dragging, and the time from an event to its painted picture.
+"""Response of the explorer: frames per second while dragging, and the time from an event to its painted picture.
 
-A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. Latencies are
-those of the page itself: from the movement that a picture shows to behind the animation frame in which it is painted.
+A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. The page
+measures its latencies itself: from the movement that a picture shows to the end of the animation frame that paints it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 from urllib.request import urlopen
 
 import numpy as np
-from websocket import create_connection  # what Selenium speaks through
+from websocket import create_connection  # installed with Selenium
 
 from benchmarks.common import arguments, figure, look, say, write
 from tests.support.chromium import Tab, browser, lacking
@@ -38,20 +38,20 @@ WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
 CLICKS = 10
 
 MOVEMENTS = 60
-"""Of the mouse, a second: a browser passes on one for each refresh of a screen."""
+"""Mouse movements per second: a browser reports one for each refresh of the screen."""
 
 
 def quantiles(values: list[float]) -> dict[str, float]:
-    """Median and 95th percentile, rounded to a tenth."""
-    if not values:  # a machine so busy that no frame came
+    """Return the median and the 95th percentile, rounded to a tenth."""
+    if not values:  # no frame, on a very busy machine
         return {"median": math.inf, "p95": math.inf}
     return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
 
 
 @contextmanager
 def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
-    """A call that moves the pressed mouse and waits for no answer, as hands do not either: one that did would compute
-    as long as some frames take."""
+    """Yield a function that moves the pressed mouse without waiting for a response, since a response can take several
+    frames."""
     address = tab.driver.capabilities["goog:chromeOptions"]["debuggerAddress"]
     with urlopen(f"http://{address}/json") as answer:
         (page,) = (target for target in json.load(answer) if target["type"] == "page")
@@ -69,7 +69,7 @@ def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
 
 
 def drag(tab: Tab, seconds: float) -> dict[str, Any]:
-    """Move a diagram to and fro."""
+    """Drag a diagram back and forth; return frames, latencies and load."""
     tab.ask("(page.frames.length = page.latencies.length = 0)")
     tab.mouse("Pressed", 500, 300)
     with mouse(tab) as move:
@@ -82,7 +82,7 @@ def drag(tab: Tab, seconds: float) -> dict[str, Any]:
     frames, latencies = tab.ask("[page.frames.length, page.latencies]")
     tab.mouse("Released", 500, 300)
     released = time.perf_counter()
-    tab.until("page.settled", "the whole picture")
+    tab.until("page.settled", "the complete picture")
     settled = time.perf_counter() - released
     return {
         "frames": frames,
@@ -117,7 +117,7 @@ change.connect(heard);
 
 
 def click(tab: Tab) -> dict[str, float]:
-    """Milliseconds from a click to the curves, painted."""
+    """Return the milliseconds from a click to its painted curves."""
     times = []
     for k in range(CLICKS):
         tab.model(WATCH)
@@ -125,18 +125,18 @@ def click(tab: Tab) -> dict[str, float]:
         while (took := tab.driver.execute_script("return window.shown")) is None:
             time.sleep(0.2)
         times.append(took)
-    return quantiles(times[1:])  # the first one loads what it needs
+    return quantiles(times[1:])  # the first click loads code
 
 
 def resident(pid: int) -> float:
-    """Memory of a process in MiB (Linux)."""
+    """Return the memory of a process in MiB (Linux)."""
     with open(f"/proc/{pid}/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 @contextmanager
 def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The command, running, and the address that it has printed."""
+    """Run the command; yield its process and the address that it prints."""
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
@@ -156,7 +156,7 @@ def main() -> None:
     with browser() as tab, served() as (server, address):
         for name, query in SCENES.items():
             tab.open(address + WINDOW + query)
-            drag(tab, 1.0)  # the pace is known, and the browser has compiled
+            drag(tab, 1.0)  # afterwards the server has measured its speed, and the browser has compiled the scripts
             found["scenes"][name] = drag(tab, seconds)
             row = found["scenes"][name]
             say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms, load {row['load']}")
@@ -169,7 +169,7 @@ def main() -> None:
 
 
 def memory(tab: Tab, pid: int, frames: int) -> dict[str, float]:
-    """Growth of the server over so many frames, after as many as fill its caches."""
+    """Return the growth of the server's memory over `frames` frames, after enough frames to fill its caches."""
     grown = 0.0
     for count in (max(50, frames // 20), frames):
         before, seen = resident(pid), 0

@@ -1,7 +1,7 @@
-"""How long the first picture of the explorer takes: from the command to the picture, in a browser that is open.
+"""Time to the first picture of the explorer: from the command to the picture, in a browser that is open.
 
-Warm: the kernels are on disk, and the scripts of the page in the browser, which compiles what it loads for the second
-time: the first two starts are not counted.
+The kernels are on disk and the scripts of the page in the browser's cache. The browser compiles a script when it loads
+it for the second time, so the first two starts are not counted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ STEPS = ("address printed", "page loaded", "picture painted")
 
 
 def start(tab: Tab) -> list[float]:
-    """Seconds from the command until each of STEPS."""
+    """Return the seconds from the command to each of STEPS."""
     began, reached = time.perf_counter(), []
 
     def note() -> None:

@@ -1,7 +1,7 @@
-"""How soon Ctrl-C is answered: seconds from a SIGINT to its KeyboardInterrupt, for each kind of work.
+"""Latency of Ctrl-C: seconds from a SIGINT to its KeyboardInterrupt, for each kind of work.
 
-Warm, and on a machine that does nothing else: what is promised is one second. That it is answered at all, and that
-nothing goes on behind it, is tested (tests/batch/test_interrupt.py).
+The limit is one second, with compiled kernels and on an idle machine. tests/batch/test_interrupt.py tests that the
+KeyboardInterrupt comes and that no work continues after it.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from importlib import import_module
 
 from benchmarks.common import say
 
-work = import_module("tests.batch.test_interrupt")  # in this way mypy leaves it out, as it does all tests
+work = import_module("tests.batch.test_interrupt")  # this form excludes it from mypy, like all tests
 
 TIMES = 5
 
 
 def latency(case: Callable[[], object]) -> float:
-    """Seconds from a SIGINT, 0.3 s after the start of the work, to its KeyboardInterrupt."""
+    """Return the seconds from a SIGINT, sent 0.3 s after the start of the work, to its KeyboardInterrupt."""
     sent = []
 
     def press() -> None:
@@ -38,7 +38,7 @@ def latency(case: Callable[[], object]) -> float:
     finally:
         timer.cancel()
         timer.join()
-    raise AssertionError("the work was over before it could be interrupted")
+    raise AssertionError("the work ended before the interrupt")
 
 
 def main() -> None:

@@ -1,12 +1,12 @@
-"""How fast is one checkout beside another? Named cases, timed in turn, on one thread.
+"""Ratio of the speeds of two checkouts: named cases, timed in turn, on one thread.
 
     python -m benchmarks.paired ../before . --repeats 15 disturbed muller
 
-One process per checkout runs throughout, with its kernels compiled. They take turns case by case, so that other
-load on the machine affects both alike, and each time is CPU time of the process. Printed for each case, second checkout
-over first: the ratio of the shortest times, and the median and quartiles of the ratios of neighbouring runs. Where
-the quartiles enclose 1 nothing was found; then more repeats, or a less busy machine, are needed. 2 % is what a change
-that is not meant to change speed may cost.
+Each checkout has one process, which runs until the end, with its kernels compiled. The processes run each case in turn,
+so that other load on the machine affects both equally. Times are CPU times of the process. The output for each case is,
+second checkout over first, the ratio of the shortest times, and the median and quartiles of the ratios of neighbouring
+runs. If the quartiles enclose 1, there is no significant difference; use more repeats, or a less busy machine. A change
+that is not about speed may cost 2 %.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CASES = {
     "single": "[vd.simulate(A=a, transient=200, periods=50) for a in np.linspace(3, 3.06, 64)]",
     "orbits": "vd.orbits(A=3.04, max_period=3)",
 }
-"""What is timed, as Python: nothing repeats in the first, most in the second."""
+"""Timed cases as Python code. In the first no motion repeats; in the second most motions do."""
 
 WORKER = """
 import sys, time
@@ -62,7 +62,7 @@ class Checkout:
         )
 
     def seconds(self, case: str) -> float:
-        """CPU time of one run."""
+        """Return the CPU time of one run."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(case + "\n")
@@ -77,8 +77,8 @@ class Checkout:
 
 
 def compare(first: Checkout, second: Checkout, case: str, repeats: int) -> str:
-    """One line about one case; every second pair runs in the opposite order."""
-    first.seconds(case), second.seconds(case)  # compiled, or loaded, and warm
+    """Return one line about one case; every second pair runs in the opposite order."""
+    first.seconds(case), second.seconds(case)  # not timed: compiles or loads the kernels
     one, other = [], []
     for k in range(repeats):
         if k % 2 == 0:
@@ -95,10 +95,10 @@ def compare(first: Checkout, second: Checkout, case: str, repeats: int) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("first", type=Path, help="folder of the checkout that is 1")
-    parser.add_argument("second", type=Path, help="folder of the other")
-    parser.add_argument("cases", nargs="*", metavar="case", help=f"of {', '.join(CASES)}; all unless given")
-    parser.add_argument("--repeats", type=int, default=15, help="pairs of runs a case (15)")
+    parser.add_argument("first", type=Path, help="folder of the checkout with speed 1")
+    parser.add_argument("second", type=Path, help="folder of the other checkout")
+    parser.add_argument("cases", nargs="*", metavar="case", help=f"out of {', '.join(CASES)}; default: all")
+    parser.add_argument("--repeats", type=int, default=15, help="pairs of runs for each case; default 15")
     options = parser.parse_args()
     unknown = set(options.cases) - set(CASES)
     if unknown or options.repeats < 2:

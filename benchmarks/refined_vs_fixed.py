@@ -1,9 +1,8 @@
-"""Fixed against refined switching: what each costs, how far off it is, and from which Δτ structure is lost.
+"""Fixed and refined switching compared: cost, error, and the Δτ from which the structure is lost.
 
-For A = 1.5 and 3.04 every Δτ of a grid is run with `fixed` and with `muller` and compared with the certified
-orbit: ρ of the section points, whether its impacts keep gaps and order, and whether the word is. For the range
-3.0 ≤ A ≤ 3.25 the same is done for those A whose certified motion is periodic, and the share that keeps its
-order is given.
+For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit: ρ of the
+section points, gaps and order of the impacts, and word. For the range 3.0 ≤ A ≤ 3.25 the same is done for the A with a
+periodic certified motion, and the share that keeps its order is recorded.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from benchmarks.common import arguments, figure, paired, say, write
 from vibrodrive.model.plain import plain
 from vibrodrive.stability import structure
 
-SECTION_PHASE = 2.0  # the mass slides there at every A considered
+SECTION_PHASE = 2.0  # the mass slides at this phase for all A considered
 TRANSIENT, PERIODS = 1000, 500
 SINGLE = (1.5, 3.04)
 RANGE = (3.0, 3.25)
@@ -28,7 +27,7 @@ CRITERION = ("impacts",)
 
 
 def steps(quick: bool) -> np.ndarray:
-    """Δτ from the paper's 1e-5 to 1, a ratio of 1.15 from one to the next where structure is lost."""
+    """Return Δτ from the paper's 1e-5 to 1, with steps by a factor of 1.15 in the range where structure is lost."""
     if quick:
         return np.array([1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.5, 0.7])
     fine = np.exp(np.arange(np.log(0.01), np.log(1.0), np.log(1.15)))
@@ -36,7 +35,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """ρ and structure over Δτ at one A, and where structure is first lost and last kept."""
+    """Return ρ and structure over Δτ at one A, and the Δτ at which structure is first lost and last kept."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
@@ -56,7 +55,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 
 
 def over_range(quick: bool) -> dict[str, Any]:
-    """Share of the periodic motions of the range that keep their order, and the median ρ, over Δτ."""
+    """Return the share of the periodic motions of the range that keep their order, and the median ρ, over Δτ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
     window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section
@@ -79,7 +78,7 @@ def over_range(quick: bool) -> dict[str, Any]:
 
 
 def costs(quick: bool) -> dict[str, float]:
-    """CPU time a period of a sweep over the range, one thread, for each kind of switching."""
+    """Return the CPU time per period of a sweep over the range on one thread, for each kind of switching."""
     n, p = (50, 50) if quick else (500, 200)
     sweep: dict[str, Any] = {"A": np.linspace(*RANGE, n), "transient": 0, "periods": p, "threads": 1}
     kinds: dict[str, dict[str, Any]] = {

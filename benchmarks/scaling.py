@@ -1,7 +1,7 @@
 """Scaling: time of a sweep over its points, its periods, 1/Δτ and threads; memory over its points.
 
-A straight line of slope 1 is proportional; skipping is meant to be flat in 1/Δτ. Memory is the peak of a
-process of its own that runs the command line, which streams blocks to a file.
+A straight line of slope 1 means proportional; with skipping the time should not depend on 1/Δτ. Memory is the peak of a
+separate process that runs the command line, which streams blocks to a file.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ print(peak)
 
 
 def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -> dict[str, float]:
-    """Median seconds of each sweep, all of them timed in turn."""
+    """Return the median seconds of each sweep, all timed in turn."""
     times = paired({str(k): partial(vd.sweep, **run) for k, run in runs.items()}, repeats)
     return {k: t.wall_seconds if wall else t.seconds for k, t in times.items()}
 
@@ -68,7 +68,7 @@ def over_periods(quick: bool, repeats: int) -> dict[str, float]:
 
 
 def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
-    """Time a period at one A over 1/Δτ: both methods, skipping and literal (as far as it is affordable)."""
+    """Return the time per period over 1/Δτ: both methods, skipping and literal (with fewer periods for small Δτ)."""
     found: dict[str, dict[str, float]] = {}
     steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     for method in ("fixed", "muller"):
@@ -100,11 +100,11 @@ def over_threads(quick: bool, repeats: int) -> dict[str, float]:
 
 
 def peak_memory(points: int, periods: int) -> float:
-    """Peak resident memory in MiB of `vibrodrive sweep` over so many points, in a process of its own."""
+    """Return the peak resident memory in MiB of `vibrodrive sweep` over `points` points, in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder, "memory.toml")
         config.write_text(CONFIG.format(points=points, periods=periods), encoding="utf-8")
-        # the process reports its own peak: what its parent sees would count the parent's memory too
+        # the process reports its own peak, because the value seen by its parent includes memory of the parent
         command = [
             sys.executable, "-c", CHILD, "sweep", str(config), "-o", str(Path(folder, "memory.h5")),
             "--threads", "1",
@@ -115,7 +115,7 @@ def peak_memory(points: int, periods: int) -> float:
 
 def memory(quick: bool) -> dict[str, float]:
     counts = (500, 2000) if quick else (2000, 6000, 20_000, 60_000)
-    peak_memory(8, 1)  # compiles: that takes memory of its own, once
+    peak_memory(8, 1)  # compiles, which would add to the memory of the first measurement
     return {str(n): peak_memory(n, 250) for n in counts}
 
 

@@ -1,8 +1,7 @@
-"""Writes the measured tables into docs/benchmarks.md, docs/explorer.md and README.md, between their markers.
+"""Write the measured tables into docs/benchmarks.md, docs/explorer.md and README.md, between their markers.
 
-They are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`.
-
-A table whose results have not been measured, or whose markers are not there, is left as it is, with a note.
+The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. A table without measured results or without
+markers is not changed, and a note is printed.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def number(x: float | None) -> str:
-    """Three significant digits, plain where that is short."""
+    """Return three significant digits, with an exponent for large and small numbers."""
     if x is None:
         return "n/a"
     if x == 0:
@@ -35,7 +34,7 @@ def number(x: float | None) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Seconds in the unit that reads best."""
+    """Return seconds in a suitable unit."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if seconds >= size:
             return f"{number(seconds / size)} {unit}"
@@ -43,7 +42,7 @@ def duration(seconds: float) -> str:
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     head = list(head)
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     lines += ["| " + " | ".join(row) + " |" for row in rows]
@@ -85,17 +84,17 @@ RIVALS = {
     "obvious loop, fixed Δτ = 1e-4": "the obvious loop, fixed Δτ = 1e-4, compiled",
     "scipy solve_ivp": "scipy `solve_ivp`",
 }
-"""What the README compares with: what a user would otherwise use."""
+"""Contestants of the table in the README, and their labels there."""
 
 
 def _behind(at: dict[str, Any], name: str) -> float | None:
-    """How many times slower than the certified sweep: the median of pairs, where these were measured."""
+    """Return the ratio of times to the certified sweep: the median of pairs if measured, else the ratio of rates."""
     rates = at["periods_per_second"]
     return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
 
 
 def speed(data: dict[str, Any]) -> str:
-    """The six rows of the README."""
+    """Return the table of the README, six rows."""
     runs = data["one_thread"]
     head = ["periods per second on one core, A = 3…3.25", *(f"ε = {at['eps']:g}" for at in runs)]
     rows = []
@@ -161,12 +160,12 @@ def compile_time(data: dict[str, Any]) -> str:
 
 
 def explorer(data: dict[str, Any]) -> str:
-    """What the mouse feels: medians, and what 95 % of the pictures or clicks stay below."""
+    """Return the table of picture rates and delays: medians, and 95th percentiles in parentheses."""
 
     def milliseconds(found: dict[str, float]) -> str:
         return f"{found['median']:.0f} ms ({found['p95']:.0f})"
 
-    head = ["1000 columns", "pictures a second", "lag", "whole picture after the mouse rests"]
+    head = ["1000 columns", "pictures a second", "lag", "complete picture after the mouse stops"]
     rows = [
         [name.replace(", 1000 × (", ", ").replace(")", " periods"), f"{row['frames_per_second']:.1f}",
          milliseconds(row["milliseconds"]), f"{row['settled_seconds']:.1f} s"]
@@ -181,7 +180,7 @@ def explorer(data: dict[str, Any]) -> str:
 
 
 def first_picture(data: dict[str, Any]) -> str:
-    """How long one waits for it."""
+    """Return the sentence about the time to the first picture."""
     seconds = data["picture painted"]
     return (
         "From the command to the first picture, in a browser that has shown the page before and with the kernels on "
@@ -190,7 +189,7 @@ def first_picture(data: dict[str, Any]) -> str:
 
 
 class Place(NamedTuple):
-    """A table: where it goes, what it is made of, and how."""
+    """A table: its page, the JSON file with its data, and the function that makes it."""
 
     page: Path
     source: str
@@ -212,7 +211,7 @@ TABLES = {
 
 
 def fill(text: str, name: str, content: str) -> str | None:
-    """`text` with the part between the markers of `name` replaced; None if the markers are not there."""
+    """Return `text` with the part between the markers of `name` replaced; None without markers."""
     begin, end = f"<!-- benchmark:{name} -->", f"<!-- /benchmark:{name} -->"
     pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
     if not pattern.search(text):

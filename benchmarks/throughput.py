@@ -1,11 +1,11 @@
-"""Throughput: excitation periods a second of a sweep over A = 3…3.25, beside what people would write.
+"""Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
-Certified switching, trajectories in batches, against one trajectory at a time with libm's sine and cosine,
-hand-written Numba, heyoka and scipy on the same sweep; the literal scan against the obvious loop; the paper's
-own setting (Δτ = 1e-5, Muller to 1e-7) against certified. One thread; all threads last. Every contestant's
-sections are compared with certified ones, so that none is fast only because it is wrong. At ε = 0 a
-certified motion that comes back to the last bit is copied from then on; the cost of computing is measured on motions
-of which none comes back within the record.
+The comparisons on the same sweep are: certified switching in batches with one trajectory at a time with sine and cosine
+of libm, hand-written Numba, heyoka and scipy; the literal scan with the obvious loop; the setting of the paper
+(Δτ = 1e-5, Muller to 1e-7) with certified. All use one thread; a last measurement uses all threads. The sections of
+every contestant are compared with certified ones, so that none is fast only because it is wrong. At ε = 0 a certified
+motion that returns to the same bits is copied from then on; the cost of computation is therefore measured on motions
+that do not return within the record.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
 COMPUTED = "certified, where nothing repeats"
-"""Stable motions that never rest, so weakly attracting that in PERIODS periods none settles to the last bit."""
+"""Stable motions without rest, attracting so weakly that none repeats its bits within PERIODS periods."""
 
 
 def values(n: int) -> np.ndarray:
-    """n values of A: every one of the sweep's POINTS, thinned for slow contestants."""
+    """Return n values of A: all POINTS of the sweep, or fewer for slow contestants."""
     return np.linspace(*RANGE, POINTS)[:: max(1, POINTS // n)]
 
 
 @dataclass(frozen=True, eq=False)
 class Contestant:
-    """A sweep over `A`, `periods` from rest each, that returns the sections (points, periods, 2) or None."""
+    """A sweep over `A`, each for `periods` periods from rest. It returns the sections (points, periods, 2) or None."""
 
     A: np.ndarray
     periods: int
@@ -57,7 +57,7 @@ def ours(**settings: Any) -> Callable[[np.ndarray, int], np.ndarray]:
 
 
 def compiled_scalar(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
-    """The certified kernel, one trajectory at a time."""
+    """Return a sweep by the certified kernel, one trajectory at a time."""
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
         section = np.empty((len(A), periods, 2))
@@ -69,7 +69,7 @@ def compiled_scalar(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
 
 
 def compiled_loop(kernel: Callable[..., Any], eps: float, *parameters: float):
-    """A kernel of `event_loop`, called for each A from Python: microseconds a call, of milliseconds."""
+    """Return a sweep that calls a kernel of `event_loop` for each A from Python: µs for a call that takes ms."""
     none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
@@ -105,7 +105,7 @@ def scipy_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
 
 
 def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
-    """Everyone on one thread, each with as much work as takes it some tenths of a second."""
+    """Return all contestants on one thread, each with work for some tenths of a second."""
     n, p = (100, 100) if quick else (POINTS, PERIODS)
     scan = scan_newton.STEP_DISTURBED if eps > 0.0 else scan_newton.STEP
     paper = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
@@ -148,10 +148,10 @@ def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[st
 
 
 def off(contestant: Contestant, eps: float) -> float:
-    """Share of its trajectories whose first 10 section points are more than 1e-3 off certified ones.
+    """Return the share of trajectories whose first 10 section points differ by more than 1e-3 from certified ones.
 
-    Only the first periods are compared: many of these motions are irregular, and no two computations of an
-    irregular motion stay together. A missed switch shows at once.
+    Only the first periods are compared, because many of these motions are irregular, and any two computations of an
+    irregular motion diverge. A missed switch appears in the first periods.
     """
     first = min(contestant.periods, 10)
     true = vd.sweep(A=contestant.A, eps=eps, transient=0, periods=first, threads=1).section
@@ -160,7 +160,7 @@ def off(contestant: Contestant, eps: float) -> float:
 
 
 def one_thread(eps: float, quick: bool) -> dict[str, Any]:
-    """Periods a second and the ratios that matter, of everyone at this ε."""
+    """Return the periods per second and the ratios of all contestants at this ε."""
     everyone, missing = contestants(eps, quick)
     times = paired(everyone, 3 if quick else 7)
     rate = {name: everyone[name].total / t.seconds for name, t in times.items()}
@@ -190,7 +190,7 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
 
 
 def threads(quick: bool, busy: float) -> dict[str, Any]:
-    """Certified on a sweep of mixed ε, one thread and all, wall time."""
+    """Measure certified on a sweep with several ε, on one thread and on all, wall time."""
     count = os.cpu_count() or 1
     run: dict[str, Any] = {
         "A": np.linspace(*RANGE, 50 if quick else 500),
@@ -205,7 +205,7 @@ def threads(quick: bool, busy: float) -> dict[str, Any]:
 
 
 def busy_share() -> float:
-    """Share of the cores busy over the last minute: speed-ups mean little on a busy machine."""
+    """Return the share of the cores busy over the last minute: speed-ups are unreliable on a busy machine."""
     return min(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
 
 

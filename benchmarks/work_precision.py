@@ -1,10 +1,10 @@
-"""Work and precision: the error of every way to find a switch over what it costs, against 50 digits.
+"""Work and precision: error of every method of locating a switch over its cost, relative to 50 digits.
 
-Columns: A = 1.5 and 3.04 undisturbed, A = 3.04 with ε = 2e-4. Errors are the largest error of a switching
-time over 20 periods from rest, and the distance ρ of 1000 section points from the undisturbed orbit. Costs
-are CPU time a period on one thread, compilation excluded, and evaluations of switching functions (or of the
-equations of motion) a period. A setting that missed or invented a switch has no accuracy: a cross at the
-top of the figure stands at its cost, and the switches are counted in the JSON.
+Columns: A = 1.5 and 3.04 undisturbed, A = 3.04 with ε = 2e-4. Errors are the largest error of a switching time over 20
+periods from rest, and the distance ρ of 1000 section points from the undisturbed orbit. Costs are CPU time per period
+on one thread, without compilation, and evaluations of switching functions (or of the equations of motion) per period.
+A setting that missed or invented a switch is a cross at the top of the figure, at its cost. The JSON contains the
+number of these switches.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ from benchmarks.peers.record import Case, Run, Unavailable
 from vibrodrive.model.plain import plain
 
 PERIODS = 20
-SECTION_PHASE = 2.0  # the mass slides there in both orbits: at 0 it rests, and every method is right
+SECTION_PHASE = 2.0  # the mass slides at this phase in both orbits; at phase 0 it rests, and no method has an error
 UNUSUAL, SECTIONS = 400, 1000
-TIMED, AFFORDED = 0.1, 15.0  # seconds: of one measurement, of a long run for ρ
-STEPS_OBVIOUS = 1e8  # of the obvious loop
+TIMED, AFFORDED = 0.1, 15.0  # seconds: one measurement; limit of a long run for ρ
+STEPS_OBVIOUS = 1e8  # limit for the obvious loop
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One column of the figure. n: period of the stable orbit, 0 where ρ has no meaning."""
+    """One column of the figure. n: period of the stable orbit, 0 if ρ has no meaning."""
 
     A: float
     eps: float
@@ -79,13 +79,13 @@ class Point:
 
 
 def evaluations(t: Any, grid_points: float | None) -> float | None:
-    """Evaluations a period; without a counter the grid points of a literal scan are known all the same."""
+    """Return the evaluations per period; without a counter those of a literal scan, `grid_points`."""
     counted = getattr(t, "evaluations", None)
     return counted / PERIODS if counted is not None else grid_points
 
 
 def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: Any) -> Point:
-    """One setting of `vd.simulate`."""
+    """Measure one setting of `vd.simulate`."""
     base = {"A": scene.A, "eps": scene.eps, **method}
     literal = method.get("scan") == "literal"
     steps = TWO_PI / method["dtau"] if literal else 1.0
@@ -94,7 +94,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
     s = t.switches
     error = switch_error(true, s["period"], s["phase"], s["before"], s["after"])
     start = time.process_time()
-    vd.simulate(**base, transient=0, periods=PERIODS)  # of one period alone a call would cost the most
+    vd.simulate(**base, transient=0, periods=PERIODS)  # for a single period the call itself would dominate
     once = (time.process_time() - start) / PERIODS
     timed: dict[str, Any] = {"transient": 0, "periods": int(np.clip(TIMED / once, 1, 2000))}
     timing = paired({"": lambda: vd.simulate(**base, **timed)}, repeats)[""]
@@ -111,7 +111,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
 
 
 def batched_point(scene: Scene, repeats: int) -> Point:
-    """Certified in a sweep of 1024 neighbouring points: the same bits, at the cost per point of a batch."""
+    """Measure `certified` in a sweep of 1024 neighbouring points: the same bits, at the cost per point of a batch."""
     A = scene.A + 1e-9 * np.arange(1024)
     run: dict[str, Any] = {
         "A": A, "eps": scene.eps, "method": "certified", "transient": 100, "periods": 100, "threads": 1,
@@ -146,7 +146,7 @@ def our_points(scene: Scene, quick: bool) -> Iterable[Point]:
 def peer_point(
     scene: Scene, family: str, setting: str, run: Callable[[Case], Run], true: Truth, seconds_allowed: float
 ) -> Point:
-    """One setting of a peer. ρ is left out where its long run would take more than `seconds_allowed`."""
+    """Measure one setting of a peer. ρ is omitted if its long run would take more than `seconds_allowed`."""
     short = run(Case(scene.A, scene.eps, periods=PERIODS))
     error = switch_error(true, short.period, short.phase, short.before, short.after)
     far, seconds, notes = None, short.seconds, short.notes
@@ -162,7 +162,7 @@ def peer_point(
 
 
 def peers(scene: Scene, quick: bool) -> Iterable[tuple[str, str, Callable[[Case], Run]]]:
-    """(family, setting, how to run it) of every peer at every setting."""
+    """Yield (family, setting, function that runs it) of every peer at every setting."""
     disturbed = scene.eps > 0.0
     yield certified_scalar.NAME, "", certified_scalar.run
     scans = (0.03, 0.01, 3e-3, 1e-3, 3e-4) if disturbed else (1.0, 0.3, 0.1, 0.01)
@@ -181,7 +181,7 @@ def peers(scene: Scene, quick: bool) -> Iterable[tuple[str, str, Callable[[Case]
 
 
 def measure(quick: bool) -> tuple[list[Point], list[str]]:
-    """All points, and notes on peers that are missing."""
+    """Return all points, and the families of the peers that are not installed."""
     points: list[Point] = []
     missing: list[str] = []
     for scene in SCENES:
@@ -208,7 +208,7 @@ ROWS = (
 
 
 def draw(points: list[Point]):
-    """Rows: error over time, error over evaluations, ρ over time; the free corner holds the legend."""
+    """Draw rows: error over time, error over evaluations, ρ over time; the free corner contains the legend."""
     fig, axes = figure(10.0, 9.6, columns=3, rows=3)
     families = list(dict.fromkeys(p.family for p in points))
     styles = {f: look(k, next(p.ours for p in points if p.family == f)) for k, f in enumerate(families)}
@@ -243,7 +243,7 @@ def draw(points: list[Point]):
 
 
 def summary(points: list[Point]) -> list[dict[str, Any]]:
-    """For each scene and family the cheapest setting among the most accurate ones (within 10 × the best)."""
+    """Return for each scene and family the cheapest of the most accurate settings (within 10 × the best)."""
     rows = []
     for scene in SCENES:
         for family in dict.fromkeys(p.family for p in points):

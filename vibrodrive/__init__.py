@@ -1,13 +1,13 @@
 """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee.
 
-Names are imported when they are first used: `import vibrodrive` alone loads neither Numba nor HDF5.
+Names are imported on first use, so `import vibrodrive` loads neither Numba nor HDF5.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # as `typing` has it, without its import: see __main__
+TYPE_CHECKING = False  # defined here to avoid the import of `typing`: see __main__
 
 __version__ = "0.1.0"
 
@@ -89,7 +89,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'vibrodrive' has no attribute {name!r}")
     value = getattr(import_module(f"vibrodrive.{_HOMES[name]}"), name)
-    globals()[name] = value  # found without this function from now on
+    globals()[name] = value  # later accesses do not call this function
     return value
 
 

@@ -1,4 +1,4 @@
-"""`vibrodrive`, and `python -m vibrodrive`, which is the same."""
+"""Entry point of `vibrodrive` and of `python -m vibrodrive`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-TYPE_CHECKING = False  # without `typing`, which takes 5 ms to import: until `main` runs, Ctrl-C ends with a traceback
+TYPE_CHECKING = False  # `typing` takes 5 ms to import, and until `main` runs Ctrl-C gives a traceback
 if TYPE_CHECKING:
     from typing import NoReturn
 
@@ -15,7 +15,7 @@ def main() -> NoReturn:
     """Run the command line and exit."""
     signal.signal(signal.SIGINT, _stop)  # while the commands are imported
     _open_closed_streams()
-    os.environ["MPLBACKEND"] = "agg"  # commands write figures to files, whatever display is set up
+    os.environ["MPLBACKEND"] = "agg"  # commands write figures to files and need no display
     from vibrodrive.cli import main as run
 
     run()
@@ -27,13 +27,13 @@ def _stop(signum: int, frame: object) -> None:
 
 
 def _open_closed_streams() -> None:
-    """Open the standard streams that the shell closed (`2>&-`), on the null device.
+    """Open standard streams that the shell has closed (`2>&-`) on the null device.
 
-    Otherwise the first file that is opened gets their number, and messages are written into it.
+    Otherwise the first file that is opened gets their number, and messages are written into that file.
     """
     for name, number in (("stdin", 0), ("stdout", 1), ("stderr", 2)):
         if getattr(sys, name) is None:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free: this one
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this one
             setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115 (open until the end)
 
 

@@ -1,4 +1,4 @@
-"""Exceptions that users can meet: each is a `VibrodriveError`, and a ValueError, RuntimeError or OSError.
+"""Public exceptions. Each is a `VibrodriveError` and also a ValueError, RuntimeError or OSError.
 
 Examples
 --------
@@ -37,23 +37,23 @@ class ConfigError(VibrodriveError, ValueError):
 
 
 class TooLarge(VibrodriveError, ValueError):
-    """A sweep that fits neither the memory nor the disk; the sentence has the numbers."""
+    """A sweep does not fit the memory or the disk; the message contains the numbers."""
 
 
 class Different(VibrodriveError, ValueError):
-    """A file was made from another configuration; the message has the keys that differ."""
+    """A file was made from another configuration; the message contains the keys that differ."""
 
 
 class NoResult(VibrodriveError, ValueError):
-    """A file that is no result file of this version."""
+    """A file is not a result file of this version."""
 
 
 class Damaged(NoResult):
-    """A result file that cannot be read (as a whole, or one of its blocks)."""
+    """A result file, or a block of it, cannot be read."""
 
 
 class OtherKind(NoResult):
-    """A good result file, but of another kind than is wanted; the message says which."""
+    """A valid result file is of another kind than required; the message contains its kind."""
 
 
 class Busy(VibrodriveError, RuntimeError):
@@ -61,13 +61,13 @@ class Busy(VibrodriveError, RuntimeError):
 
 
 class Failed(VibrodriveError, RuntimeError):
-    """A sweep broke off while computing; its file can be resumed."""
+    """A sweep ended with an error during the computation; its file can be resumed."""
 
 
 class Unwritable(VibrodriveError, OSError):
     """The system refused to write (disk full, file too large, …); str() is one line.
 
-    What is committed stays, and a sweep can be resumed.
+    Committed results are kept, and a sweep can be resumed.
     """
 
     def __str__(self) -> str:

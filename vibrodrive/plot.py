@@ -1,7 +1,7 @@
-"""Every figure: what was computed or loaded, as a Matplotlib Figure that shows itself in a notebook.
+"""Functions that draw results, computed or loaded, and return a Matplotlib Figure, which a notebook displays.
 
-All take `style` and `width`, and `ax`, the axes to draw into; they then return the Figure that those are of: one Axes
-where the figure has one panel, else a sequence of as many as it has panels.
+Each takes `style`, `width` and `ax`. `ax` is the axes to draw into: one Axes for a figure with one panel, else a
+sequence with one Axes for each panel. The function then returns the Figure that contains these axes.
 
 Examples
 --------
@@ -11,7 +11,7 @@ Examples
 >>> figure = vd.plot.bifurcation(r, quantity="xi")
 >>> figure.savefig("diagram.pdf")
 
-In axes of one's own, a motion beside its section:
+In existing axes, a motion next to its section:
 
 >>> from matplotlib.figure import Figure
 >>> figure = Figure(figsize=(8, 3), layout="constrained")

@@ -1,7 +1,7 @@
-"""What is judged (claims of the paper, checks of an installation), its verdict, and the two files that say so.
+"""Verdicts on claims of the paper and on checks of an installation, and the two files that contain them.
 
-A claim or a check is a function with an id and a title. What it computes becomes a Judged: an object of the JSON file
-and rows of the table on the page in Markdown.
+A claim or a check is a function with an id and a title. Its result is a Judged: an object of the JSON file and rows of
+the table in the Markdown page.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from vibrodrive.store.draft import drafted
 
 
 class NotApplicable(ValueError):
-    """The reason why something cannot be judged, or drawn, with this configuration or on this machine."""
+    """A claim, check or figure does not apply to this configuration or machine; the message is the reason."""
 
 
 @dataclass(frozen=True)
 class Judged:
     """One claim or check with its verdict.
 
-    text : what came out, or why it could not be judged.
-    record : the other entries of its object in the JSON file, in order.
+    text : result, or the reason for the lack of a verdict.
+    record : other entries of its object in the JSON file, in order.
     rows : its rows of the table, cells of Markdown.
     """
 
@@ -38,18 +38,18 @@ class Judged:
     rows: Sequence[Sequence[str]]
 
     def document(self) -> dict[str, Any]:
-        """The object that stands for it in the JSON file."""
+        """Return its object of the JSON file."""
         return {"id": self.id, **plain(self.record), "verdict": str(self.verdict)}
 
 
 def counts(judged: Sequence[Judged], noun: str, verdicts: Iterable[StrEnum]) -> str:
-    """`12 checks: 10 holds, …` as a sentence."""
+    """Return the numbers of verdicts as one line: `12 checks: 10 holds, …`."""
     numbers = [f"{sum(j.verdict is v for j in judged)} {v}" for v in verdicts]
     return f"{len(judged)} {noun}: {', '.join(numbers)}"
 
 
 def table(head: Sequence[str], judged: Sequence[Judged]) -> list[str]:
-    """The lines of a table in Markdown with the rows of each claim or check."""
+    """Return the lines of a Markdown table with the rows of each claim or check."""
     rows = [[cell.replace("|", r"\|") for cell in row] for j in judged for row in j.rows]
     return [_row(head), "|" + "---|" * len(head), *map(_row, rows)]
 
@@ -59,7 +59,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def write(folder: Path, name: str, document: Mapping[str, Any], page: Sequence[str]) -> list[Path]:
-    """NAME.json and NAME.md in a directory, made if it is not there. Raises OSError."""
+    """Write NAME.json and NAME.md into a directory, created if missing; return their paths. Raises OSError."""
     texts = {
         "json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
         "md": "\n".join(page) + "\n",

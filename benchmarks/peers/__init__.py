@@ -1,1 +1,1 @@
-"""What people use today for this model, set up as each one's own users would, and tuned."""
+"""Other methods for this model, each set up as its own users would, and tuned."""

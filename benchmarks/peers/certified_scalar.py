@@ -1,11 +1,10 @@
-"""One certified trajectory at a time, with libm's sine and cosine: what batching is measured against.
+"""One certified trajectory at a time, with sine and cosine of libm: the reference for the gain by batching.
 
-The first zero of g is found by steps that cannot jump over it: if g > 0 and |g''| ≤ M ahead, there is none
-before the positive root s of g + g's − Ms²/2. For ε > 0 the bound M is that of the fast term; the split
-g = slow + fast, |fast| ≤ a, gives the same step for `slow − a` with the small M of the slow term, and the
-longer of the two is taken. At ε = 0 the ends of sticking and resting are arcsines. Time is kept as whole
-periods and phases, sines and cosines at a switch are carried into the next state, and the section at ε = 0
-costs no sine at all.
+The first zero of g is found by steps that cannot jump over it: if g > 0 and |g''| ≤ M ahead, there is no zero before
+the positive root s of g + g's − Ms²/2. For ε > 0 the bound M is that of the fast term; the split g = slow + fast,
+|fast| ≤ a, gives the same step for `slow − a` with the small M of the slow term, and the longer of the two steps is
+taken. At ε = 0 the ends of sticking and resting are arcsines. Time is stored as a number of periods and phases, sines
+and cosines at a switch are used again in the next state, and the section at ε = 0 needs no sine.
 """
 
 from __future__ import annotations
@@ -19,13 +18,13 @@ from benchmarks.peers.record import Case, Run, run_kernel
 
 NAME = "certified, one at a time (libm)"
 TWO_PI = 2.0 * math.pi
-CLOSE = 1e-15  # the zero is at most this far behind the last step
-SHORT = 1e-13  # least step: a tangency is approached linearly, and would take forever
+CLOSE = 1e-15  # largest distance of the zero after the last step
+SHORT = 1e-13  # least step: near a tangency the steps converge linearly, without end
 
 
 @jit
 def safe_step(g, slope, bound):
-    """The positive root s of g + slope s − bound s²/2, g ≥ 0."""
+    """Return the positive root s of g + slope s − bound s²/2, g ≥ 0."""
     root = math.sqrt(slope * slope + 2.0 * bound * g)
     if slope < 0.0:
         return 2.0 * g / (root - slope)
@@ -34,10 +33,10 @@ def safe_step(g, slope, bound):
 
 @jit
 def slide(A, B, eps, eta, sign, flat, phi, theta, xi, dxi, s0, c0, fs0, fc0):
-    """From a switch at phase phi (fast phase theta) to the end of UP (sign = 1) or DOWN (−1).
+    """Compute a slide from a switch at phase phi (fast phase theta) to the end of UP (sign = 1) or DOWN (−1).
 
-    s0, c0, fs0, fc0 are the sines and cosines there; `flat` says that ξ'' = 0 there. Returns (h, impact?,
-    ξ, sin, cos of the slow and of the fast phase at the end, evaluations).
+    s0, c0, fs0, fc0 are the sines and cosines at the switch; `flat` means that ξ'' = 0 at the switch. Returns (h,
+    impact?, ξ, sin, cos of the slow and of the fast phase at the end, evaluations).
     """
     fast = A * eps * eta
     m_slow = A
@@ -85,7 +84,7 @@ def slide(A, B, eps, eta, sign, flat, phi, theta, xi, dxi, s0, c0, fs0, fc0):
         last = slope < 0.0 and m * s * s <= -CLOSE * slope
         if not last:
             s = max(s, SHORT)
-    # ξ falls all the way, so its zero in (before, h] is unique: Newton, kept inside
+    # ξ decreases in (before, h], so its zero is unique: Newton's method within the bracket
     low, high = before, h
     for _ in range(60):
         if x > 0.0:
@@ -111,7 +110,7 @@ def slide(A, B, eps, eta, sign, flat, phi, theta, xi, dxi, s0, c0, fs0, fc0):
 
 @jit
 def wait(A, B, eps, eta, sticking, phi, theta, s0, c0, fs0, fc0, longest):
-    """From a switch to the end of STICK or REST, ε > 0: H reaches 1 (or −1, sticking). Returns as `slide`."""
+    """Compute the end of STICK or REST after a switch, ε > 0: H reaches 1 (or −1, sticking). Returns as `slide`."""
     fast = A * eps * eta * eta
     m_slow = A
     m = A + fast * eta * eta
@@ -256,7 +255,7 @@ def kernel(A, B, eps, eta, phi_s, transient, periods, section, period, phase, be
 
 @jit
 def sweep(points, eta, transient, periods, section):
-    """Rows (A, B, ε) of `points`, one after the other; section float64 (points, periods, 2)."""
+    """Compute the rows (A, B, ε) of `points` in turn; section float64 (points, periods, 2)."""
     none = np.empty(0, np.int64)
     nothing = np.empty(0)
     empty = np.empty(0, np.int8)
@@ -269,5 +268,5 @@ def sweep(points, eta, transient, periods, section):
 
 
 def run(case: Case, repeats: int = 3) -> Run:
-    """The case, every switch certified to 1e-15."""
+    """Run the case, every switch certified to 1e-15."""
     return run_kernel(NAME, case, kernel, (), repeats=repeats)

@@ -1,4 +1,4 @@
-"""The loop that the closed-form peers share: find the next switch, cross sections, decide, record."""
+"""Loop of the closed-form peers: find the next switch, cross sections, decide, record."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ TWO_PI = 2.0 * math.pi
 
 
 def event_loop(locate):
-    """A compiled kernel (see `run_kernel`) around one way to find the end of a state.
+    """Return a compiled kernel (see `run_kernel`) for one method of finding the end of a state.
 
-    `locate(A, B, eps, eta, step, tol, state, t0, xi, c0, d0, end)` returns (τ of the switch, impact?,
-    evaluations), τ > end if there is none before `end`. At a switch ξ' := 0 (at an impact ξ := 0 too) and
-    ξ stays as it is there. Time is a plain growing τ, as one writes it.
+    `locate(A, B, eps, eta, step, tol, state, t0, xi, c0, d0, end)` returns (τ of the switch, impact?, evaluations),
+    with τ > end if there is none before `end`. At a switch ξ' := 0; at an impact also ξ := 0, else ξ keeps its value.
+    Time is one growing number τ.
     """
 
     @jit

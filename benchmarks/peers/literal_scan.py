@@ -1,7 +1,7 @@
-"""The obvious compiled loop: the whole closed form, from libm, at every point of the grid.
+"""The obvious compiled loop: the complete closed form, with libm, at every point of the grid.
 
-This is the paper's computation as one would first write it in a compiled language: `fixed` (§5) takes the
-first grid point after a sign change as the switch, `muller` (§4) refines the sign change by Muller's method.
+This is the computation of the paper in its simplest compiled form: `fixed` (§5) takes the first grid point after a sign
+change as the switch, `muller` (§4) refines the sign change by Muller's method.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NAME_MULLER = "literal scan: Muller"
 
 @jit
 def ended(state, xi, dxi, h):
-    """Has the valid switching function changed sign?"""
+    """Return True if the valid switching function has changed sign."""
     if state == UP:
         return dxi < 0.0
     if state == DOWN:
@@ -46,7 +46,7 @@ def locate_fixed(A, B, eps, eta, step, tol, state, t0, xi, c0, d0, end):
 
 @jit
 def muller(A, B, eps, eta, tol, which, t0, c0, d0, low, high):
-    """Muller's method from the ends and the middle of a bracket, which it never leaves."""
+    """Refine by Muller's method, from the ends and the middle of a bracket; it does not leave the bracket."""
     x0, x1, x2 = low, high, 0.5 * (low + high)
     f0 = function(A, B, eps, eta, which, t0, c0, d0, x0)
     f1 = function(A, B, eps, eta, which, t0, c0, d0, x1)
@@ -106,11 +106,11 @@ kernel_muller = event_loop(locate_muller)
 
 
 def run_fixed(case: Case, step: float, repeats: int = 3) -> Run:
-    """`fixed` on the grid kΔτ, every point visited."""
+    """Run `fixed` on the grid kΔτ, with every point visited."""
     return run_kernel(NAME_FIXED, case, kernel_fixed, (step, 0.0), repeats=repeats, notes=(f"Δτ = {step:g}",))
 
 
 def run_muller(case: Case, step: float, tol: float = 1e-7, repeats: int = 3) -> Run:
-    """Scan of h = jΔτ from each switch, every point visited, then Muller's method to |step| < tol."""
+    """Scan h = jΔτ from each switch, with every point visited, then apply Muller's method to |step| < tol."""
     notes = (f"Δτ = {step:g}, tol = {tol:g}",)
     return run_kernel(NAME_MULLER, case, kernel_muller, (step, tol), repeats=repeats, notes=notes)

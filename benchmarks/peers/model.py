@@ -1,4 +1,4 @@
-"""The model in libm's sine and cosine, for the hand-written peers. Equation numbers are the paper's."""
+"""The model with sine and cosine of libm, for the hand-written peers. Equation numbers are those of the paper."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import math
 from numba import njit
 
 UP, DOWN, STICK, REST, IMPACT = 0, 1, 2, 3, 4
-BUDGET = 20_000  # switches in one period, after which a peer is stopped
+BUDGET = 20_000  # switches allowed in one period; with more a peer stops
 
 jit = njit(error_model="numpy", nogil=True)
 
 
 @jit
 def force(A, B, eps, eta, tau):
-    """H(τ): the adhesive force, with the disturbance of eq. (9)."""
+    """Return H(τ), the adhesive force with the disturbance of eq. (9)."""
     h = A * math.sin(tau) - B
     if eps > 0.0:
         h += A * eps * eta * eta * math.sin(eta * tau)
@@ -23,7 +23,7 @@ def force(A, B, eps, eta, tau):
 
 @jit
 def velocity(A, B, eps, eta, sign, t0, c0, tau):
-    """ξ' of eqs. (4), (5), (9) at τ, sliding in direction `sign` since t0; c0 from `constants`."""
+    """Return ξ' of eqs. (4), (5), (9) at τ for a slide in direction `sign` since t0; c0 from `constants`."""
     v = c0 - (B + sign) * (tau - t0) - A * math.cos(tau)
     if eps > 0.0:
         v -= A * eps * eta * math.cos(eta * tau)
@@ -32,7 +32,7 @@ def velocity(A, B, eps, eta, sign, t0, c0, tau):
 
 @jit
 def gap(A, B, eps, eta, sign, t0, c0, d0, tau):
-    """ξ of eqs. (4), (5), (9) at τ."""
+    """Return ξ of eqs. (4), (5), (9) at τ."""
     h = tau - t0
     x = d0 + c0 * h - 0.5 * (B + sign) * h * h - A * math.sin(tau)
     if eps > 0.0:
@@ -42,7 +42,7 @@ def gap(A, B, eps, eta, sign, t0, c0, d0, tau):
 
 @jit
 def constants(A, eps, eta, t0, xi, dxi):
-    """The two constants of integration of a slide that starts at t0 with ξ, ξ'."""
+    """Return the two constants of integration of a slide that starts at t0 with ξ, ξ'."""
     c0 = dxi + A * math.cos(t0)
     d0 = xi + A * math.sin(t0)
     if eps > 0.0:
@@ -53,7 +53,7 @@ def constants(A, eps, eta, t0, xi, dxi):
 
 @jit
 def decide(before, h, impact):
-    """The state after `before` has ended at a time where H = h (Fig. 2)."""
+    """Return the state after `before`, which ended at an instant with H = h (Fig. 2)."""
     if before in (IMPACT, REST):
         return UP if h > 1.0 or before == REST else REST
     if before == STICK:

@@ -1,4 +1,4 @@
-"""The record that every peer returns, and how it is timed."""
+"""Record that every peer returns, and its timing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TWO_PI = 2.0 * math.pi
 
 
 class Unavailable(RuntimeError):
-    """A peer's package is not installed: the caller leaves it out, with a note."""
+    """The package of a peer is not installed. The caller omits the peer, with a note."""
 
 
 @dataclass(frozen=True)
@@ -39,18 +39,18 @@ class Case:
 
     @property
     def first_section(self) -> float:
-        """The first section instant after τ = 0; the others follow 2π apart."""
+        """First section instant after τ = 0; the others follow at distances of 2π."""
         return self.section_phase if self.section_phase > 0.0 else TWO_PI
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a peer made of a case.
+    """Result of a peer for a case.
 
     Switches are those in (2πT, 2π(T + P)], in order: `period` int64 (n,) and `phase` float64 (n,) with
     τ = 2π·period + phase, `before` and `after` int8 (n,) as `vibrodrive.State`. `section` is float64
-    (periods, 2) with ξ, ξ'. `seconds` is CPU time a period, warm, the median of the repetitions.
-    `evaluations` of the equations of motion or switching functions a period; None where it cannot be counted.
+    (periods, 2) with ξ, ξ'. `seconds` is the CPU time per period without compilation, the median of the repetitions.
+    `evaluations` of the equations of motion or switching functions per period; None if they cannot be counted.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Run:
 
 
 class Recorder:
-    """Collects the switches and section points of a peer that runs in Python."""
+    """Recorder of the switches and section points of a peer that runs in Python."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -78,7 +78,7 @@ class Recorder:
         self.section_time = case.first_section
 
     def point(self, xi: float, dxi: float) -> None:
-        """The state at `section_time`, which moves on by one period."""
+        """Record the state at `section_time`, and advance `section_time` by one period."""
         k = self._next - self.case.transient
         if 0 <= k < self.case.periods:
             self.section[k] = xi, dxi
@@ -86,7 +86,7 @@ class Recorder:
         self.section_time = self.case.first_section + TWO_PI * self._next
 
     def follow(self, switches: Iterable[Switch]) -> int:
-        """Record switches, and the section while the mass waits, up to the end; the completed periods."""
+        """Record switches, and section points of the mass at rest, up to the end; return the completed periods."""
         begin, end = self.begin, self.end
         used, next_period, xi = 0, TWO_PI, 0.0
         for tau, before, after, gap in switches:
@@ -106,12 +106,12 @@ class Recorder:
         return self.case.total
 
     def rest(self, until: float, xi: float) -> None:
-        """The section points up to a time at which the mass still waits."""
+        """Record the section points of a sticking or resting mass up to `until`."""
         while self.section_time <= until:
             self.point(xi, 0.0)
 
     def run(self, name: str, work: Callable[[], int], evaluations: int | None, repeats: int, *notes: str) -> Run:
-        """The Run of what was recorded, with the time that `work` takes; it gives the completed periods."""
+        """Return the Run of the recorded data, with the time of `work`, which returns the completed periods."""
         done = max(work(), 1)
         seconds = cpu_seconds(work, repeats) / done
         per_period = None if evaluations is None else evaluations / done
@@ -122,12 +122,12 @@ class Recorder:
 
 
 def gave_up(case: Case, done: int) -> list[str]:
-    """A note on a peer that did not come to the end of a case."""
+    """Return a note if a peer did not reach the end of a case."""
     return [f"gave up after {done} of {case.total} periods: too many switches"] if done < case.total else []
 
 
 def cpu_seconds(work: Callable[[], object], repeats: int) -> float:
-    """Median CPU time of `work()` over `repeats` calls; the caller has warmed it up."""
+    """Return the median CPU time of `work()` over `repeats` calls; the caller has called it before."""
     spent = []
     for _ in range(repeats):
         start = time.process_time()
@@ -149,8 +149,8 @@ def run_kernel(
     """Run and time a compiled peer.
 
     `kernel(A, B, eps, eta, *arguments, phi_s, transient, periods, section, period, phase, before, after)`
-    fills the arrays and returns (switches in the window, evaluations, completed periods). Short cases are
-    repeated until one measurement takes about `least` seconds, so that the clock's grain does not show.
+    fills the arrays and returns (switches in the window, evaluations, completed periods). Short cases are repeated
+    until one measurement takes about `least` seconds, much longer than the resolution of the clock.
     """
     model = (case.A, case.B, case.eps, case.eta, *arguments)
     none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))

@@ -1,4 +1,4 @@
-"""Hand-written Numba without the closed form: RK4 of fixed step, sign checks, bisection of the last step."""
+"""Hand-written Numba without the closed form: RK4 with fixed step, sign checks, bisection of the last step."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ TWO_PI = 2.0 * math.pi
 
 @jit
 def rk4(A, B, eps, eta, sign, tau, xi, dxi, f0, h):
-    """One step of ξ'' = H(τ) − sign from τ, where H = f0. Returns ξ, ξ', H at τ + h."""
+    """Take one step of ξ'' = H(τ) − sign from τ, where H = f0. Return ξ, ξ', H at τ + h."""
     fm = force(A, B, eps, eta, tau + 0.5 * h)
     f1 = force(A, B, eps, eta, tau + h)
-    # the acceleration depends on time alone: the two middle stages have the same slope
+    # the acceleration depends on time only, so the two middle stages have the same slope
     k1 = dxi
     k2 = dxi + 0.5 * h * (f0 - sign)
     k3 = dxi + 0.5 * h * (fm - sign)
@@ -111,5 +111,5 @@ def kernel(A, B, eps, eta, step, phi_s, transient, periods, section, period, pha
 
 
 def run(case: Case, step: float = STEP, repeats: int = 3) -> Run:
-    """The case with RK4 steps of `step`."""
+    """Run the case with RK4 steps of `step`."""
     return run_kernel(NAME, case, kernel, (step,), repeats=repeats, notes=(f"Δτ = {step:g}",))

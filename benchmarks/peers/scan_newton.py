@@ -1,4 +1,4 @@
-"""Hand-written Numba as people write it: closed form, a scan for the sign change, Newton in the bracket."""
+"""Usual hand-written Numba: closed form, a scan for the sign change, Newton's method in the bracket."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from benchmarks.peers.record import Case, Run, run_kernel
 
 NAME = "hand-written Numba: scan + Newton"
 STEP = 0.3
-STEP_DISTURBED = 3e-4  # the closest pair of zeros at A = 3.04, ε = 2e-4 is missed by much longer ones
+STEP_DISTURBED = 3e-4  # much longer steps miss the closest pair of zeros at A = 3.04, ε = 2e-4
 
 
 @jit
 def function(A, B, eps, eta, which, t0, c0, d0, tau):
-    """The switching functions, positive while the state holds: ξ' up and down, ξ, 1 − H, 1 + H."""
+    """Return a switching function, positive while the state lasts: ξ' up and down, ξ, 1 − H, 1 + H."""
     if which == 0:
         return velocity(A, B, eps, eta, 1.0, t0, c0, tau)
     if which == 1:
@@ -29,7 +29,7 @@ def function(A, B, eps, eta, which, t0, c0, d0, tau):
 
 @jit
 def slope(A, B, eps, eta, which, t0, c0, tau):
-    """d/dτ of `function`."""
+    """Return d/dτ of `function`."""
     if which == 0:
         return force(A, B, eps, eta, tau) - 1.0
     if which == 1:
@@ -42,7 +42,7 @@ def slope(A, B, eps, eta, which, t0, c0, tau):
 
 @jit
 def newton(A, B, eps, eta, which, t0, c0, d0, low, high):
-    """Newton's method kept inside the bracket: bisects whenever a step would leave it."""
+    """Find the zero by Newton's method, with bisection if a step would leave the bracket."""
     n = 0
     tau = 0.5 * (low + high)
     for _ in range(60):
@@ -101,7 +101,7 @@ kernel = event_loop(locate)
 
 
 def run(case: Case, step: float | None = None, repeats: int = 3) -> Run:
-    """The case with scan step Δτ = `step`; by default the longest that is right (0.3, or 3e-4 for ε > 0)."""
+    """Run the case with scan step Δτ = `step`; default: the longest that misses no switch (0.3, or 3e-4 for ε > 0)."""
     if step is None:
         step = STEP_DISTURBED if case.eps > 0.0 else STEP
     return run_kernel(NAME, case, kernel, (step, 0.0), repeats=repeats, notes=(f"Δτ = {step:g}",))

@@ -1,8 +1,8 @@
 """scipy.integrate.solve_ivp with terminal events, restarted at each switch.
 
-DOP853 at ε = 0 and LSODA for ε > 0 are its best methods here. `first_step` keeps the first step from
-swallowing a short slide, whose event would then be placed at its start. At ε = 0 sticking and resting end at
-arcsines; for ε > 0 the end is bracketed on a grid, vectorised, and found by brentq.
+DOP853 at ε = 0 and LSODA for ε > 0 are its best methods here. Without `first_step` the first step could contain a short
+slide completely, and its event would be located at its start. At ε = 0 sticking and resting end at arcsines; for ε > 0
+the end is bracketed on a grid, vectorised, and found by brentq.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ EVENTS = {UP: [stopping(1, -1.0)], DOWN: [stopping(1, 1.0), *GROUND]}
 
 @dataclass
 class Solver:
-    """One run of a case: what it records, and evaluations of the equations of motion so far."""
+    """One run of a case: its recorder, and the number of evaluations of the equations of motion so far."""
 
     case: Case
     method: str
@@ -43,13 +43,13 @@ class Solver:
     out: Recorder = field(init=False)
 
     def run(self) -> int:
-        """Follow the case from its beginning; the completed periods."""
+        """Compute the case from its beginning; return the completed periods."""
         self.out, self.evaluations = Recorder(self.case), 0
         wait = self.wait if self.case.eps > 0.0 else release(self.case.A, self.case.B)
         return self.out.follow(follow(self.slide, wait, self.force))
 
     def section(self) -> np.ndarray:
-        """Section points of a run."""
+        """Return the section points of a run."""
         self.run()
         return self.out.section
 
@@ -73,11 +73,11 @@ class Solver:
     def slide(self, state: int, tau: float, xi: float) -> End:
         out, y = self.out, (xi, 0.0)
         while True:
-            # a slide that reaches a section instant is continued there
+            # stop at a section instant, and continue the slide from there
             until = min(out.section_time, out.end + 1.0)
             piece = self.solve(state, tau, until, y, EVENTS[state])
             if state == DOWN and piece.status == 1 and piece.y[0, -1] < -self.atol:
-                # ξ dipped below 0 and came back within one step, unseen: again, up to the lowest point
+                # ξ < 0 within one step went undetected: repeat the step up to the lowest point
                 piece = self.solve(state, tau, piece.t[-1], y, GROUND)
             tau, y = piece.t[-1], piece.y[:, -1]
             if piece.status == 1 or tau < until:
@@ -100,7 +100,7 @@ class Solver:
 
 
 def run(case: Case, rtol: float = 1e-10, atol: float = 1e-12, method: str | None = None, repeats: int = 1) -> Run:
-    """The case; by default DOP853 at ε = 0, LSODA for ε > 0. Raises Unavailable without scipy."""
+    """Run the case; by default DOP853 at ε = 0, LSODA for ε > 0. Raises Unavailable without scipy."""
     if solve_ivp is None:
         raise Unavailable("scipy is not installed")
     solver = Solver(case, method or ("LSODA" if case.eps > 0.0 else "DOP853"), rtol, atol)

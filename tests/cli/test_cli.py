@@ -202,7 +202,7 @@ def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
     run("sweep", "small.toml")
     code, out, err = run("verify", "small.h5")
     assert (code, err) == (0, "")
-    assert "complete and whole" in out
+    assert "complete and undamaged" in out
     with h5py.File("small.h5") as file:
         chunk = file["section_dxi"].id.get_chunk_info(0)
     raw = bytearray(Path("small.h5").read_bytes())
@@ -230,7 +230,7 @@ def test_info_speaks_json(run, quick):
     assert told["axes"] == {"A": {"first": 1.0, "last": 2.0, "num": 3000}}
     assert told["settings"]["periods"] == 1
     assert told["statuses"]["NOT_COMPUTED"] == 1976
-    assert run("verify", "s.h5")[1].splitlines()[-1] == "what is computed is whole"
+    assert run("verify", "s.h5")[1].splitlines()[-1] == "incomplete; the computed part is undamaged"
     with h5py.File("s.h5", "r+") as file:
         file["margin"][1500] = 7.0
     code, _, err = run("verify", "s.h5")

@@ -96,7 +96,7 @@ def test_limits_over_two_axes_are_listed_drawn_and_described(run):
     assert "axis      A = 2.5 to 2.8, 2 values\naxis      eta = 20.3 to 50.5, 2 values\nfixed     B = 0.1\n" in out
     assert "eps       certified: 4 of 4 limits, " in out
     assert ", V = " in out
-    assert run("verify", "limits.h5")[:2] == (0, "computed: 100.0 %\ncomplete and whole\n")
+    assert run("verify", "limits.h5")[:2] == (0, "computed: 100.0 %\ncomplete and undamaged\n")
     code, _, err = run("plot", "limits.h5", "-o", "again.png")
     assert (code, Path("again.png").read_bytes()) == (0, Path("limits.png").read_bytes()), err
 

@@ -245,7 +245,7 @@ def test_every_file_says_its_kind_and_is_described_checked_and_drawn(copied, mad
     assert [w for w in (f"(vibrodrive {command})", "100.0 %", "A = ") if w not in out] == []
     code, out, err = copied("verify", str(path))
     assert (code, err) == (0, "")
-    assert "complete and whole" in out
+    assert "complete and undamaged" in out
     code, out, err = copied("plot", str(path), "-o", "figure.png")
     assert code == 0, err
     drawn = Path("figure.png").read_bytes()
@@ -514,7 +514,7 @@ def crashing(file, progress):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="alarms")
-@pytest.mark.parametrize(("read", "words"), [(endless, "has not read on for 1 s"), (crashing, "crashes")])
+@pytest.mark.parametrize(("read", "words"), [(endless, "has made no progress for 1 s"), (crashing, "crashes")])
 def test_a_file_on_which_hdf5_loops_or_crashes_is_damaged(read, words):
     with pytest.raises(Damaged, match=f"x.h5: damaged beyond reading .HDF5 {words}"):
         read_apart(Path("x.h5"), read, patience=1)

@@ -1,4 +1,4 @@
-"""One motion in words, for `Trajectory.describe` and for a click in the explorer."""
+"""Description of one motion in words, for `Trajectory.describe` and for a click in the explorer."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
 LEAST = 256
-"""Excitation periods that are summed up at least, so that periods up to 64 are recognised."""
+"""Least number of excitation periods of the summary. It allows the detection of periods up to 64."""
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """The summary of the one motion of a plan, by the names of records.py. Raises Halted."""
+    """Return the summary of the single motion of a plan, by the names of records.py. Raises Halted."""
     block = compute(replace(plan, record=(SUMMARY,)), 0, 1, 1, halt)
     return {name: values[0].item() for name, values in block.records.items()}
 
 
 def described(motion: Trajectory, plan: Plan, scene: Scene | None) -> str:
-    """`Trajectory.describe`."""
+    """Return the text of `Trajectory.describe`."""
     a = motion.arguments
     long = replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
@@ -37,12 +37,12 @@ def described(motion: Trajectory, plan: Plan, scene: Scene | None) -> str:
 
 
 def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None = None) -> list[str]:
-    """Status, closest decision, period, impacts, cycle and speeds, a line each; speeds and times in SI with a scene."""
+    """Return status, closest decision, period, impacts, cycle and speeds, one line each; with a scene in SI units."""
     status = Status(motion.status)
     advice = status.advice
     if status == Status.OK and motion.arguments["method"] == Method.FIXED:
         step = motion.arguments["dtau"]
-        advice = f"steps of Δτ = {step:.6g}; each switch is taken at the step behind it, if seen there"
+        advice = f"steps of Δτ = {step:.6g}; a switch is late by up to one step; two within one step may be missed"
     said = [f"{status.name}: {advice}", _decision(motion.margin)]
     if status != Status.OK:
         return said
@@ -69,5 +69,5 @@ def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None 
 
 def _decision(margin: float) -> str:
     if math.isinf(margin):
-        return "nothing was decided"
-    return f"closest decision {margin:.3g} away: H, ξ or ξ', whichever decided, misses by so much another next state"
+        return "no decision"
+    return f"closest decision {margin:.3g} away from the opposite one (distance in H, ξ or ξ')"

@@ -1,4 +1,4 @@
-"""What a trajectory holds as tables of pandas."""
+"""Arrays of a trajectory as tables of pandas."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TABLES: tuple[Table, ...] = ("switches", "impacts", "section")
 
 
 def frame(motion: Trajectory, of: Table) -> pandas.DataFrame:
-    """See `Trajectory.to_dataframe`."""
+    """Return the table of `Trajectory.to_dataframe`."""
     if not isinstance(of, str) or of not in TABLES:
         raise ValueError(bad("of", of, "one of " + ", ".join(TABLES)))
     try:
@@ -47,7 +47,7 @@ def frame(motion: Trajectory, of: Table) -> pandas.DataFrame:
 
 
 def _section_times(motion: Trajectory) -> np.ndarray:
-    """τ of each section point: section_phase + 2πk, in (τ0 + 2πT, τ0 + 2π(T + P)]."""
+    """Return τ of each section point: section_phase + 2πk, in (τ0 + 2πT, τ0 + 2π(T + P)]."""
     a, turn = motion.arguments, 2.0 * math.pi
     offset = (a["section_phase"] - a["tau0"]) % turn or turn
     return a["tau0"] + offset + turn * (a["transient"] + np.arange(a["periods"]))

@@ -1,11 +1,11 @@
 """Kernels on threads: a loop of `numba.prange`, which Ctrl-C ends within a second.
 
-Each thread runs the kernel with lanes of its own and draws points from a counter that all share, so that points of
-unequal cost keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for
-all of them; called by name, each kernel would be compiled a second time with it.
+Each thread runs the kernel with its own lanes and takes points from a shared counter, so that points of unequal cost
+keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for all kernels; a
+call by name would compile each kernel a second time together with the loop.
 
-Compiled code cannot be interrupted. It therefore runs in a thread of its own, while the calling thread waits for it
-and can be interrupted. The kernels look at a flag in memory, which ends them.
+Compiled code cannot be interrupted. Therefore it runs in a separate thread, while the calling thread waits and can be
+interrupted. The kernels end when a flag in memory is set.
 """
 
 from __future__ import annotations
@@ -27,31 +27,31 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 
 LOOK = 0.05
-"""Seconds between two looks at what may end a computation early: Ctrl-C, or another process that asks for it."""
+"""Seconds between two checks for an early end of the computation: Ctrl-C, or a halt from another process."""
 
 BRIEF = 1 << 14
-"""Work for which no thread is started, in undisturbed periods (model/plan.py): one thread takes some milliseconds."""
+"""Work up to which no thread is started, in undisturbed periods (model/plan.py): a few milliseconds on one thread."""
 
 FORK_SAFE = "tbb", "workqueue"
-"""Threading layers of Numba that work in a forked child of a process that has used them. GNU's OpenMP ends such a
-child."""
+"""Threading layers of Numba that work in a forked child of a process that has used them. With GNU's OpenMP the child
+is aborted."""
 
 _SIGNATURE = types.int64(types.int64)
 _FUNCTION = types.FunctionType(_SIGNATURE)
 
-# as numba.experimental has it, which takes a fifth of a second to import
+# copied from numba.experimental, which takes a fifth of a second to import
 typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
 
 _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
-_lock = threading.Lock()  # the layer `workqueue` aborts the process where two threads use it at once
+_lock = threading.Lock()  # the layer `workqueue` aborts the process if two threads use it simultaneously
 _alone = False
 _workers: list[_Worker] = []
-"""Threads that wait for work."""
+"""Idle threads."""
 
 
 def _in_child() -> None:
-    """Note in a forked child whether the threading layer that its parent has started fails there."""
+    """Record in a forked child if the threading layer started by its parent fails there."""
     global _lock, _alone
     _lock = threading.Lock()
     _workers.clear()
@@ -67,9 +67,9 @@ if hasattr(os, "register_at_fork"):
 
 @jit(parallel=True)
 def run_on_threads(first, second, addresses):
-    """Call `first` with each of addresses[0] and then `second` with that of addresses[1], one thread for each.
+    """Call `first` with each address in addresses[0], then `second` with that in addresses[1]; one thread a column.
 
-    addresses : int64 (2, threads), as from `packed`; 0 where `second` has nothing to do.
+    addresses : int64 (2, threads), as from `packed`; 0 if `second` has no work.
     """
     for thread in numba.prange(addresses.shape[1]):
         first(addresses[0, thread])
@@ -79,18 +79,18 @@ def run_on_threads(first, second, addresses):
 
 @cache
 def _by_address(kernel: Any) -> types.CompileResultWAP:
-    """A kernel as a function that compiled code can call by its address."""
+    """Return a kernel as a function that compiled code can call by its address."""
     return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
 
 
 def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
-    """Run one or two kernels, each with a set of arguments for each thread; all have ended when it returns or raises.
+    """Run one or two kernels, each with a set of arguments for each thread. All have ended when it returns or raises.
 
-    Work that is `brief` runs in this thread, with the first set of arguments alone: threads would take longer to start.
-    Raises Halted if that is called.
+    Work that is `brief` runs in this thread, with the first set of arguments only: the start of threads would take
+    longer. Raises Halted if `halt` is called.
     """
     threads = 1 if _alone or brief else len(calls[0][1])
-    if _COMPILES:  # in this thread, where Ctrl-C is answered meanwhile: a compiler cannot be halted
+    if _COMPILES:  # in this thread, which Ctrl-C can interrupt; the flag cannot halt the compiler
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
@@ -105,9 +105,10 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: 
 
 
 class _Worker:
-    """A thread that runs one piece of work after the other.
+    """A thread that runs one task after another.
 
-    It lasts, since OpenMP starts threads for each thread that enters a loop, and ends them with it.
+    It is kept for later tasks, since OpenMP starts a team of threads for each thread that enters a loop, and ends the
+    team with that thread.
     """
 
     def __init__(self) -> None:
@@ -116,7 +117,7 @@ class _Worker:
         self.wanted, self.ended = threading.Lock(), threading.Lock()
         self.wanted.acquire()
         self.ended.acquire()
-        start_new_thread(self._serve, ())  # no Thread, which the interpreter would wait for at its end
+        start_new_thread(self._serve, ())  # not a Thread, which the interpreter would join at exit
 
     def _serve(self) -> None:
         while True:
@@ -130,18 +131,18 @@ class _Worker:
 
 
 def _nothing() -> None:
-    """Work of a worker that waits: it keeps no arrays alive."""
+    """Task of an idle worker. It keeps no arrays alive."""
 
 
 def _watch(work: Callable[[], None], halt: Halt) -> None:
-    """Call `work` in a thread of its own. It is halted where this thread is interrupted."""
+    """Call `work` in a separate thread. An interrupt of this thread halts it."""
     worker = _workers.pop() if _workers else _Worker()
     worker.work = work
     worker.wanted.release()
     try:
         while not worker.ended.acquire(timeout=LOOK):
             if halt.called:
-                halt.call()  # the kernels look at the flag of this process alone
+                halt.call()  # the kernels read the flag of this process only
     except BaseException:
         halt.call()
         while not worker.ended.acquire(timeout=LOOK):
@@ -174,7 +175,7 @@ def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: H
         if halt.called:
             return
     try:
-        numba.set_num_threads(threads)  # of this thread alone
+        numba.set_num_threads(threads)  # applies to this thread only
         run_on_threads(functions[0], functions[-1], addresses)
     finally:
         _lock.release()

@@ -1,4 +1,4 @@
-"""What the kernels have written of each motion, as the arrays that results and files have."""
+"""Conversion of the arrays that kernels write into the arrays of results and files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
 
 class Arrays(NamedTuple):
-    """Arrays that kernels fill, with a row for each point; None where a quantity is not wanted."""
+    """Arrays that kernels fill, one row for each point; None for a quantity that is not recorded."""
 
     section: np.ndarray | None  # float64 (points, periods, 2)
     status: np.ndarray  # int8 (points,)
@@ -21,11 +21,11 @@ class Arrays(NamedTuple):
     counts: np.ndarray  # int64 (points, states)
     impacts: np.ndarray | None = None  # float64 (points, 2 periods, 4): main impacts, kernels/record.py
     summary: np.ndarray | None = None  # float64 (points, OUT), kernels/summary.py
-    errors: Errors | None = None  # bounds, kernels/certainty.py: such motions are followed one by one, not in lanes
+    errors: Errors | None = None  # bounds, kernels/certainty.py: these motions are computed one by one, not in lanes
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:
-    """Memory for bounds of `points` motions: NaN for a fixed grid, whose kernels write none."""
+    """Return arrays for the bounds of `points` motions, filled with NaN for a fixed grid, whose kernels write none."""
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
 
@@ -33,7 +33,7 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
 def as_quantities(
     summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
 ) -> dict[str, np.ndarray]:
-    """What the kernels have written, float64 (points, columns), (points, 2 periods, 4) and bounds, as named arrays."""
+    """Return kernel output, float64 (points, columns), (points, 2 periods, 4) and bounds, as named arrays."""
     found: dict[str, np.ndarray] = {}
     if summary is not None:
         for column, q in enumerate(SUMMARIES):

@@ -1,7 +1,7 @@
-"""Many points at once: blocks of a plan, computed on all cores, yielded as they finish.
+"""Computation of many points: blocks of a plan, computed on all cores and yielded as they finish.
 
-Local blocks are computed by a loop of `numba.prange` (parallel.py). With an executor (anything with the interface of
-`concurrent.futures`) each block is a task of its own, on one thread. A point's bits depend on neither.
+Local blocks are computed by a loop of `numba.prange` (parallel.py). With an executor (any object with the interface of
+`concurrent.futures`) each block is a task on one thread. The results are the same to the bit.
 """
 
 from __future__ import annotations
@@ -37,25 +37,25 @@ from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
 RETRIES = 3
-"""How often a block whose worker died is submitted again."""
+"""Number of times that a failed block is submitted again. More make a sweep survive more lost workers."""
 
 
 REGISTER = 8
-"""Lanes that the widest registers hold: they cost little more than one, so no thread is started for fewer points."""
+"""Lanes in the widest register. They cost little more than one lane, so no thread is started for fewer points."""
 
 Span = tuple[int, int, int]
-"""A block to be computed: index, start, stop."""
+"""Block to compute: index, start, stop."""
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
-    """Compute the points start..stop of a plan. The result depends on the plan alone, to the bit."""
+    """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
     return compute_wave(plan, [(0, start, stop)], threads, halt or Halt())[0]
 
 
 def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
-    """Compute several blocks at once, so that all threads stay busy from one to the next.
+    """Compute several blocks together, so that all threads stay busy across their boundaries.
 
-    Raises Halted if that is called.
+    Raises Halted if `halt` is called.
     """
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     n = len(points)
@@ -82,7 +82,7 @@ def fill_records(
     margin: np.ndarray,
     counts: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """`fill`, and what a plan records of each point beside its section, by the names of records.py."""
+    """Call `fill`; return the arrays that a plan records besides the section, by the names of records.py."""
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
@@ -93,7 +93,7 @@ def fill_records(
 
 
 def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
-    """Compute points (rows of COLUMNS) into arrays with a row for each."""
+    """Compute points (rows of COLUMNS) into arrays with one row for each point."""
     section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)
     if n == 0:
@@ -113,8 +113,8 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
     )
 
     def each(order: np.ndarray) -> list[Arguments]:
-        """Arguments for each thread: memory of its own, and one counter for all."""
-        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # a thread takes its share of a few points
+        """Return the arguments of each thread: separate memory, and one shared counter."""
+        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # divides few points evenly among the threads
         shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
         own = zip(w, k, sections, history, totals, strict=True)
         return [
@@ -126,27 +126,28 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
         run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
         return
     disturbed = _disturbed(points)
-    # disturbed (expensive) points come first, so that the last points, when lanes run empty, are cheap
+    # expensive (disturbed) points first: when lanes run empty at the end, the remaining points are cheap
     kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
     run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
 
 
 def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
-    """Return the work of the costliest of these points, in undisturbed periods."""
+    """Return the work of the most expensive of these points, in undisturbed periods."""
     eps, eta, dtau = (points[:, COLUMNS.index(name)] for name in ("eps", "eta", "dtau"))
     return settings.work(eps.max(), eta.max(), dtau.min(), bounded)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
-    """Which points have a disturbance that is anything at all: as `is_disturbed` of kernels/setup.py, to the bit."""
+    """Return a mask of the points whose disturbance is not 0: as `is_disturbed` of kernels/setup.py, to the bit."""
     a, eps, eta = (points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))
     return a * eps * eta * eta > 0.0
 
 
 def load_kernels(plan: Plan) -> None:
-    """Load what a sweep runs from the disk, compiled first where it is not there yet: a sweep of two points at most.
+    """Load or compile the kernels of a sweep, by a sweep of at most two points.
 
-    They are of the kinds that the plan has, disturbed and not: where anything is largest or smallest, so is ε A η².
+    The points are of the kinds that occur in the plan, disturbed and undisturbed. They are found among the ends of the
+    axes, because ε A η² is monotone in each parameter.
     """
     ends = [np.unique([axis.argmin(), axis.argmax()]) for axis in plan.axes.values()]
     corners = np.meshgrid(*ends, indexing="ij") if ends else []
@@ -159,13 +160,13 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """The number of threads to use: all by default. Raises TypeError or ValueError."""
+    """Return the number of threads to use: all by default. Raises TypeError or ValueError."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     return most if threads is None else check_count("threads", threads, 1, most)
 
 
 def check_executor(executor: Any) -> None:
-    """Raise TypeError for what cannot be given tasks."""
+    """Raise TypeError for an object that accepts no tasks."""
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
 
@@ -177,10 +178,10 @@ def run_blocks(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Generator[Block, None, None]:
-    """Compute the blocks of a plan (all, or those whose indices are in `which`) and yield each when finished.
+    """Compute the blocks of a plan (all, or those with the indices `which`) and yield each when finished.
 
-    The consumer works on one wave while the next is computed. Close the generator to stop early. Raises TypeError or
-    ValueError for a bad number of threads.
+    The consumer works on one wave of blocks while the next is computed. Close the generator to stop early. Raises
+    TypeError or ValueError for an invalid number of threads.
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
@@ -201,7 +202,7 @@ def run_blocks(
 
 
 def _spans(plan: Plan) -> list[Span]:
-    """All blocks of a plan, in the order of its points."""
+    """Return all blocks of a plan, in the order of its points."""
     return [(i, *span) for i, span in enumerate(plan.blocks())]
 
 
@@ -256,15 +257,15 @@ def collect(
     executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Results:
-    """All points of a plan, in memory. `progress` is called with the number of points that have been added.
+    """Compute all points of a plan in memory. `progress` is called with the number of points that were added.
 
-    Raises TypeError or ValueError for a bad number of threads or executor, and if the results do not fit the memory.
+    Raises TypeError or ValueError for an invalid number of threads or executor, or if the results exceed the memory.
     """
     tell = progress or (lambda points: None)
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
-        with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels what it has submitted
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels submitted tasks
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):

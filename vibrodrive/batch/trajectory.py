@@ -1,4 +1,4 @@
-"""One trajectory: every switch after the transient, the section, and the closed form sampled between."""
+"""One trajectory: all switches after the transient, the section, and samples of the closed form."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ if TYPE_CHECKING:
     from vibrodrive.model.drawing import Style, Width
 
 LONG = 100_000
-"""Periods from which on a motion may take more than a second: whoever watches is shown that it is under way."""
+"""Number of periods from which progress is shown, since a motion may then take more than a second."""
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
-"""A row of `Trajectory.switch_errors`, that of the same switch in `Trajectory.switches`."""
+"""Row of `Trajectory.switch_errors`: bounds for the row of `Trajectory.switches` with the same index."""
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
-"""A row of `Trajectory.impacts`; `row` is that of the same impact in `Trajectory.switches`."""
+"""Row of `Trajectory.impacts`; `row` is the index of the impact in `Trajectory.switches`."""
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
-    """The main impacts of one motion, float64 (2 periods, 4), as its kernel has written them, as MAIN_IMPACT."""
-    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # NaN behind it
+    """Convert the main impacts of one motion, float64 (2 periods, 4) as written by its kernel, to MAIN_IMPACT."""
+    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # then rows of NaN
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):
@@ -56,7 +56,7 @@ def main_impacts(written: np.ndarray) -> np.ndarray:
 
 
 def same_array(one: Any, other: Any) -> bool:
-    """Whether two arrays (of records, too) hold the same numbers, NaN where NaN is."""
+    """Return True if two arrays, also of records, are equal; NaN equals NaN."""
     one, other = np.asarray(one), np.asarray(other)
     if one.dtype.names is not None:
         return one.dtype == other.dtype and all(same_array(one[name], other[name]) for name in one.dtype.names)
@@ -64,7 +64,7 @@ def same_array(one: Any, other: Any) -> bool:
 
 
 class Sample(NamedTuple):
-    """The closed form at equidistant times: arrays of one length; `state` holds `State` members as int8."""
+    """Closed form at equidistant times: arrays of one length; `state` contains `State` members as int8."""
 
     tau: np.ndarray
     xi: np.ndarray
@@ -73,7 +73,7 @@ class Sample(NamedTuple):
     H: np.ndarray
 
     def __eq__(self, other: object) -> bool:
-        """Whether all numbers are the same, NaN where NaN is."""
+        """Return True if all numbers are equal; NaN equals NaN."""
         return isinstance(other, Sample) and all(map(same_array, self, other))
 
     def __ne__(self, other: object) -> bool:
@@ -82,38 +82,39 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """What `simulate` returns. Two are equal if their arguments and all results are, to the bit.
+    """Result of `simulate`. Two are equal if their arguments and all results are equal to the bit.
 
     Attributes
     ----------
     switches : structured array
-        a row a switch in (τ0 + 2πT, τ0 + 2π(T + P)], in order: period (whole excitation periods since τ = 0),
-        phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
+        switches in (τ0 + 2πT, τ0 + 2π(T + P)], in order, one row each: period (number of completed excitation periods
+        since τ = 0), phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
     section : float64 (periods, 2)
         ξ, ξ' at τ = section_phase + 2πk.
     impacts : structured array
-        the main impacts among the switches, in order: period, phase, speed -ξ', and their row in `switches`. Main is
-        an impact without a faster one within half an excitation period of it; others are touches beside it.
+        main impacts among the switches, in order: period, phase, speed -ξ', and their row in `switches`. An impact is
+        a main impact if there is no faster one within half an excitation period before or after it, else a touch.
     status : Status
-        OK, or why not; `status.advice` is a sentence. OK holds for the whole motion: no decision could have been turned
-        by what the motion had become off by until then (`docs/certainty.md`); with "muller" as far as its grid misses
-        no zero; with "fixed" for each switch from the state that it starts from.
+        OK, or the reason why not; `status.advice` is a sentence. OK applies to the complete motion: no decision could
+        have been changed by the error accumulated until then (`docs/certainty.md`). With "muller" this assumes that the
+        grid misses no zero. With "fixed" it applies to each switch, with the state at the previous one taken as exact.
     margin : float
-        how close the closest decision came to going the other way, from the state it was taken in; inf where nothing
-        was decided.
+        distance of the closest decision from the opposite decision, with the state at the previous switch taken as
+        exact; inf if there was no decision.
     error : float64 (periods, 2)
-        bounds of what ξ and ξ' of `section` are off by from the motion that the model has from this start; inf from
-        where a decision may be wrong. NaN with "fixed", whose lateness by up to Δτ is a disturbance to be studied, not
-        an error to be bounded, and where the section is NaN.
+        bounds of the errors of ξ and ξ' in `section`, relative to the exact motion of the model from this start; inf
+        from the first decision on that may be wrong. NaN if the section is NaN, and with "fixed", whose delay by up to
+        Δτ is a disturbance to be studied, not an error to be bounded.
     switch_errors : structured array
-        bounds for each row of `switches`: tau (of the instant), xi, dxi; inf and NaN as in `error`.
+        bounds for each row of `switches`: tau (its instant), xi, dxi; inf and NaN as in `error`.
     certain_until : float
-        the excitation period, counted as `switches["period"]`, from which on decisions may be wrong; inf where none is.
-        All before is certain, what the bounds in `error` and `switch_errors` are finite for. NaN with "fixed".
+        excitation period, counted as `switches["period"]`, from which on decisions may be wrong; inf if none may be
+        wrong. Before it all decisions are certain, and the bounds `error` and `switch_errors` are finite. NaN with
+        "fixed".
     evaluations : int
-        how often a switching function was evaluated.
+        number of evaluations of switching functions.
     arguments : dict
-        all arguments, as checked; method and scan as the numbers of `Method` and `Scan`.
+        all arguments after the checks; method and scan as the numbers of `Method` and `Scan`.
 
     Examples
     --------
@@ -129,7 +130,7 @@ class Trajectory:
     >>> motion.sample(4).xi.round(4)
     array([0.    , 0.055 , 0.5085, 0.3827, 0.    ])
 
-    Every decision is certain, and no instant is off by more than 1e-12:
+    Every decision is certain, and the error of each instant is below 1e-12:
 
     >>> motion.certain_until, bool(motion.switch_errors["tau"].max() < 1e-12)
     (inf, True)
@@ -149,9 +150,9 @@ class Trajectory:
     _start: np.ndarray
 
     def __eq__(self, other: object) -> bool:
-        """Whether arguments and results are equal, to the bit (NaN equals NaN).
+        """Return True if arguments and results are equal to the bit (NaN equals NaN).
 
-        Motions found in two ways (method, scan, …) are never equal: compare their switches or sections.
+        Motions with different arguments (method, scan, …) are not equal: compare their switches or sections.
         """
         if not isinstance(other, Trajectory):
             return NotImplemented
@@ -173,10 +174,10 @@ class Trajectory:
         return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
 
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
-        """The switches, the main impacts or the section points, a row each: needs the extra `data`.
+        """Return the switches, the main impacts or the section points as a table. This needs the extra `data`.
 
-        τ and the fields of that array are the columns, states by their names; the arguments, and how the motion ended,
-        are in `attrs`. Lists of orbits, bifurcations or curves are tables without more ado: `pandas.DataFrame(list)`.
+        The columns are τ and the fields of the array, with states as names. `attrs` contains the arguments and the
+        status. For lists of orbits, bifurcations or curves use `pandas.DataFrame(list)`.
 
         Parameters
         ----------
@@ -191,7 +192,7 @@ class Trajectory:
         ValueError
             for another name.
         ImportError
-            where pandas is not installed, in one line.
+            if pandas is not installed, in one line.
 
         Examples
         --------
@@ -218,43 +219,43 @@ class Trajectory:
         style: Style | None = None,
         width: Width | None = None,
     ) -> Figure:
-        """The motion as curves, its switches in their places.
+        """Draw the motion as curves with its switches.
 
         Parameters
         ----------
         curves : sequence of str
-            a panel for each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+            one panel each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
         shown : int, optional
-            periods that curves over time show, from the first recorded one; None: all.
+            number of periods in curves over time, from the first recorded one; None: all.
         ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel; a new figure unless given.
+            axes to draw into, one for each panel; default: a new figure.
         style : "screen" or "print", optional
-            colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+            colours that are distinct for colour-blind readers, or the black and white of a journal; default "screen".
         width : "double" or "single", optional
-            of a new figure, in columns of a page; "double" unless given.
+            width of a new figure in columns of a page; default "double".
 
         Returns
         -------
         Figure
-            which shows itself in a notebook; `savefig` writes it.
+            which a notebook displays; `savefig` writes it.
 
         Raises
         ------
         ValueError
-            for an unknown curve, or another number of axes than of curves.
+            for an unknown curve, or if the numbers of axes and curves differ.
         """
         drawn = above("the figure of a motion")
         return drawn(self, curves, shown=shown, ax=ax, style=style, width=width)
 
     def describe(self, scene: Scene | None = None) -> str:
-        """The motion in words: status, closest decision, period, impacts, cycle of states, impact speeds.
+        """Return a description: status, closest decision, period, impacts, cycle of states, impact speeds.
 
-        Period and means are those of the recorded periods, and of 256 where fewer are recorded.
+        The period and the means are those of the recorded periods, or of 256 periods if fewer are recorded.
 
         Parameters
         ----------
         scene : Scene, optional
-            the scene in SI units that A and B are from: times and speeds are then in ms and m/s.
+            scene in SI units from which A and B were computed: times are then in ms and speeds in m/s.
 
         Returns
         -------
@@ -281,18 +282,18 @@ class Trajectory:
         return described(self, self._plan, scene)
 
     def sample(self, points_per_period: int) -> Sample:
-        """The motion at points_per_period instants a period (and at both ends) of the recorded window.
+        """Evaluate the motion at points_per_period instants in each period of the recorded window, including both ends.
 
         Returns
         -------
         Sample
             tau, xi, dxi, H (float64) and state (int8, `State`), each (periods · points_per_period + 1,), dimensionless;
-            H is the adhesive force of eqs. (2) and (9). NaN behind the last switch where the budget was spent.
+            H is the adhesive force of eqs. (2) and (9). NaN after the last switch if the budget was exhausted.
 
         Raises
         ------
         TypeError, ValueError
-            unless points_per_period is a whole number >= 1, and as many points fit the memory.
+            if points_per_period is not an integer >= 1, or if the points do not fit the memory.
         """
         count = check_count("points_per_period", points_per_period, 1, 10**8)
         settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
@@ -348,35 +349,34 @@ def simulate(
     B : float, 0 to 1e9
         incline over friction, B = tan α / μ.
     eps, eta : float, 0 to 1e3 and 1e-9 to 1e8
-        relative amplitude ε and frequency ratio η of the disturbance, eq. (9). η is 10·√102 unless given.
+        relative amplitude ε and frequency ratio η of the disturbance, eq. (9); defaults 0 and 10·√102.
     method : "certified", "muller" or "fixed"
-        how the end of a state is found: the first zero, guaranteed; a scan of the grid and Muller's method (§4); or
-        the first grid point behind the sign change (§5). The latter two need `dtau`.
+        method of finding the end of a state: the first zero, guaranteed; a scan of the grid and Muller's method (§4);
+        or the first grid point after the sign change (§5). The latter two need `dtau`.
     dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller"; refused with "certified", on which it does not act.
+        grid step Δτ of "fixed" and "muller"; refused with "certified", which has no grid.
     tol : float, above 0 to 1
-        step tolerance of "muller", 1e-7 unless given; refused with the other methods.
+        step tolerance of "muller", default 1e-7; refused with the other methods.
     xi0, dxi0, tau0 : float
-        gap ξ >= 0 and velocity ξ' at the initial time τ0; ξ' = 0 starts in the state that Fig. 2 has there.
+        gap ξ >= 0 and velocity ξ' at the initial time τ0; for ξ' = 0 Fig. 2 determines the initial state.
     transient, periods : int
-        excitation periods left out, and recorded.
+        excitation periods before the record, and in the record.
     section_phase : float
         phase φ_s of the Poincaré section in radians.
     scan : "skip" or "literal"
-        whether grid points that provably carry no sign change are jumped over; same result to the bit.
+        skip grid points that provably have no sign change, or visit each point; the results are the same to the bit.
     budget : int
-        switches that one period may hold before the trajectory is given up as chattering.
+        number of switches allowed in one period; with more the computation ends with the status BUDGET (chattering).
 
     Returns
     -------
     Trajectory
-        with switches (n,), section (periods, 2), status, margin, bounds of what all of it is off by, and `sample` for
-        curves.
+        with switches (n,), section (periods, 2), status, margin, error bounds, and `sample` for curves.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        with one sentence: key, value, allowed values.
 
     Examples
     --------
@@ -403,7 +403,7 @@ def simulate(
 
 
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
-    """`simulate` the one point of a plan. Raises Halted if `halt` is called meanwhile."""
+    """Simulate the single point of a plan. Raises Halted if `halt` is called meanwhile."""
     s, halt = plan.settings, halt or Halt()
     eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
     brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
@@ -427,9 +427,9 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        capacity = n  # more switches than estimated: now their number is known
+        capacity = n  # more switches than estimated: repeat with their number
     for array in (rows, off):
-        array.resize(n, *array.shape[1:], refcheck=False)  # where it lies: copied, it would be paged in once more
+        array.resize(n, *array.shape[1:], refcheck=False)  # in place: a copy would touch all pages again
     if not bounded:
         off[:] = np.nan
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]

@@ -1,6 +1,6 @@
-"""The command line: its commands, its exit codes, and one line for every foreseeable error.
+"""Command line: commands, exit codes, and an error message of one line for every foreseeable error.
 
-Exit codes: 0 done · 1 failed at work, or a file is not whole · 2 refused before any work · 130 interrupted.
+Exit codes: 0 done · 1 failed during the work, or a file is damaged · 2 refused before any work · 130 interrupted.
 """
 
 from __future__ import annotations
@@ -32,14 +32,20 @@ from vibrodrive.jobs.signals import catch
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="%(prog)s %(version)s")
 def cli() -> None:
-    """Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee."""
+    """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
+
+    By default every switching point is located with a guarantee. `vibrodrive init` lists configurations to begin with;
+    `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is given.
+
+    Exit codes: 0 done; 1 failed during the work, or a file is damaged; 2 refused before any work; 130 interrupted.
+    """
 
 
 results = [result_command(name) for name in HELP]
 for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
     cli.add_command(command)
 cli.add_command(result_command("failures", hidden=True), "atlas")
-"""The former name, which answers with the new one."""
+"""Former name of the command, kept for existing scripts."""
 
 
 def _on_signal(signum: int, frame: object) -> None:
@@ -50,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
     catch(_on_signal)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # an encoding without ξ, as pipes have on Windows, ends nothing
+        if isinstance(stream, io.TextIOWrapper):  # pipes on Windows have an encoding without ξ
             stream.reconfigure(errors="replace")
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
@@ -59,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _run(command: Callable[[], object]) -> tuple[int, str]:
-    """Exit code and complaint of a command, every foreseeable error in one line."""
+    """Run a command; return its exit code and its error message, which is one line."""
     try:
         result = command()
     except click.exceptions.Exit as end:
@@ -80,7 +86,7 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
 
 
 def _expected(error: Exception) -> int | None:
-    """Exit code of an error that has a line of its own; None for what should not happen."""
+    """Return the exit code of a foreseeable error; None for a defect of the program."""
     from vibrodrive.errors import Damaged, Failed, Unwritable, VibrodriveError
 
     if isinstance(error, (Damaged, Failed, Unwritable)):
@@ -94,7 +100,7 @@ REFUSED = {
     errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.EEXIST,
     errno.ELOOP, errno.ENAMETOOLONG, errno.ENXIO,
 }  # fmt: skip
-"""What the system says to a name that cannot be used: it shows before any work."""
+"""Errors of the system for a path that cannot be used. They appear before any work."""
 
 
 def _text(error: Exception) -> str:

@@ -1,7 +1,6 @@
-"""What the commands share: their options, how they speak, and how they end.
+"""Options, output and exit that the commands share.
 
-Only the `cli` modules print, and only they exit. They import what they need when they run, so that
-`--help` is instant.
+Only the `cli` modules print and exit. They import other modules when a command runs, so that `--help` is fast.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class _Name(click.Path):
-    """A path that a message of one line can show."""
+    """A path without control characters, so that a message that contains it is one line."""
 
     def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not is_name(os.fspath(value)):
@@ -41,21 +40,27 @@ FILE = _Name(dir_okay=False, path_type=Path)
 DIRECTORY = _Name(file_okay=False, path_type=Path)
 
 SET = click.option(
-    "--set", "overrides", metavar="KEY=VALUE", multiple=True, help="Replace an entry of the configuration."
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Replace an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
 METHOD = click.option(
-    "--method", type=click.Choice(["certified", "muller", "fixed"]), help="How a switch is found (default certified)."
+    "--method",
+    type=click.Choice(["certified", "muller", "fixed"]),
+    help="Method of locating a switch; muller and fixed need dtau (default: as CONFIG says, else certified).",
 )
 OVERWRITE = click.option(
-    "--overwrite", is_flag=True, help="Replace a result file, of whatever kind, instead of going on with it."
+    "--overwrite", is_flag=True, help="Replace an existing result file, whatever its kind, instead of resuming it."
 )
-THREADS = click.option("--threads", type=click.IntRange(min=1), help="Threads to compute with (default all).")
+THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 
-JSON = click.option("--json", "as_json", is_flag=True, help="Say it as JSON, for other programs.")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, for other programs.")
 
 
 def put_json(content: object) -> None:
-    """Print a JSON document; what is no finite number is null there."""
+    """Print a JSON document. NaN and infinities become null."""
     import json
 
     from vibrodrive.model.plain import plain
@@ -71,7 +76,7 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
 
 
 def refuse_axes(plan: Plan) -> None:
-    """Refuse a configuration of more than one motion."""
+    """Refuse a configuration of several motions. Raises ConfigError."""
     from vibrodrive.model.plan import POINT
 
     for name, values in plan.axes.items():
@@ -83,7 +88,7 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Refuse an axis that does not act on the method (ConfigError), and say of a number that it does not."""
+    """Refuse an axis that has no effect with the method (ConfigError). Report a single value that has none."""
     from vibrodrive.model.plan import idle, refuse_idle, says_idle
 
     plan = settings.plan()
@@ -98,7 +103,7 @@ def judge_idle(settings: Config) -> None:
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Say which slip is likely, if all points have it: of those of a scene, and `always` for some commands."""
+    """Print a warning if all points show a likely slip. Checked for a scene in SI units, or if `always`."""
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
@@ -107,7 +112,7 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
 
 def scene_of(settings: Config) -> Scene | None:
-    """Return the scene of the one motion of a configuration, if it has any. Its quantities may be axes of one value."""
+    """Return the scene of a configuration of one motion, or None. Its quantities may be axes of one value."""
     from vibrodrive.model.physical import Scene
 
     plan = settings.plan()
@@ -126,21 +131,21 @@ def same_command() -> str:
 
 
 def leave(code: int, message: str) -> NoReturn:
-    """End at once, whatever other threads are doing; everything that matters is on the disk."""
+    """Exit immediately, without waiting for other threads. Committed results are already on the disk."""
     try:
-        os.write(2, f"vibrodrive: {message}\n".encode())  # the stream may be in use: this may be a signal handler
+        os.write(2, f"vibrodrive: {message}\n".encode())  # in a signal handler sys.stderr may be in use
     finally:
         os._exit(code)
 
 
 @contextmanager
 def working(name: str) -> Iterator[Show]:
-    """Show that work goes on, count while kernels are compiled, and say in one line what a runner refuses."""
+    """Show progress and the time spent compiling kernels. Report a TypeError or ValueError in one line."""
     from vibrodrive.jit.compile import compilation
     from vibrodrive.jobs.progress import Show, duration, shown
 
     show = Show(sys.stderr, name)
-    show.update(lambda: "begun")
+    show.update(lambda: "started")
     counting = False
 
     def look(show: Show) -> None:

@@ -1,4 +1,4 @@
-"""`vibrodrive driver`: what a driver does, in SI units."""
+"""`vibrodrive driver`: the motion of one driver, in SI units."""
 
 from __future__ import annotations
 
@@ -16,9 +16,14 @@ from vibrodrive.errors import ConfigError
 @SET
 @JSON
 def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Compute what a driver does in SI units: period, blows, power, and the same ±1 % beside its setting.
+    """Compute the motion of a vibratory driver in SI units.
 
-    CONFIG has one scene in [physical], with a0 and omega0. The motion starts from rest; its switches are certified.
+    CONFIG has one scene in [physical]: a0 (m), omega0 (rad/s), mu and alpha (degrees); for the powers also mass (kg,
+    default 1). The motion starts from rest at the obstacle, and its switches are certified.
+
+    Output: a table on stdout. Its rows are the driver, and the driver with a0, omega0, mu or alpha changed by -1 % and
+    by +1 %. Its columns are the period (ms), the impacts per second, the velocity of the fastest impact (m/s), the
+    powers of the impacts and of friction (W), the lift (mm), and the conveying velocity without an obstacle (mm/s).
     """
     configured = read(config, overrides, None)
     plan = configured.plan()

@@ -1,4 +1,4 @@
-"""`vibrodrive explore`: diagrams under the mouse, in the browser."""
+"""`vibrodrive explore`: interactive diagrams in the browser."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, read
 
 @click.command()
 @click.argument("config", type=FILE, required=False)
-@click.option("--port", type=click.IntRange(0, 65535), help="Port to serve on; 0: any (default 6283, or any if taken).")
-@click.option("--no-browser", is_flag=True, help="Open no browser: only print the address.")
+@click.option("--port", type=click.IntRange(0, 65535), help="Port; 0: any free port (default 6283, or any if in use).")
+@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @SET
 @METHOD
 @THREADS
@@ -26,15 +26,17 @@ def explore(
     method: str | None,
     threads: int | None,
 ) -> None:
-    """Explore diagrams in the browser, from what CONFIG describes on, if it is given.
+    """Show interactive diagrams in the browser.
 
-    The address that is printed leads to it, from this machine alone. Ctrl-C ends it.
+    The first diagram is that of CONFIG, if it is given. This command needs the extra `explore`.
+
+    Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """
     if find_spec("bokeh") is None:
         raise click.ClickException("explore needs the extra: pip install 'vibrodrive[explore]'")
     if config is None and (overrides or method):
-        raise click.ClickException("--set and --method change a configuration, and none is given")
-    gc.disable()  # nothing imported is garbage: to look for some takes a tenth of the time to the first picture
+        raise click.ClickException("--set and --method change a configuration: give CONFIG, or leave them out")
+    gc.disable()  # imports create no garbage, and collection takes a tenth of the time to the first picture
     from vibrodrive.explorer.view import View, view_of
 
     try:
@@ -59,7 +61,7 @@ def explore(
 
 
 def _collect_garbage() -> None:
-    """Look for garbage again, but not among what there is by now."""
+    """Enable garbage collection again, without the objects that exist now."""
     if not gc.isenabled():
         gc.freeze()
         gc.enable()

@@ -1,4 +1,4 @@
-"""`vibrodrive info` and `vibrodrive verify`: what a result file holds, and whether it is whole."""
+"""`vibrodrive info` and `vibrodrive verify`: contents and integrity of a result file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 @click.argument("file", type=FILE)
 @JSON
 def info(file: Path, as_json: bool) -> None:
-    """Say what a result file of any kind holds and how far it is."""
+    """Show the contents and the progress of a result file.
+
+    Output: on stdout the kind, the computed share, the axes and the settings, the size and the versions of the program
+    and its libraries; on stderr the parts that are damaged.
+    """
     from vibrodrive.model.size import human
     from vibrodrive.store.every_kind import summary
 
@@ -60,7 +64,11 @@ def info(file: Path, as_json: bool) -> None:
 @click.command()
 @click.argument("file", type=FILE)
 def verify(file: Path) -> None:
-    """Read everything in a result file of any kind and check that it is whole. Exit 1 if it is not."""
+    """Read a result file of any kind and check its integrity.
+
+    Output: on stdout the computed share and the verdict; on stderr a line for each damaged part. The exit code is 1 if
+    a part is damaged. An incomplete file is no error.
+    """
     found = read_apart(file, verified)
     for line in found.lines:
         click.echo(line)
@@ -68,11 +76,11 @@ def verify(file: Path) -> None:
         say(f"damaged: {fault}")
     if found.faults:
         raise click.exceptions.Exit(1)
-    click.echo("complete and whole" if found.share == 1 else "what is computed is whole")
+    click.echo("complete and undamaged" if found.share == 1 else "incomplete; the computed part is undamaged")
 
 
 class Verified(NamedTuple):
-    """Share of a file that is computed, faults, and lines for a person."""
+    """Computed share of a file, its faults, and the lines to print."""
 
     share: float
     faults: list[str]
@@ -80,14 +88,15 @@ class Verified(NamedTuple):
 
 
 PATIENCE = 60
-"""Seconds that one step of reading may take: a block, a few MB, or a whole file of another kind."""
+"""Longest time in seconds for one step of reading: a block of a sweep, a few MB, or a complete file of another kind."""
 
 
 def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience: int = PATIENCE) -> Verified:
-    """Call `read` in a process of its own, and show its progress.
+    """Call `read` in a separate process, and show its progress.
 
-    HDF5 loops for ever on some damaged files, without Python looking at signals, and crashes on others. Raises Damaged
-    if it crashes, or a step takes longer than `patience` seconds (except on Windows, which has no alarm); or as `read`.
+    On some damaged files HDF5 loops endlessly, without a return to Python in which signals are handled; on others it
+    crashes. Raises Damaged if it crashes, or if a step takes longer than `patience` seconds (not on Windows, which has
+    no alarm); otherwise raises what `read` raises.
     """
     from multiprocessing import get_context
 
@@ -105,7 +114,7 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
     except EOFError:
         child.join()
         slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
-        what = f"HDF5 has not read on for {patience} s" if slow else "HDF5 crashes on it"
+        what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes on it"
         raise Damaged(f"{file}: damaged beyond reading ({what}): restore it, or replace it with --overwrite") from None
     finally:
         show.clear()
@@ -115,23 +124,23 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
 
 
 def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience: int, there: Connection) -> None:
-    """Read in the process of its own: send a line for each step, then the result or the exception."""
+    """Read in the separate process: send a line for each step, then the result or the exception."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     def step(line: str) -> None:
         if hasattr(signal, "alarm"):
-            signal.alarm(patience)  # ends this process, from within a loop of HDF5, too
+            signal.alarm(patience)  # also ends a loop within HDF5
         there.send(line)
 
     try:
-        step("begun")
+        step("started")
         there.send(read(file, lambda done, total: step(f"block {done} of {total}")))
     except Exception as error:
         there.send(error)
 
 
 def verified(file: Path, progress: Progress) -> Verified:
-    """Read everything in a file of any kind."""
+    """Read and check all data of a file of any kind."""
     from vibrodrive.store.every_kind import summary
 
     found = summary(file, thorough=True, progress=progress)

@@ -1,4 +1,4 @@
-"""`vibrodrive init`: begin with one of the configurations that come with the program."""
+"""`vibrodrive init`: list the supplied configurations, or write one of them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from vibrodrive.cli.common import FILE, say
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("-o", "--output", type=FILE, help="Where to write it (default NAME.toml, here).")
+@click.option("-o", "--output", type=FILE, help="File to write (default: NAME.toml in this directory).")
 def init(name: str | None, output: Path | None) -> None:
-    """Write the configuration NAME, with comments, to begin with. Without NAME: list all that there are.
+    """List the supplied configurations, or write one of them.
 
-    A file that is there is never replaced.
+    Without NAME: print the name and title of each configuration.
+
+    With NAME: write that configuration, with comments, and print the commands that use it. An existing file is not
+    replaced.
     """
     from vibrodrive.model.packaged import configurations, titles
     from vibrodrive.model.parameters import bad
@@ -32,7 +35,7 @@ def init(name: str | None, output: Path | None) -> None:
         raise click.ClickException(bad("name", name, "one of " + ", ".join(known)))
     target = output or Path(f"{name}.toml")
     text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
-    # comments name this and other configurations as they lie in a checkout
+    # comments contain the paths of configurations in a checkout
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")
     with open(target, "x") as file:
         file.write(text)
@@ -40,5 +43,5 @@ def init(name: str | None, output: Path | None) -> None:
 
 
 def _commands(text: str) -> str:
-    """What a configuration's comments say it is for: the lines that begin with a command."""
+    """Return the commands in the comments of a configuration, one a line."""
     return "".join(f"\n{line[1:]}" for line in text.splitlines() if line.startswith("#   vibrodrive "))

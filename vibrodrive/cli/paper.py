@@ -1,4 +1,4 @@
-"""`vibrodrive paper`: every figure of the paper, and its claims held against what comes out."""
+"""`vibrodrive paper`: every figure of the paper, and its claims compared with the results."""
 
 from __future__ import annotations
 
@@ -17,14 +17,22 @@ from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
     type=DIRECTORY,
     default=Path("paper"),
     show_default=True,
-    help="Directory for the figures, the data and the claims; made if it is not there.",
+    help="Directory of the figures, the data and the claims; created if missing.",
 )
 @click.option(
-    "--only", "names", metavar="FIGURE", multiple=True, help="Only this figure (fig07), or `limits`; repeatable."
+    "--only",
+    "names",
+    metavar="FIGURE",
+    multiple=True,
+    help="Only this figure (such as fig07), or `limits`; repeatable.",
 )
 @THREADS
 def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:
-    """Recompute the paper: figNN.png and figNN.pdf, the data beside them, claims.json and claims.md."""
+    """Compute the figures of the paper, and check its claims.
+
+    Output: in the directory figNN.png and figNN.pdf of each figure, its data, and the verdict on each claim in
+    claims.json and claims.md.
+    """
     from vibrodrive.paper.run import run_paper
 
     with working(output.name) as show:

@@ -25,26 +25,32 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default FILE with .png).")
-@click.option("--kind", type=click.Choice([*drawing.FIGURE_KINDS, "multipliers"]), help="Which diagram.")
+@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default: FILE with .png).")
+@click.option(
+    "--kind",
+    type=click.Choice([*drawing.FIGURE_KINDS, "multipliers"]),
+    help="Kind of diagram (default: by the contents).",
+)
 @click.option(
     "--quantity",
     metavar="NAME",
     type=click.Choice([*drawing.DIAGRAM_QUANTITIES, *drawing.MAP_QUANTITIES, drawing.K2]),
-    help="Of the section: dxi or xi; of main impacts: impact_phase or impact_speed. Of a map: "
-    + ", ".join(drawing.MAP_QUANTITIES)
-    + f"; of limits over two axes: {drawing.K2}.",
+    help="Quantity to draw (default: by the contents). Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
+    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + f". Limits over two axes: {drawing.K2}.",
 )
 @click.option(
-    "--over", type=FILE, multiple=True, help="Draw limits, or bifurcations over A and B, from their file over a map."
+    "--over",
+    type=FILE,
+    multiple=True,
+    help="Also draw the limits, or the bifurcations over A and B, of this file on a map; repeatable.",
 )
 @click.option(
-    "--style", type=click.Choice(drawing.STYLES), help="Colours for a screen (default), or black ink for print."
+    "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
 )
 @click.option(
-    "--width", type=click.Choice(drawing.WIDTHS), help="Columns of a page the figure is for (default double)."
+    "--width", type=click.Choice(drawing.WIDTHS), help="double: 174 mm, two columns (default); single: 84 mm, one."
 )
-@click.option("--dpi", type=click.IntRange(20, 2400), help="Pixels per inch (default 250).")
+@click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
 def plot(
     file: Path,
     output: Path | None,
@@ -55,9 +61,12 @@ def plot(
     width: str | None,
     dpi: int | None,
 ) -> None:
-    """Draw what a result file holds, finished or not: a sweep, limits, a failure map, orbits or curves.
+    """Draw a result file of any kind, complete or not.
 
-    What is not given is as [figure] of the configuration in the file says.
+    FILE contains a sweep, limits, failures, orbits or curves of bifurcations. Options that are not given are taken from
+    [figure] of the configuration in FILE.
+
+    Output: the figure. Damaged blocks are left out and named on stderr; the exit code is then 1.
     """
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     look = {k: v for k, v in {"style": style, "width": width}.items() if v is not None}
@@ -74,7 +83,7 @@ def draw(
     dpi: int | None = None,
     over: tuple[Path, ...] = (),
 ) -> None:
-    """Draw a file, and what lies over it. What is damaged is left out and named, with exit code 1."""
+    """Draw a file and the files `over` it. Damaged blocks are left out and named; the exit code is then 1."""
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.store.header import read_kind
 
@@ -111,7 +120,7 @@ def _look(file: Path) -> dict[str, Any]:
 def _figure(
     file: Path, holds: str, options: dict[str, Any], over: tuple[Path, ...], damaged: list[str]
 ) -> tuple[Figure, float]:
-    """Draw a file, with what lies over it; return the share that is computed, too. `damaged` is added to."""
+    """Return the figure of a file and of those `over` it, and its computed share. Append messages to `damaged`."""
     from vibrodrive.store.every_kind import load
 
     if holds == "sweep":
@@ -124,7 +133,7 @@ def _figure(
 
 @contextmanager
 def _in_one_line() -> Iterator[None]:
-    """Say in a line that something cannot be drawn as it is asked for; files that cannot be read have their own."""
+    """Report in one line an option that cannot be drawn. Files that cannot be read have messages of their own."""
     try:
         yield
     except NoResult:
@@ -135,7 +144,7 @@ def _in_one_line() -> Iterator[None]:
 
 @contextmanager
 def _left_out(damaged: list[str]) -> Iterator[None]:
-    """Collect the warnings of damaged blocks, and let others pass."""
+    """Append the warnings of damaged blocks to `damaged`; pass other warnings on."""
     from vibrodrive.store.reader import DamagedBlock
 
     with warnings.catch_warnings(record=True) as caught:
@@ -169,10 +178,10 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 
 
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
-    """Refuse a diagram that a sweep does not have the axes or the record for.
+    """Refuse a diagram for which a sweep lacks the axes or the record.
 
-    A sweep of one motion, whose configuration was made for an axis, has its section drawn, unless a diagram was
-    `asked` for now.
+    If the configuration of one motion contains kind "bifurcation", its section is drawn; with `asked`, the kind is an
+    option of the command and is refused.
     """
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
@@ -189,7 +198,7 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
 
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
-    """Refuse a kind of file that is not drawn, and an option that means nothing for this one."""
+    """Refuse a kind of file that cannot be drawn, and options that do not apply to this kind."""
     kind = FILES[holds]
     if kind.options is None:
         raise click.ClickException(f"{file}: holds {kind.holds}: `vibrodrive {kind.command}` draws them")
@@ -202,11 +211,19 @@ def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
 
 @click.command()
 @click.argument("config", type=FILE)
-@click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default CONFIG_trajectory.png, here).")
+@click.option(
+    "-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default: CONFIG_trajectory.png, in this directory)."
+)
 @SET
 @METHOD
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
-    """Follow one motion, describe it, and draw its phase curve and its course in time."""
+    """Compute one motion, describe it and draw it.
+
+    CONFIG has one value for each parameter; --set A=3.04 replaces an axis. [trajectory] selects the curves and periods.
+
+    Output: on stdout the status, the closest decision, the period, the impacts and the cycle of states; the figure, by
+    default with the phase curve ξ'(ξ) and the gap ξ(τ).
+    """
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
     plan = settings.plan()

@@ -1,4 +1,4 @@
-"""`vibrodrive limits`, `orbits` and `failures`: from a configuration to a result file, a table and figures."""
+"""`vibrodrive limits`, `orbits` and `failures`: compute a result file, a table and figures from a configuration."""
 
 from __future__ import annotations
 
@@ -12,36 +12,51 @@ from vibrodrive.model.kinds import FILES
 from vibrodrive.store.place import check_output
 
 HELP = {
-    "limits": """Find the limits of practically orbital stability over A, B or eta, list and draw them.
+    "limits": """Compute limits of stability over A, B or eta.
 
-    One or two of these are axes. The figure is written next to the result file. An existing file is resumed.
+    They are limits of practical orbital stability. CONFIG has one or two of A, B and eta as axes. [limits] quantity in
+    CONFIG selects the limit:
 
-    [limits] quantity in CONFIG is what is sought: "k2" (the default), the disturbance, in ε and in Δτ, that a motion
-    stands; "k1", how far the start may be off, in xi0, dxi0 and tau0; or "ku", the disturbance from which all starts
-    end on one motion. [limits] criterion is what k2 keeps: "impacts" (the default), "word" or "rho < x", joined by
-    "and".
+    \b
+    "k2" (default)  smallest disturbance, in ε and in Δτ, that loses the structure
+    "k1"            smallest error of the start, in xi0, dxi0 and tau0, at which
+                    the motion ends on another solution
+    "ku"            disturbance from which all starts end in one motion
+
+    [limits] criterion is the property that must be kept for k2: "impacts" (default), "word" or "rho < x", or several of
+    them joined by "and".
+
+    Output: the result file, a table on stdout, and a figure (.png) next to the file. An existing file of the same
+    configuration is resumed.
     """,
-    "orbits": """Find all orbits over A, stable or not, and where they are born, change or die.
+    "orbits": """Compute all periodic orbits over A, and their bifurcations.
 
-    The bifurcations are listed on stdout, as a table or as JSON. The figures are written next to the result file: the
-    bifurcation diagram, and the multipliers. A file of the same configuration is listed and drawn again.
+    CONFIG has the axis A: the result is all orbits up to [orbits] max_period (default 3), stable or not, and the
+    bifurcations at which they appear, change or disappear. With the axes A and B, the result is the curves of these
+    bifurcations in the plane of A and B.
 
-    Over A and B the bifurcations are followed as curves through the plane, listed and drawn there.
+    Output: the result file, the bifurcations or curves on stdout, and figures (.png) next to the file: the bifurcation
+    diagram and the multipliers, or the plane. An existing file of the same configuration is listed and drawn again. The
+    file is written at the end, so an interrupted run starts again.
     """,
-    "failures": """Map missed, late and wrongly decided switches over A and Δτ, or A and ε, and draw the map.
+    "failures": """Map failures of grid methods over A and Δτ, or over A and ε.
 
-    The figure is written next to the result file. A file of the same configuration is drawn again. The file is written
-    at the end: an interrupted run starts over.
+    A failure is a switch that is missed, late or wrongly decided.
+
+    Output: the result file and a figure (.png) next to it. An existing file of the same configuration is drawn again.
+    The file is written at the end, so an interrupted run starts again.
     """,
 }
 
 
 def result_command(name: str, *, hidden: bool = False) -> click.Command:
-    """Make a command that computes a result file and shows it."""
+    """Return a command that computes a result file and shows it."""
 
     @click.command(name, help=HELP[name], hidden=hidden)
     @click.argument("config", type=FILE)
-    @click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+    @click.option(
+        "-o", "--output", type=FILE, help="Result file (default: name of CONFIG with .h5, in this directory)."
+    )
     @SET
     @THREADS
     @OVERWRITE

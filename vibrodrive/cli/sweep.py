@@ -1,4 +1,4 @@
-"""`vibrodrive sweep`: from a configuration to a result file."""
+"""`vibrodrive sweep`: compute a result file from a configuration."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class _Command(click.Command):
-    """Let `--plot` stand alone before CONFIG, too: to click whatever follows it would be the figure."""
+    """Allow `--plot` without a value before CONFIG; click would take CONFIG as its value."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
@@ -30,25 +30,29 @@ class _Command(click.Command):
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
-    """Return the figure asked for; Path() beside the result, where `--plot` stands alone."""
+    """Return the path of the figure; Path() for `--plot` without a value: next to the result; None without `--plot`."""
     return FILE.convert(value, option, ctx) if value else None if value is None else Path()
 
 
 @click.command(cls=_Command)
 @click.argument("config", type=FILE)
-@click.option("-o", "--output", type=FILE, help="Result file (default CONFIG with the ending .h5, here).")
+@click.option("-o", "--output", type=FILE, help="Result file (default: name of CONFIG with .h5, in this directory).")
 @SET
 @METHOD
 @THREADS
-@click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster (tcp://scheduler:8786).")
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the Dask cluster of this scheduler (tcp://host:8786); needs the extra `dask`.",
+)
 @click.option(
     "--plot",
     "picture",
     metavar="[FIGURE]",
     callback=_figure,
-    help="Draw the complete result: .png, .pdf or .svg (default OUTPUT with .png).",
+    help="Also draw the complete result: .png, .pdf or .svg (default: OUTPUT with .png).",
 )
-@click.option("--dry-run", is_flag=True, help="Say what it would take, and compute nothing.")
+@click.option("--dry-run", is_flag=True, help="Estimate file size, memory and time; compute no result.")
 @OVERWRITE
 def sweep(
     config: Path,
@@ -61,7 +65,14 @@ def sweep(
     dry_run: bool,
     overwrite: bool,
 ) -> None:
-    """Compute the sweep that CONFIG describes, into a file. A file that is there is resumed."""
+    """Compute the sweep that CONFIG describes into a result file.
+
+    An existing file of the same configuration is resumed; one of another configuration is refused. Ctrl-C stops the
+    sweep, and the same command resumes it.
+
+    Output: OUTPUT in HDF5, and with --plot a figure. On stderr: progress, and the number of points whose status is not
+    OK, with advice.
+    """
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import refuse_large_block
 
@@ -119,18 +130,18 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"file     {human(file_bytes(plan))}")
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
-    # in a thread of its own, for a signal reaches the main thread only between two of its steps
+    # in a separate thread: the main thread handles a signal only between two of its own steps
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
-    click.echo(f"time     about {duration(found.computing)}, besides {duration(found.loading)} to load the kernels")
+    click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")
 
 
 BASE_MEMORY = 200_000_000
-"""Interpreter, NumPy, Numba and the compiled kernels."""
+"""Bytes of memory for the interpreter, NumPy, Numba and the compiled kernels."""
 
 
 def _tell_statuses(path: Path) -> None:
-    """Say which points did not simply go well."""
+    """Print the number of points of each status other than OK, with advice."""
     from vibrodrive.model.choices import Status
     from vibrodrive.store.reader import look
 

@@ -1,4 +1,4 @@
-"""`vibrodrive validate`: what is known exactly, or otherwise, held against what this installation computes."""
+"""`vibrodrive validate`: results of this installation compared with known results."""
 
 from __future__ import annotations
 
@@ -17,16 +17,21 @@ from vibrodrive.cli.common import DIRECTORY, say, working
     type=DIRECTORY,
     default=Path("validation"),
     show_default=True,
-    help="Directory for validation.json and validation.md; made if it is not there.",
+    help="Directory of validation.json and validation.md; created if missing.",
 )
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
-    help="Seed of the drawn scenes, as an earlier run shows it (default: a new one).",
+    help="Seed of the random scenes, to repeat an earlier run (default: a new seed).",
 )
-@click.option("--only", "names", metavar="CHECK", multiple=True, help="Only this check (hash); repeatable.")
+@click.option("--only", "names", metavar="CHECK", multiple=True, help="Only this check (such as hash); repeatable.")
 def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
-    """Check this installation: each number with its bound and a verdict. Exit code 1 if one fails."""
+    """Check this installation against known results.
+
+    The checks compare results with 50-digit references, identical bits, balances and other solvers.
+
+    Output: validation.json and validation.md, with each number, its bound and a verdict. Exit code 1 if a check fails.
+    """
     from vibrodrive.validation import run
     from vibrodrive.validation.check import Verdict
 

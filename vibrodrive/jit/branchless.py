@@ -1,7 +1,6 @@
-"""What Python has no word for and loops abreast need: choices without branches, fused products, signs as bits, wide
-registers.
+"""LLVM operations for loops over lanes: selection without a branch, fused multiply-add, sign bits, wide registers.
 
-Each has a plain Python twin that gives the same bits; it serves where the JIT is switched off.
+Each has a version in plain Python that gives the same bits. It is used if the JIT is disabled.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ def _fused(typingctx, a, b, c):
 
 
 def _libm_fma():
-    """Python's own, from 3.13 on, raises where this gives an infinity or a NaN."""
+    """Return `fma` of the C library. `math.fma` (Python 3.13) raises where this gives an infinity or a NaN."""
     function = ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fma
     function.argtypes, function.restype = 3 * [ctypes.c_double], ctypes.c_double
     return function
@@ -88,7 +87,7 @@ def _nothing():
 def _prefer_wide(typingctx):
     def codegen(context, builder, signature, args):
         for attribute in ('"prefer-vector-width"="512"', '"stackrealign"'):
-            set.add(builder.function.attributes, attribute)  # llvmlite's own `add` knows no such names
+            set.add(builder.function.attributes, attribute)  # llvmlite's `add` refuses these names
         return context.get_dummy_value()
 
     return types.none(), codegen
@@ -97,29 +96,29 @@ def _prefer_wide(typingctx):
 COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 
 choose: Any = _select if COMPILED else _choose
-"""choose(c, a, b): a if c else b, both computed. The compiler moves what one side of a branch needs into that side, a
-read among others, and a read whose address depends on the lane keeps the whole loop from being vectorised."""
+"""choose(c, a, b): a if c else b, with both computed. From a branch the compiler moves operations into the side that
+needs them. A read moved in this way, with an address that depends on the lane, prevents vectorisation of the loop."""
 
 fma: Any = _fused if COMPILED else _libm_fma()
-"""fma(a, b, c): a b + c, rounded once: one instruction for two, and the same bits everywhere. Never left to the
-compiler (that would be fastmath): it fuses what happens to stand together, and one motion alone is compiled apart
-from many abreast."""
+"""fma(a, b, c): a b + c, rounded once: one instruction instead of two, and the same bits on every machine. The compiler
+must not choose (fastmath): it would fuse different products in the kernels of single motions and of batches."""
 
 low_bits: Any = _bits if COMPILED else _low_bits
-"""low_bits(t): an integer whose last bits are those of the whole number n in t = n + ROUND."""
+"""low_bits(t): an integer whose last bits are those of the integer n in t = n + ROUND."""
 
 flip: Any = _xor_sign if COMPILED else _flip
-"""flip(x, bits): x with its sign changed if the last bit but one is set."""
+"""flip(x, bits): -x if the second-lowest bit of `bits` is set, else x."""
 
 wide: Any = _prefer_wide if COMPILED else _nothing
-"""wide(): the function around this is compiled for the widest registers there are. The default on processors that
-have them is half that, out of care for code around that is not vectorised; loops over lanes are. What does not fit them
-is kept on a stack that is aligned for them: each access then stays in one line of the cache."""
+"""wide(): compile the calling function for the widest registers of the processor. LLVM's default is half that width, to
+protect code that is not vectorised; loops over lanes are vectorised. The stack is aligned for these registers, so that
+each access to a spilled value stays in one cache line."""
 
 
 @inline
 def full(n):
-    """Return how many lanes to go over where n are in use: whole registers, as a few left over cost more than eight.
+    """Return the number of lanes to loop over if n are in use: n rounded up to a full register, since a remainder loop
+    costs more than eight lanes.
 
     Lanes from n on are padding; their contents are ignored.
     """

@@ -1,14 +1,14 @@
-"""One place for every option given to Numba, each with its reason.
+"""All Numba options, each with its reason.
 
-* ``error_model="numpy"``: no zero-division branches, which would keep loops from being vectorised.
+* ``error_model="numpy"``: no branches for division by zero, which would prevent vectorisation.
 * ``nogil=True``: the writer works while a block is computed.
-* ``_nrt=False`` (all but entry points that allocate): no reference counting. With it every array argument of
-  every inlined formula is counted up and down, atomically: four fifths of the time of a sweep.
-* ``fastmath`` stays off: it would fold NaN checks away and change bits from machine to machine.
-* The cache directory carries a hash of the kernel sources, and of what they are compiled with and for. Numba notices
-  a change in the file of the function it loads, not in the files of the functions that one calls: without the hash
-  an edited equation could go on giving the old numbers. And two unlike machines with one home would write into the
-  same index, whose files are numbered: one could be served what the other has compiled.
+* ``_nrt=False`` (except entry points that allocate): no reference counting. With it every array argument of every
+  inlined formula is counted up and down, atomically: four fifths of the time of a sweep.
+* ``fastmath`` is off: it would remove NaN checks and change bits from machine to machine.
+* The name of the cache directory contains a hash of the kernel sources, of the compiler and of the processor. Numba
+  detects a change in the file of the function that it loads, but not in the files of the functions called from there:
+  without the hash an edited equation could keep its old machine code. Two different machines with one home directory
+  would write into the same index, whose files are numbered: one could load the machine code of the other.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
-"""Folder of the whole package, wherever in it this file lies."""
+"""Folder of the package."""
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
-"""An import that is not indented, its continuation lines included. Indented ones are made when a function runs, or
-for types alone: no kernel gets anything from them. To parse these lines alone takes a tenth of the time."""
+"""An import that is not indented, with its continuation lines. Indented imports run within functions or serve type
+checks, so no kernel depends on them. Parsing only these lines takes a tenth of the time."""
 
 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
-    """A hash of every module with a kernel in it, of all that those import, whatever they take from there, and of those
-    beside this one, whose name is `here`, in the package that lies in `root`.
+    """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    A module has a kernel in it if it imports this one.
+    These are the modules that import this one (named `here`) and so may contain kernels, the modules in the folder of
+    this one, and all modules that these import, directly or not.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -74,22 +74,22 @@ def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
 
 
 def _module(package: str, path: Path) -> str:
-    """Name of the module that lies at `path` in the package."""
+    """Return the name of the module at `path` in the package."""
     parts = path.with_suffix("").parts
     return ".".join([package, *(parts[:-1] if parts[-1] == "__init__" else parts)])
 
 
 def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
-    """The modules of the package that a module imports when it is itself imported.
+    """Yield the modules of the package that module `name` imports when it is imported.
 
-    sources: of every module of the package; within: those of them that are packages.
+    sources: source of every module of the package; within: the modules that are packages.
     """
     package = name.partition(".")[0].encode()
     lines = _IMPORT.findall(b"\n" + sources[name])
     lines = [line for line in lines if package in line or line.split()[1].startswith(b".")]
     try:
         statements = ast.parse(b"\n".join(lines)).body
-    except SyntaxError:  # a line of a text begins like an import, or a comment in one has a bracket
+    except SyntaxError:  # a string has a line like an import, or a comment in an import has a bracket
         statements = ast.parse(sources[name]).body
     for statement in statements:
         if isinstance(statement, ast.Import):
@@ -98,7 +98,7 @@ def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iter
             base = statement.module or ""
             if statement.level:
                 parts = name.split(".")
-                up = statement.level - (name in within)  # a package's one dot is the package itself
+                up = statement.level - (name in within)  # in a package one dot is the package itself
                 base = ".".join([*parts[: len(parts) - up], *filter(None, [base])])
             for alias in statement.names:
                 found = f"{base}.{alias.name}"
@@ -107,18 +107,18 @@ def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iter
 
 
 def _target() -> str:
-    """What machine code depends on beside its sources: who compiles it, and for which processor."""
+    """Return the versions and the processor on which machine code depends, besides its sources."""
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
     python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
     return " ".join([*python, *versions, *map(str, cpu_target.target_context.codegen().magic_tuple())])
 
 
 def _cache_directory() -> Path:
-    """A writable directory outside the installation, which may be read-only."""
+    """Return a writable cache directory outside the installation, which may be read-only."""
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
     name = f"vibrodrive-{key}"
-    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows the temporary directory is the user's own
+    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows each user has a temporary directory
     for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{user}"):
         try:
             (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -133,11 +133,14 @@ CACHE = _cache_directory()
 
 
 class Compilation(event.Listener):
-    """The time this process has spent compiling: whether it compiles cannot be foretold from the files of the
-    cache (Numba's keys are its own), but Numba tells when it begins and when it ends."""
+    """Time that this process has spent compiling.
+
+    The files of the cache do not show whether a kernel must be compiled, because only Numba can evaluate its keys.
+    Numba reports the beginning and the end of each compilation.
+    """
 
     def __init__(self) -> None:
-        self._depth = 0  # a kernel compiles what it calls
+        self._depth = 0  # compilation of a kernel includes that of its callees
         self._began = self._spent = 0.0
 
     def on_start(self, event: Any) -> None:
@@ -152,12 +155,12 @@ class Compilation(event.Listener):
 
     @property
     def running(self) -> bool:
-        """Whether something is being compiled."""
+        """True while a function is compiled."""
         return self._depth > 0
 
     @property
     def seconds(self) -> float:
-        """Spent so far, what is under way included."""
+        """Seconds spent so far, including a compilation in progress."""
         return self._spent + (monotonic() - self._began if self.running else 0.0)
 
 
@@ -166,27 +169,28 @@ event.register("numba:compile", compilation)
 
 
 class _Cache(FunctionCache):
-    """Numba's cache on disk, without what machine code does not need: a process that compiles nothing is twice as fast.
+    """Numba's cache on disk, loaded without the compiler: a process that compiles nothing takes half the time.
 
-    Before it reads a kernel Numba imports all that it could compile with, 0.2 s. It does so again before it compiles.
+    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits that; before it compiles,
+    Numba imports them in any case.
     """
 
     def load_overload(self, sig, target_context):
-        rtsys.initialize(target_context)  # what machine code may call: to count references, and by name
+        rtsys.initialize(target_context)  # symbols that machine code may call: reference counts, libm
         externals.c_math_functions.install(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
 
 def jit(function=None, **options):
-    """A kernel entry point: compiled once per version, kept on disk. ``_nrt=False`` unless it allocates."""
+    """Compile an entry point of a kernel once per version and cache it on disk. ``_nrt=False`` unless it allocates."""
     if function is None:
         return lambda f: jit(f, **options)
     if numba.config.DISABLE_JIT:
-        return np.errstate(all="ignore")(function)  # compiled code does not warn of what overflows either
+        return np.errstate(all="ignore")(function)  # compiled code does not warn of overflow either
     if function.__closure__:
-        # Numba looks machine code up by a name that has a number of the process that compiled it: two kernels of one
-        # factory, compiled by two processes, could bear the same name, and one be called for the other
+        # the symbol name contains a number that is unique only within the compiling process: without these values two
+        # kernels of one factory, compiled by two processes, could have the same name, and the wrong one be called
         values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
     before = numba.config.CACHE_DIR
@@ -203,26 +207,26 @@ _INNER = {
     "error_model": "numpy",
     "nogil": True,
     "_nrt": False,
-    "no_cfunc_wrapper": True,  # never called from C: a fair share of compiling a formula is the way in
+    "no_cfunc_wrapper": True,  # not called from C; the wrapper is much of the compile time of a formula
 }
 
 
 try:
     from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError):  # another Numba: slower to compile, the same numbers
+except (ImportError, AttributeError):  # another version of Numba: compiles more slowly, gives the same numbers
     _ENCLOSED = _INNER
     compiling = nullcontext  # type: ignore[assignment]
 else:
     _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
-"""Called by kernels only: there is no way in from Python, which would take as long to compile again."""
+"""Options of functions that only kernels call: without a wrapper for Python, which would double the compile time."""
 
 
 SAID_AFTER = 1.0
-"""Seconds of compiling after which whoever waits for it in Python reads so."""
+"""Seconds of compiling after which a message is printed. A longer time keeps short compilations silent."""
 
 
 def _say_compiling(function):
-    """One line at a terminal or in a notebook, unless a thread shows progress there (jobs/progress.py)."""
+    """Print one line in a terminal or a notebook, unless a thread shows progress there (jobs/progress.py)."""
     shown = any(thread.name == "watch" for thread in threading.enumerate())
     if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
         with suppress(OSError, ValueError):
@@ -231,14 +235,15 @@ def _say_compiling(function):
 
 
 _APART = {"forceinline": False, **_ENCLOSED}
-"""Said, as Numba takes it from the caller otherwise: a piece first called by a formula would be inlined everywhere."""
+"""`forceinline` is explicit because Numba otherwise inherits it from the first caller: a part first called by a formula
+would be inlined everywhere."""
 
 
 def _aside(work, function):
-    """Return what `work`, which compiles or loads a function, returns: from a thread of its own, for the main thread.
+    """Call `work`, which compiles or loads `function`, and return its result; for the main thread in a separate thread.
 
-    Ctrl-C raises KeyboardInterrupt in the main thread alone: it is answered at once, and never breaks off Numba halfway
-    through its own bookkeeping. The compilation goes on behind it, and the next call finds the result.
+    Ctrl-C raises KeyboardInterrupt in the main thread only. So it takes effect immediately and does not interrupt Numba
+    while its data are inconsistent. The compilation continues in the background, and the next call uses its result.
     """
     if threading.get_ident() != threading.main_thread().ident:
         with compiling():
@@ -259,7 +264,7 @@ def _aside(work, function):
 
 
 def _compiled_aside(dispatcher):
-    """A dispatcher that compiles, or loads, what it is first called for as `_aside` has it."""
+    """Make a dispatcher compile or load through `_aside`."""
     compile_for = dispatcher._compile_for_args
     dispatcher._compile_for_args = lambda *args, **kwargs: _aside(
         lambda: compile_for(*args, **kwargs), dispatcher.py_func
@@ -268,15 +273,16 @@ def _compiled_aside(dispatcher):
 
 
 def prepare(kernel, *signature):
-    """Compile a kernel for arguments of these types, or load it, unless it is there."""
+    """Compile or load a kernel for arguments of these types, unless this is done."""
     if signature not in kernel.overloads:
         _aside(lambda: kernel.compile(signature), kernel.py_func)
 
 
 def _once(dispatcher, *constant):
-    """Compiled for types alone, not once more for every constant it is called with, but for arguments named `constant`.
+    """Compile a dispatcher once for each set of types, and not again for each literal argument, except those named in
+    `constant`.
 
-    Other constants reach a formula when LLVM inlines it; a second compilation is a second wait for nothing.
+    LLVM propagates other constants when it inlines a formula, so a second compilation would gain nothing.
     """
     if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
         names = inspect.getfullargspec(dispatcher.py_func).args
@@ -288,27 +294,27 @@ def _once(dispatcher, *constant):
 
         dispatcher.get_call_template = for_types
         dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
-        # no machine code of it can be called: Python gets some of its own, compiled if it asks for that
+        # this machine code has no entry from Python: a call from Python compiles another version
         entry = cache(lambda: _compiled_aside(numba.njit(**_INNER)(dispatcher.py_func)))
         dispatcher._compile_for_args = lambda *args, **kwargs: entry()
     return dispatcher
 
 
 def inline(function):
-    """A formula: inlined wherever it stands, so that loops over it vectorise; compiled with its caller."""
+    """Compile a formula: inlined in every caller, so that loops over it vectorise, and compiled with the caller."""
     return _once(numba.njit(forceinline=True, **_ENCLOSED)(function))
 
 
 def inline_each(*constant):
-    """A formula of its own for every value of the arguments named here, which its callers have as constants."""
+    """Compile a formula separately for each value of the arguments named here, which are constants in its callers."""
     return lambda function: _once(numba.njit(forceinline=True, **_ENCLOSED)(function), *constant)
 
 
 def part(function):
-    """A piece of a kernel that is called, not inlined: keeps the compile time of its callers short."""
+    """Compile a part of a kernel that is called, not inlined, which shortens the compilation of its callers."""
     return _once(numba.njit(**_APART)(function))
 
 
 def part_each(*constant):
-    """A piece of its own for every value of the arguments named here: only what that one needs is compiled."""
+    """Compile a part separately for each value of the arguments named here, without the branches it does not take."""
     return lambda function: _once(numba.njit(**_APART)(function), *constant)

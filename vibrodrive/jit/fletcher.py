@@ -1,8 +1,8 @@
-"""HDF5's fletcher32, ten times as fast: the writer shares the cores with the computation.
+"""Checksum fletcher32 of HDF5, ten times as fast as HDF5, because the writer shares the cores with the computation.
 
-The checksum is a pair of sums over 16-bit words w_i, modulo 65535: s1 = Σ w_i and s2 = Σ (n - i) w_i.
-Within a block of 256 words both fit 32 bits, so the loops carry no modulus and vectorise. HDF5 reads the
-words with the high byte first; modulo 65535 that is a factor of 256.
+The checksum is a pair of sums over 16-bit words w_i, modulo 65535: s1 = Σ w_i and s2 = Σ (n - i) w_i. Within a block of
+256 words both fit into 32 bits, so the inner loops need no modulus and vectorise. HDF5 reads the words with the high
+byte first; modulo 65535 that is a factor of 256.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ _RAMP = np.arange(BLOCK, dtype=np.uint32)
 
 
 def fletcher32(data: np.ndarray) -> int:
-    """Checksum of a contiguous array (of a multiple of two bytes) as HDF5 appends it to a chunk."""
+    """Return the checksum of a contiguous array as HDF5 appends it to a chunk. Its bytes must be even in number."""
     words = data.reshape(-1).view("<u2")
     s1, s2, some = sums(words, _RAMP)
     return (_fold(int(s2), bool(some)) << 16) | _fold(int(s1), bool(some))
 
 
 def _fold(residue: int, some: bool) -> int:
-    """HDF5 folds carries back in: only the sum of nothing but zeros is 0, any other multiple is 65535."""
+    """Reduce a sum as HDF5 does, by adding carries: 0 if all words are 0; any other multiple of 65535 gives 65535."""
     high_byte_first = residue * 256 % 65535
     return 65535 if high_byte_first == 0 and some else high_byte_first
 
 
 @jit
 def sums(words, ramp):
-    """s1 and s2 modulo 65535 of uint16 words, and whether any is not zero."""
+    """Return s1 and s2 modulo 65535 of uint16 words, and a number that is not 0 if any word is not 0."""
     modulus, size = np.uint64(65535), np.uint64(BLOCK)
     s1, s2, some = np.uint64(0), np.uint64(0), np.uint64(0)
     blocks = words.size // BLOCK

@@ -1,7 +1,7 @@
-"""Numba's compiler for pieces of kernels, without what they do not need: half of the time of compiling.
+"""Numba's compiler for parts of kernels, without the passes that they do not need: halves the compile time.
 
-All of it is Numba's private API, which may change. `compile.py` uses plain ``njit`` where this module cannot be
-imported; what it relies on is therefore named when it is imported.
+It uses Numba's private API, which may change. `compile.py` uses plain ``njit`` if this module cannot be imported.
+Therefore the import refers to all private names.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from numba.core.ir_utils import build_definitions
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _Constants(FunctionPass):
-    """Put in what is known as constants, so that branches that depend on it are cut before they are compiled.
+    """Replace known values by constants, so that branches that depend on them are removed before compilation.
 
-    These are arguments that are literals, and attributes of modules, which are then as good as globals. Numba does so
-    for None and for what a function takes from around it.
+    Known values are literal arguments and attributes of modules, which become globals. Numba does the same for None,
+    globals and closure variables.
     """
 
     _name = "vibrodrive_constants"
@@ -65,13 +65,13 @@ _PASSES = (
     typed_passes.NativeLowering,
     typed_passes.NoPythonBackend,
 )
-"""Numba's, but for those that serve closures, array expressions, exceptions and objects: pieces have none."""
+"""Numba's passes without those for closures, array expressions, exceptions and objects, which parts do not contain."""
 
 
 class _Unlinked(JITCodeLibrary):
-    """The code of a piece that kernels alone call: LLVM optimises it, and makes machine code of it, with theirs.
+    """Code of a function that only kernels call: LLVM optimises and translates it within the code of the kernel.
 
-    Numba does both for each function by itself, too, which takes as long again.
+    Numba also does both for each function separately, which takes the same time again.
     """
 
     def _optimize_final_module(self) -> None:
@@ -81,18 +81,18 @@ class _Unlinked(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        return 0  # as where there is no way in
+        return 0  # there is no entry point
 
     @property
     def codegen(self) -> _Unlinked:
         return self
 
     def set_env(self, name: str, env: object) -> None:
-        """Numba puts Python objects that a function needs into its machine code; here is none."""
+        """Do nothing: Numba links the Python objects of a function here, and a part has none."""
 
 
 class Piece(CompilerBase):
-    """Numba's compiler for what kernels alone call."""
+    """Numba's compiler for functions that only kernels call."""
 
     def define_pipelines(self) -> list[Any]:
         self.state.library = _Unlinked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
@@ -112,9 +112,9 @@ def _without_branch(self: BooleanModel, builder: Any, value: Any) -> Any:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Numba at work for us: no garbage is collected, for there is little, and a bool argument is not an if and else.
+    """Disable garbage collection, as there is little garbage, and branches for bool arguments during compilation.
 
-    Numba makes a branch of each, which takes time and keeps reads behind it from being vectorised.
+    Numba makes a branch of each bool argument, which takes time and prevents vectorisation of the reads after it.
     """
     with global_compiler_lock:
         collecting, branching = gc.isenabled(), BooleanModel.from_data

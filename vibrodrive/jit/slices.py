@@ -1,8 +1,8 @@
-"""Long work in short slices, so that Ctrl-C is answered: Python looks at its signals between two calls of a kernel.
+"""Division of long work into short slices, so that Ctrl-C takes effect: Python handles signals between kernel calls.
 
-A compiled kernel can't be interrupted. So no call of one lasts: each takes a number of steps, keeps what it needs to
-go on in arrays, and returns. What a step costs differs a thousandfold from kernel to kernel; the number of steps of the
-next call follows from how long the last one took. Results don't depend on where the slices lie.
+A compiled kernel cannot be interrupted. So each call takes a limited number of steps, keeps its state in arrays, and
+returns. The cost of a step differs by a factor of a thousand between kernels; the number of steps of the next call
+follows from the duration of the last. The results do not depend on the slices.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ from typing import Any
 import numpy as np
 
 SECONDS = 0.05
-"""What a slice is to take: a small part of the second in which Ctrl-C is to be answered, as a step may soon cost
-several times what it costs now; long beside the few microseconds of a call, and beside the 5 ms for which another
-thread may keep Python to itself."""
+"""Target duration of a slice: a small part of the second within which Ctrl-C must take effect, since the next steps may
+cost several times as much; long compared with the few microseconds of a call, and with the 5 ms for which another
+thread may hold the GIL."""
 
 FIRST = 256
-"""Steps of the first slice, where the caller says nothing."""
+"""Default number of steps of the first slice."""
 
 GROWTH = 16
-"""How many times longer a slice may be than the one before."""
+"""Largest ratio of the steps of a slice to those of the slice before."""
 
 
 class Halt:
-    """A flag that ends work in other threads: kernels look at it.
+    """A flag that ends work in other threads: kernels check it.
 
-    With a `sign` also in other processes of this machine that were given a copy: a file of that name means halt.
+    With a `sign` it also ends work in other processes of this machine that have a copy: a file of that name means halt.
     """
 
     def __init__(self, sign: str | None = None) -> None:
         self._sign = sign
-        self.flag = np.zeros(1, np.int64)  # for kernels, which look at it themselves
+        self.flag = np.zeros(1, np.int64)  # kernels read it directly
 
     def __reduce__(self) -> tuple[type[Halt], tuple[str | None]]:
         return Halt, (self._sign,)
 
     @property
     def across(self) -> bool:
-        """Whether another process may call it."""
+        """True if another process may halt this one."""
         return self._sign is not None
 
     @property
@@ -56,7 +56,7 @@ class Halt:
         self.flag[0] = 1
 
     def call_across(self, tasks: Collection[Future[Any]]) -> None:
-        """Halt it in other processes, too: the sign stands until the last of the `tasks` there has ended."""
+        """Halt work in other processes, too. The file `sign` exists until the last of the `tasks` there has ended."""
         self.call()
         if self._sign is None or not tasks:
             return
@@ -74,12 +74,12 @@ class Halt:
 
 
 class Halted(Exception):
-    """What work ends with whose flag was set: nobody waits for its result."""
+    """Raised by work whose flag was set. Its result is discarded."""
 
 
 def in_slices(advance: Callable[[int], bool], first: int = FIRST) -> None:
     """Call `advance` with a number of steps until it returns True (finished)."""
-    if advance(first):  # as most do
+    if advance(first):  # most work ends within the first slice
         return
     steps = first
     began = perf_counter()

@@ -1,5 +1,5 @@
-"""Sine and versine in plain arithmetic: branch-free, so that loops over them vectorise, and the same bits
-on every machine, with the JIT or without.
+"""Sine and versine in plain arithmetic: without branches, so that loops over them vectorise, and with the same bits on
+every machine, with the JIT or without.
 
 Cody-Waite reduction by π/2 in two parts, each product exact inside a fused multiply-add, then polynomials on
 [-π/4, π/4]. Absolute error of the sine below 1.4e-16 for |x| < 1.6e6.
@@ -33,17 +33,17 @@ _C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.13826236474746
 
 @inline
 def arc(x):
-    """(sin x, vers x, sin x - x, vers x - x²/2, near) with vers x = 1 - cos x and near = |x| < π/4.
+    """Return (sin x, vers x, sin x - x, vers x - x²/2, near) with vers x = 1 - cos x and near = |x| < π/4.
 
-    All four to full *relative* accuracy while `near`; the two differences are meaningless otherwise.
-    They carry a motion that has only just begun, where sin x - x would cancel to nothing.
+    All four have full *relative* accuracy if `near`; the two differences are meaningless otherwise. They describe a
+    motion shortly after its start, where sin x - x would lose all digits by cancellation.
     """
     t = fma(x, _TO_QUADRANT, ROUND)
     k = t - ROUND
     r = fma(k, -HALF_PI_LOW, fma(k, -HALF_PI, x))
     z = r * r
     zz = z * z
-    # halves of the polynomials side by side: what lanes abreast wait for is the longest chain, not the number of terms
+    # independent halves of the polynomials: the longest chain of operations determines the time, not their number
     zzz = z * zz
     ds = (r * z) * fma(zzz, fma(zz, _S6, fma(z, _S5, _S4)), fma(z, fma(z, _S3, _S2), _S1))
     dv = zz * fma(zzz, fma(zz, _C6, fma(z, _C5, _C4)), fma(z, fma(z, _C3, _C2), _C1))
@@ -51,7 +51,7 @@ def arc(x):
     half = 0.5 * z
     versine = half + dv
     w = 1.0 - half
-    cosine = w + (((1.0 - w) - half) - dv)  # the rounding of 1 - z/2 given back
+    cosine = w + (((1.0 - w) - half) - dv)  # corrected for the rounding of 1 - z/2
     quadrant = low_bits(t)  # k mod 4 in its last two bits
     odd = quadrant & 1 != 0
     s = flip(choose(odd, cosine, sine), quadrant)
@@ -63,15 +63,14 @@ def arc(x):
 
 @inline
 def sincos(x):
-    """(sin x, cos x)."""
+    """Return (sin x, cos x)."""
     s, v, _, _, _ = arc(x)
     return s, 1.0 - v
 
 
 @inline
 def _asin_kernel(t):
-    """asin(sqrt(t)) / sqrt(t) - 1 for 0 <= t <= 1/4: fdlibm's rational approximation
-    (Sun Microsystems, 1993)."""
+    """Return asin(sqrt(t)) / sqrt(t) - 1 for 0 <= t <= 1/4: approximation of fdlibm (Sun Microsystems, 1993)."""
     p = 7.91534994289814532176e-04 + t * 3.47933107596021167570e-05
     p = 2.01212532134862925881e-01 + t * (-4.00555345006794114027e-02 + t * p)
     p = t * (1.66666666666666657415e-01 + t * (-3.25565818622400915405e-01 + t * p))
@@ -82,7 +81,7 @@ def _asin_kernel(t):
 
 @inline
 def arcsine(y, short):
-    """asin(y) for 0 <= y <= 1, given also short = 1 - y, which the caller can form without cancellation."""
+    """Return asin(y) for 0 <= y <= 1; short = 1 - y, which the caller can form without cancellation."""
     if y < 0.5:
         return y + y * _asin_kernel(y * y)
     t = 0.5 * short
@@ -92,14 +91,17 @@ def arcsine(y, short):
 
 @inline
 def two_product(a, b):
-    """a * b as an unevaluated sum of two numbers, exactly."""
+    """Return a * b exactly, as an unevaluated sum of two numbers."""
     p = a * b
     return p, fma(a, b, -p)
 
 
 @inline
 def arc_of_product(a, x):
-    """`arc` of a x, whose rounding is given back: an angle of 10⁵ is known to 10⁻¹¹ only, its sine must not be."""
+    """Return `arc` of a x, corrected for the rounding of the product.
+
+    For an angle of 10⁵ this rounding is 10⁻¹¹, which is too large an error of its sine.
+    """
     product, rest = two_product(a, x)
     s, v, ds, dv, near = arc(product)
     return fma(rest, 1.0 - v, s), fma(rest, s, v), ds, dv, near
@@ -107,15 +109,15 @@ def arc_of_product(a, x):
 
 @inline
 def dot(a, x, b, y):
-    """a x + b y with one rounding less."""
+    """Return a x + b y with one rounding less."""
     return fma(a, x, b * y)
 
 
 @inline
 def turns(high, low):
-    """(n, φ, δ) with high + low = 2π n + φ + δ: n whole as a float, 0 <= φ < 2π, δ what φ has no bits for.
+    """Return (n, φ, δ) with high + low = 2π n + φ + δ: n an integer as a float, 0 <= φ < 2π, δ the low-order part of φ.
 
-    `low` must be small beside 2π. `rest` is exact but for -π < high < 0, where its rounding goes to δ.
+    `low` must be small compared with 2π. `rest` is exact except for -π < high < 0, where its rounding goes to δ.
     """
     n = np.floor(high * (1.0 / TWO_PI))
     p, e = two_product(n, TWO_PI)
