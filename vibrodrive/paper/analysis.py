@@ -1,4 +1,4 @@
-"""What figures and claims read off motions on a grid (§5): when they nearly return, and where their phase slips."""
+"""Analysis of motions on a grid (§5): periods after which they nearly repeat, and slips of their phase."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_st
 from vibrodrive.verdicts import NotApplicable
 
 LAGS = 64
-"""Periods after which a motion on a grid is looked at again."""
+"""Longest number of periods after which a motion on a grid is compared with itself."""
 
 SETTLED = 1e-6
-"""A motion this close to an orbit has arrived on it."""
+"""A motion with at most this distance from an orbit has settled on it."""
 
 SETTLING = 3000
 """Transient periods of an undisturbed motion at any A."""
 
 SAMPLED = 200
-"""Motions that are followed impact by impact to judge a whole diagram."""
+"""Number of motions per diagram whose impacts are analysed."""
 
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
-"""The paper's own reading: order among the points of one section (and impacts as far apart as in the orbit)."""
+"""Criterion of the paper: order of the section points, and equal distances between impacts."""
 
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
-    """The same motion without the grid."""
+    """Return the same motion without the grid."""
     return arguments | {"method": "certified", "dtau": None, "tol": None}
 
 
@@ -49,7 +49,7 @@ class PhaseSlip(NamedTuple):
 
 
 def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
-    """The first transient motion with a whole basic motion on either side. Raises NotApplicable if there is none."""
+    """Return the first transient motion between two complete basic motions. Raises NotApplicable if there is none."""
     landed = landings(motion, base)
     apart = impact_gaps(landed)
     if len(apart) < 3:
@@ -67,16 +67,20 @@ def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
 
 
 def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
-    """The main impacts of a motion, touches left out (rows of `Trajectory.impacts`). Raises NotApplicable if the
-    undisturbed orbit has none."""
+    """Return the main impacts of a motion (rows of `Trajectory.impacts`), without touches.
+
+    Raises NotApplicable if the undisturbed orbit has none.
+    """
     if base.cycle is None:
         raise NotApplicable("the undisturbed motion does not land")
     return motion.impacts[no_touches(base.cycle, motion.impacts)]
 
 
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
-    """How motions of a configuration, at SAMPLED of its values of A, compare with the undisturbed orbits there; left
-    out where these have no period."""
+    """Compare motions of a configuration with the undisturbed orbits, at SAMPLED of its values of A.
+
+    Values of A without a periodic orbit are left out.
+    """
     plan = session.config(name).plan()
     found = []
     for A in np.linspace(plan.axes["A"][0], plan.axes["A"][-1], SAMPLED).tolist():
@@ -91,7 +95,7 @@ def structures(session: Session, name: str, **disturbance: float) -> list[Struct
 
 
 def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
-    """Answers of (period of the undisturbed orbit, kept) by that period, ascending."""
+    """Group answers (period of the undisturbed orbit, kept) by period, in ascending order."""
     kept: dict[int, list[bool]] = {}
     for n, answer in found:
         kept.setdefault(int(n), []).append(bool(answer))
@@ -99,16 +103,16 @@ def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
 
 
 def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
-    """Shares of solutions kept: of period up to 3, and of higher order."""
+    """Return the share of solutions kept of period up to 3, and of higher periods."""
     sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
     return [float(np.mean(side)) if side else np.nan for side in sides]
 
 
 def shares(kept: Mapping[int, list[bool]]) -> str:
-    """Shares kept of the first four periods, in words."""
+    """Return the shares kept of the first four periods as text."""
     return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 
 def closing_periods(step: float) -> int:
-    """Number of periods, up to LAGS, after which the grid closes best."""
+    """Return the number of periods, up to LAGS, after which the grid closes best."""
     return convergents(step, LAGS)[-1].periods

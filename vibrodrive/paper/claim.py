@@ -1,7 +1,7 @@
 """Claims of the paper, each computed from the configurations of this run and judged.
 
-A claim is a function that looks at results and returns numbers with a verdict; nothing in it is known
-beforehand, so another configuration gives other numbers and, where due, another verdict.
+A claim is a function that computes numbers and a verdict from results. It contains no expected result, so another
+configuration gives other numbers and possibly another verdict.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Verdict(StrEnum):
 
 
 class Outcome(NamedTuple):
-    """What came out: in words, in numbers, and the verdict."""
+    """Result of a claim: text, numbers and verdict."""
 
     text: str
     numbers: dict[str, Any]
@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing the paper says. `figure` names what it is about (run.SUBJECTS): a drawing, or limits."""
+    """One statement of the paper. `figure` names its subject (run.SUBJECTS): a drawing, or limits."""
 
     id: str
     figure: str
@@ -45,7 +45,7 @@ CLAIMS: list[Claim] = []
 
 
 def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outcome]], Callable[[Session], Outcome]]:
-    """Register the function below as the test of a claim."""
+    """Register the decorated function as the test of a claim."""
 
     def register(test: Callable[[Session], Outcome]) -> Callable[[Session], Outcome]:
         CLAIMS.append(Claim(id, figure, says, test))
@@ -55,7 +55,7 @@ def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outc
 
 
 def judge(claim: Claim, session: Session) -> Judged:
-    """Test a claim; a configuration on which it cannot be tested does not reproduce it."""
+    """Test a claim. The verdict is NOT if the configuration does not allow a test."""
     try:
         found = claim.test(session)
     except NotApplicable as reason:
@@ -66,25 +66,25 @@ def judge(claim: Claim, session: Session) -> Judged:
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
-    """The verdict of two questions: as the paper says? If not, with a correction?"""
+    """Return the verdict of a claim that is reproduced, or only with a correction, or not."""
     if reproduced:
         return Verdict.REPRODUCED
     return Verdict.CORRECTED if corrected else Verdict.NOT
 
 
 def listed(items: Iterable[Any]) -> str:
-    """Values in a row, or “none”."""
+    """Return values as text, separated by commas; “none” if there are none."""
     return ", ".join(f"{i:g}" if isinstance(i, float) else str(i) for i in items) or "none"
 
 
 READING = """\
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
-(1999), and the configuration of that name. *With a correction*: it holds in part, or with other numbers or reasons than
-the paper's."""
+(1999), and the configuration of that name. *With a correction*: it holds in part, or with numbers or
+reasons that differ from those of the paper."""
 
 
 def claims_page(judged: Sequence[Judged]) -> list[str]:
-    """The lines of claims.md."""
+    """Return the lines of claims.md."""
     return [
         "# The paper's claims, recomputed",
         "",

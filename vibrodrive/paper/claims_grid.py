@@ -23,7 +23,7 @@ from vibrodrive.stability.structure import Structure, compare_structure, deviati
 from vibrodrive.verdicts import NotApplicable
 
 LONG = 600
-"""Periods over which a structure seen in a few periods of a figure is checked."""
+"""Number of periods for the check of a structure that a figure shows over a few periods."""
 
 
 @claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.")
@@ -97,7 +97,7 @@ def near_limit(session: Session) -> Outcome:
 
 
 PRINTED = 0.5
-"""The step of Fig. 9b as the scan of the paper shows it."""
+"""Step of Fig. 9b as printed in the paper."""
 
 
 @claim("cloud", "fig09", "Large numerical disturbances make the motion irregular: a cloud of points.")
@@ -243,7 +243,7 @@ def _whole(found: Structure) -> bool:
 
 
 def _answers(found: Structure, *asked: str) -> str:
-    """What of a structure is kept, in words; of the impacts and of the section unless other answers are asked for."""
+    """Return as text which answers are kept and which are lost; by default those for impacts and section."""
     named = {"order": "order at the section"}
     return ", ".join(
         f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"

@@ -1,4 +1,4 @@
-"""Claims about the limits k₂ themselves: what they depend on, and what both disturbances have in common (§1 to §6)."""
+"""Claims about the limits k₂: their dependence on parameters, and a comparison of both disturbances (§1 to §6)."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ from vibrodrive.stability.limit import Limit, each_limit, limit
 from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
-"""Of the motions that limits are sought with: as long as those of Fig. 7."""
+"""Length of the motions in a search for a limit: that of Fig. 7."""
 
 MOST = 43
-"""Values of A at most at which both limits are compared."""
+"""Largest number of values of A for the comparison of both limits."""
 
 ALIKE = 2.0
-"""Two limits in velocity within this factor of one another are alike."""
+"""Largest ratio of two limits in velocity that count as equal."""
 
 SETTLES = 0.1
-"""A limit is settled if a higher frequency changes it by less than this share."""
+"""Largest relative change by a higher frequency of a limit that counts as independent of η."""
 
 SEEN = 0.1
-"""By this share limits leave the line that they have followed, if what happened there is to be seen in them."""
+"""Least relative deviation of limits from their linear continuation that counts as an effect of lost sticking."""
 
 A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
 INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
-A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # from B = 0.05 on all have a period
+A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # all have a period for B >= 0.05
 RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # η = p/q, and q
 ALL_TIMES = 40_000
-AROUND_LOSS = 0.15  # of sticking, in A
+AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 
 @claim("alike", "limits", "Both kinds of disturbance act alike: the scenery of stability is similar over A.")
 def alike(session: Session) -> Outcome:
     plan = session.config("limits").plan()
     if set(plan.axes) != {"A"}:
-        raise NotApplicable("limits are compared over an axis of A alone")
+        raise NotApplicable("limits are compared over an axis of A only")
     axis = plan.axes["A"]
     A = axis[np.unique(np.linspace(0, len(axis) - 1, MOST).round().astype(int))]
     found = _both(session, A=A, B=plan.scalars["B"], eta=plan.scalars["eta"])
@@ -140,7 +140,7 @@ def interruptions_and_limit(session: Session) -> Outcome:
     if not len(gone) or results.status[gone[0]] != Status.OK:
         raise NotApplicable("sticking never vanishes")
     at = float(results.axes["A"][gone[0]])
-    away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # none at the loss itself
+    away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # without the loss itself
     A = np.concatenate([at - away, at + away[::-1]])
     found = _both(session, A=A, B=results.scalars["B"])
     told, numbers, seen = [], {"stick_vanishes": at, "A": A}, []
@@ -218,7 +218,7 @@ class _Pairs(NamedTuple):
 
 
 def _both(session: Session, **axes: Any) -> _Pairs:
-    """Both limits over axes."""
+    """Return both limits over axes."""
     found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
@@ -228,20 +228,20 @@ def _both(session: Session, **axes: Any) -> _Pairs:
 
 
 def _repeats(section: np.ndarray, longest: int) -> int:
-    """Smallest number of periods after which section points repeat to rounding, 0 if there is none.
+    """Return the smallest number of periods after which section points repeat to rounding, 0 if there is none.
 
-    `structure.period` refuses points as close as a small disturbance leaves them.
+    `structure.period` is not used: it refuses points as close to each other as under a small disturbance.
     """
     return next((n for n in range(1, longest + 1) if np.abs(section[n:] - section[:-n]).max() < 1e-9), 0)
 
 
 def _seconds_per_period(arguments: dict[str, Any]) -> float:
-    """The shortest of three runs on one thread, after one that compiles."""
+    """Return the time per period on one thread: the least of three runs, after one run for compilation."""
     collect(make_plan(arguments | {"periods": 1}), threads=1)
     spent = timeit.repeat(lambda: collect(make_plan(arguments), threads=1), repeat=3, number=1)
     return min(spent) / len(arguments["A"]) / arguments["periods"]
 
 
 def _time(seconds: float) -> str:
-    """To one digit: times differ from run to run."""
+    """Return a time as text with one digit, as times vary between runs."""
     return f"{float(f'{1e6 * seconds:.0e}'):g} µs"

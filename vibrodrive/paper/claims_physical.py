@@ -27,7 +27,7 @@ from vibrodrive.verdicts import NotApplicable
 def structure_kept(session: Session) -> Outcome:
     undisturbed, disturbed = _two(session.motions("fig05"))
     found = compare_structure(session.undisturbed("fig05"), disturbed)
-    # an impact ends when it begins: it is one switching time, not two
+    # an impact begins and ends at the same time, so it counts as one switching time
     rates = [
         float(np.mean(m.switches["before"] != State.IMPACT)) * len(m.switches) / len(m.section)
         for m in (undisturbed, disturbed)
@@ -59,7 +59,7 @@ def broad_band(session: Session) -> Outcome:
 
 
 PHASES = 200
-"""Instants of a period at which periods are compared."""
+"""Number of instants of a period at which periods are compared."""
 
 
 @claim("small-epsilon", "fig06", "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.")
@@ -134,7 +134,7 @@ def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
     eps = float(results.axes["eps"].max())
-    # long enough for a missed pair of zeros, short enough that rounding has not grown to the size of one
+    # long enough for a missed pair of zeros, short enough that rounding errors remain smaller than its effect
     span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
     exact = collect(make_plan({"A": A, **span})).section
     steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]
@@ -171,12 +171,12 @@ def sensitivity(session: Session) -> Outcome:
 
 def _two(motions: list[Trajectory]) -> list[Trajectory]:
     if len(motions) != 2:
-        raise NotApplicable("two motions are to be compared: an undisturbed and a disturbed one")
+        raise NotApplicable("two motions are needed: an undisturbed and a disturbed one")
     return motions
 
 
 def _apart(points: np.ndarray) -> float:
-    """Smallest distance between two points of an orbit."""
+    """Return the smallest distance between two points of an orbit."""
     return min((float(np.linalg.norm(p - q)) for i, p in enumerate(points) for q in points[:i]), default=np.inf)
 
 

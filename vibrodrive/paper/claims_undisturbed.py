@@ -36,7 +36,7 @@ def route(session: Session) -> Outcome:
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
-    # the doublings are the logistic ones; windows of regular motion in place of chaos are not
+    # the doublings agree with the logistic equation; windows of regular motion instead of chaos do not
     return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and len(higher) > 0))
 
 

@@ -1,4 +1,4 @@
-"""How each figure of the paper is drawn from its configuration."""
+"""Drawings of the figures of the paper, each from its configuration."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from vibrodrive.stability.commensurability import closing, returning
 from vibrodrive.stability.structure import deviation
 from vibrodrive.verdicts import NotApplicable
 
-NOT_SETTLED = "#fff3b0"  # a tone that no solution has
+NOT_SETTLED = "#fff3b0"  # no solution has this colour
 
 
 def fig02(session: Session) -> Figure:
-    """The path of the simplest solution is read off the undisturbed motion of Fig. 5."""
+    """Draw the scheme of Fig. 2 with the path of the simplest solution, from the undisturbed motion of Fig. 5."""
     switches = session.motions("fig05")[0].switches
     steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
     return scheme({(State(before), State(after)) for before, after in steps}, "path of the simplest solution")
@@ -103,7 +103,7 @@ def fig12(session: Session) -> Figure:
 
 @style.styled
 def coexisting(session: Session) -> Figure:
-    """Which of the n coexisting solutions each start leads to, named by its shift."""
+    """Draw the map of starts: the shift of the solution to which each start leads."""
     results = session.results("coexisting")
     if len(results.axes) != 2:
         raise NotApplicable("a map of starts needs two axes")
@@ -130,9 +130,9 @@ def coexisting(session: Session) -> Figure:
 
 @style.styled
 def grid(session: Session) -> Figure:
-    """After how many periods the motion comes back, and after how many the grid nearly closes.
+    """Draw the numbers of periods after which the motion returns and after which the grid nearly closes.
 
-    a) over Δτ, the best of both up to LAGS; b) every number of periods at the Δτ of Fig. 12.
+    a) over Δτ, the best of both up to LAGS; b) all numbers of periods at the Δτ of Fig. 12.
     """
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -166,7 +166,7 @@ def grid(session: Session) -> Figure:
 
 
 def _axis_values(session: Session, name: str) -> list[str]:
-    """What distinguishes the points of a configuration, as titles."""
+    """Return titles with the values in which the points of a configuration differ."""
     plan = session.config(name).plan()
     index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
     return [", ".join(style.equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
@@ -193,4 +193,4 @@ FIGURES = {
     "coexisting": Drawing("which start leads to which solution", coexisting),
     "grid": Drawing("when a grid closes and when its motion returns", grid),
 }
-"""Everything `vibrodrive paper` draws: the figures of the paper, and two that explain Fig. 4 and Fig. 12."""
+"""Drawings of `vibrodrive paper`: the figures of the paper, and two that explain Fig. 4 and Fig. 12."""

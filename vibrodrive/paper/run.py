@@ -1,4 +1,4 @@
-"""The paper, recomputed: every figure from its own configuration, every claim held against the result."""
+"""Recompute the paper: draw each figure from its configuration, and test each claim on the results."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from vibrodrive.store.place import check_place, refuse_foreign
 from vibrodrive.verdicts import Judged, write
 
 SUBJECTS = (*FIGURES, "limits")
-"""What can be asked for: what is drawn, and the limits, about which there are claims and no figure of the paper."""
+"""Names for the argument `figures`: the drawings, and "limits", a subject of claims without a figure in the paper."""
 
 
 class Paper(NamedTuple):
-    """What `run_paper` leaves behind: the files written, and the claims, judged."""
+    """Result of `run_paper`: the written files and the judged claims."""
 
     files: list[Path]
     claims: list[Judged]
 
 
 def _prepare(folder: Path) -> None:
-    """Make the directory, and refuse what in it must not be replaced. Raises ValueError or OSError."""
+    """Create the directory. Raises ValueError if it has a file that must not be replaced, or OSError."""
     try:
-        os.stat(folder)  # links in a circle have a name, and mkdir says no more than that it exists
+        os.stat(folder)  # names a circle of links in the error; mkdir reports only that the path exists
     except FileNotFoundError:
         folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -56,12 +56,12 @@ def run_paper(
     Parameters
     ----------
     out : path
-        directory; made if it is not there. Files of an earlier run are replaced, but for a .h5 that is no result file.
+        directory; created if missing. Files of an earlier run are replaced, except a .h5 that is no result file.
     figures : sequence of str, optional
-        names of what is to be drawn (see figures.FIGURES), or "limits" for the claims about these alone; all unless
-        given. Claims about other figures are left out.
+        names of drawings (see figures.FIGURES), or "limits" for the claims about limits; by default all. Claims about
+        other figures are left out.
     progress : callable, optional
-        called with a line for each step.
+        function that is called with one line of text for each step.
     threads : int, optional
 
     Raises
@@ -69,7 +69,7 @@ def run_paper(
     ValueError
         for an unknown figure, or a file that must not be replaced.
     OSError
-        if a file cannot be read or written.
+        if the system refuses to read or write a file.
     """
     names = list(SUBJECTS) if figures is None else list(figures)
     for name in names:

@@ -1,4 +1,4 @@
-"""One run of the paper: its configurations, and what was computed from them, each thing once."""
+"""One run of the paper: its configurations and their results, each computed once."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from vibrodrive.store.writer import open_writer
 from vibrodrive.verdicts import NotApplicable
 
 Say = Callable[[str], None]
-"""Called with a line that says what is going on."""
+"""Function that is called with a line of text at each step."""
 
 
 class Session:
-    """Configurations, and what was computed from them in this run: each thing once.
+    """Configurations and their results, each computed once.
 
-    Raises config.ConfigError for a configuration that is wrong, OSError where the system refuses.
+    Raises config.ConfigError for an invalid configuration, OSError if the system refuses to read or write a file.
     """
 
     def __init__(self, configs: Path, out: Path, say: Say, threads: int | None = None) -> None:
@@ -41,15 +41,15 @@ class Session:
         return self._once(("config", name), lambda: config.read(self.configs / f"{name}.toml"))
 
     def results(self, name: str) -> Results:
-        """The sweep of a configuration, computed into NAME.h5."""
+        """Return the sweep of a configuration, computed into NAME.h5."""
         return self._once(("results", name), lambda: self._sweep(name))
 
     def motions(self, name: str) -> list[Trajectory]:
-        """The trajectory of every point of a configuration; their switches go into NAME_switches.h5."""
+        """Return the trajectories of all points of a configuration; their switches are written to NAME_switches.h5."""
         return self._once(("motions", name), lambda: self._follow(name))
 
     def undisturbed(self, name: str, **changes: Any) -> ReferenceOrbit:
-        """The orbit of a configuration with ε = 0 and certified switches, at its first point.
+        """Return the orbit at the first point of a configuration, with ε = 0 and certified switches.
 
         Raises NotApplicable if it has no period.
         """
@@ -93,5 +93,5 @@ class Session:
 
 
 def points(plan: Plan) -> Iterator[dict[str, Any]]:
-    """Arguments of `simulate` for every point of a plan."""
+    """Return the arguments of `simulate` for each point of a plan."""
     return map(plan.arguments, range(plan.n_points))

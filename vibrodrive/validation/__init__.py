@@ -1,1 +1,1 @@
-"""What is known exactly, or published, recomputed by the program: each with number, bound and verdict."""
+"""Checks of the program against exact or published results, each with a number, its bound and a verdict."""

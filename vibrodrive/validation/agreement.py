@@ -1,4 +1,4 @@
-"""A certified motion held against the 50-digit reference, and its switches against their own equations."""
+"""Comparison of a certified motion with the 50-digit reference, and of its switches with their equations."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.model.choices import Status
 from vibrodrive.validation.reference import IMPACT, REST, STICK, UP, Oscillator, Reference, Slide, mp, reference
 
-ROUNDING = 2.0**-49  # eight units in the last place, as the kernels allow themselves
+ROUNDING = 2.0**-49  # eight units in the last place, as in the kernels
 
 
 class Agreement(NamedTuple):
-    """`same`: how many switches agree in their states, from the first on; `late`: largest error of their times."""
+    """Agreement: `same` is the number of first switches with equal states, `late` the largest error of their times."""
 
     exact: Reference
     ours: Trajectory
@@ -23,13 +23,13 @@ class Agreement(NamedTuple):
 
     @property
     def agrees(self) -> bool:
-        """Whether every switch of the reference is there and, where it went to the end, no other."""
+        """True if the motion has all switches of the reference and, if the reference is complete, no other."""
         whole = len(self.exact.switches) < self.most
         return self.same == len(self.exact.switches) and (not whole or len(self.ours.switches) == self.same)
 
 
 def follow(scene: dict[str, Any], most: int = 24, periods: int = 60, **settings: Any) -> Agreement:
-    """Both motions over `most` switches or `periods` periods, whichever is less."""
+    """Compare both motions over `most` switches or `periods` periods, whichever ends first."""
     exact = reference(**scene, periods=periods, max_switches=most)
     if len(exact.switches) == most:
         span = float(exact.switches[-1].tau) - scene.get("tau0", 0.0)
@@ -50,7 +50,7 @@ def flagged(trajectory: Trajectory) -> bool:
 
 
 class Segment(NamedTuple):
-    """A state between two switches as the trajectory has it: how it began, and how long it lasted (50 digits)."""
+    """State between two switches of a trajectory: its start and its duration (50 digits)."""
 
     state: int
     xi: float
@@ -61,7 +61,7 @@ class Segment(NamedTuple):
 
 
 def segments(trajectory: Trajectory) -> list[Segment]:
-    """The motion from the start on, which must have been recorded (transient = 0)."""
+    """Yield the segments of a motion that is recorded from its start (transient = 0)."""
     a = trajectory.arguments
     xi, dxi, tau = a["xi0"], a["dxi0"], mp.mpf(a["tau0"])
     out: list[Segment] = []
@@ -85,10 +85,10 @@ def slide(model: Oscillator, s: Segment) -> Slide:
 
 
 def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
-    """The switching function that ended a segment, evaluated in 50 digits there, and what rounding allows it.
+    """Return the switching function at the end of a segment, in 50 digits, and the bound of its rounding.
 
-    A recorded phase is good to 2**-51 at best, at either end; the rest is the rounding of the terms, once more
-    for every two periods, after which a long slide is continued from a fresh start.
+    The error of a recorded phase is at least 2**-51, at both ends. The rounding of the terms is added once more for
+    every two periods, because a long slide continues from a new reference state after each two periods.
     """
     A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
     eta, h = float(model.eta), float(s.h)

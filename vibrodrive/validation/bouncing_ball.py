@@ -1,24 +1,24 @@
 """The limit B → ∞: the completely inelastic bouncing ball (A. Mehta, J. M. Luck, Phys. Rev. Lett. 65, 393, 1990).
 
-The ball falls under gravity onto a vibrating table, and its impacts are plastic. Its one parameter Γ is the largest
-acceleration of the table over that of gravity. Here gravity along the incline is B, in units of the friction, and the
+The ball falls under gravity onto a vibrating table, and its impacts are plastic. Its only parameter Γ is the ratio of
+the largest acceleration of the table to gravity. Here gravity along the incline is B, in units of the friction, and the
 largest acceleration is A: so Γ = A/B, and friction is δ = 1/B of gravity. With ξ = B y the slides are
 
     y'' = Γ sin τ - 1 - δ  (up),    y'' = Γ sin τ - 1 + δ  (down),
 
-and sticking, which takes |Γ sin τ - 1| <= δ, lasts no longer than some δ: for δ = 0 this is the ball, at phase τ of the
-table.
+and sticking, which requires |Γ sin τ - 1| <= δ, lasts for a time of order δ at most. δ = 0 is the ball, at phase τ of
+the table.
 
-**The ball.** Launched at the phase φ it is back after one period where 2πΓ cos φ = 2π². It hits the table at the speed
-2π, and d(next φ)/dφ = 1 - Γ sin φ. With s = Γ sin φ, Γ cos φ = π: s² = Γ² - π². It leaves the table at once for
-s >= 1 and is stable for s < 2; between Γ = √(1+π²) and √(4+π²) it does both.
+**The ball.** Launched at the phase φ it returns after one period if 2πΓ cos φ = 2π². It hits the table at the speed
+2π, and d(next φ)/dφ = 1 - Γ sin φ. With s = Γ sin φ, Γ cos φ = π: s² = Γ² - π². It leaves the table immediately for
+s >= 1 and is stable for s < 2; both hold between Γ = √(1+π²) and √(4+π²).
 
 **A little friction.** Let the slide up last h and the slide down u = 2π - h. To first order in δ the velocity and the
 gap after one period change by δ(u - h) and δD, D = u²/2 - hu - h²/2, where h is that of the ball: as y' = 0 at the
-turn, the shift of h counts in second order only. So cos φ = (π - δD/2π)/Γ; a launch takes Γ sin φ > 1 + δ; and the
+turn, a shift of h is of second order. So cos φ = (π - δD/2π)/Γ; a launch takes Γ sin φ > 1 + δ; and the
 derivative of the flight (periodic/flight.py) is -(Γ sin φ - 1 - δ) (2π - 2δu/f) / (2π + δ(h - u)), where
-f = 1 - Γ sin(φ + h) is how fast the ball is pulled back at the turn. `laws` gives each quantity as its limit and the
-factor of δ that follows.
+f = 1 - Γ sin(φ + h) is the deceleration of the ball at the turn. `laws` gives the limit of each quantity and the factor
+of its term of order δ.
 """
 
 from __future__ import annotations
@@ -39,22 +39,22 @@ DECADES = tuple(10.0**k for k in range(2, 9))
 """Values of B. At B = 10 the first-order shift is as large as the interval of the orbit; A ends at 1e9."""
 
 MIDDLE = 3.5
-"""Γ at which the orbit itself is looked at, between √(1+π²) = 3.297 and √(4+π²) = 3.724."""
+"""Γ of the checked orbit, between √(1+π²) = 3.297 and √(4+π²) = 3.724."""
 
 SEARCHED = (3.25, 3.8)
-"""Γ between which the ends of the orbit are sought: both, at every one of DECADES."""
+"""Range of Γ of the search for both ends of the orbit, at each of DECADES."""
 
 SLOPE_WITHIN = 0.01
-"""Of the slope of log(error) over log(B), which is to be -1: what is of second order at B = 100 counts in it."""
+"""Bound of the difference from -1 of the slope of log(error) over log(B); it includes second order at B = 100."""
 
 FACTOR_WITHIN = 1e-5
-"""Of error × B at the largest B, relatively to what the first order in 1/B gives. At B = 1e8 rounding, some 1e-15, is a
-millionth of the least error, and the second order less."""
+"""Bound of the relative difference of error × B at the largest B from the first order in 1/B. At B = 1e8 rounding, some
+1e-15, is a millionth of the least error; the second order is smaller."""
 
 
 @dataclass(frozen=True)
 class Law:
-    """A quantity of the ball: its limit for B → ∞, and the factor of 1/B by which it is missed at finite B."""
+    """Quantity of the ball: its limit for B → ∞, and the factor of 1/B of the error at finite B."""
 
     quantity: str
     formula: str
@@ -63,9 +63,9 @@ class Law:
 
 
 def _turn(gamma: float, phase: float) -> float:
-    """How long the ball rises from its launch at `phase` on, of a flight of one period.
+    """Return the duration of the rise after a launch at `phase`, in a flight of one period.
 
-    y' grows until Γ sin τ is back at 1, falls from there on until it is at 1 again, after the period: one zero.
+    y' increases until Γ sin τ returns to 1, then decreases until Γ sin τ is 1 again, after the period: it has one zero.
     """
     low, high = math.pi - math.asin(1.0 / gamma) - phase, 2.0 * math.pi
     while low < (middle := 0.5 * (low + high)) < high:
@@ -75,7 +75,7 @@ def _turn(gamma: float, phase: float) -> float:
 
 
 def _first_order(s: float) -> tuple[float, float, float]:
-    """Factors of 1/B at Γ² = s² + π²: of phase, speed over B and multiplier of the orbit."""
+    """Return the factors of 1/B of phase, speed over B and multiplier of the orbit at Γ² = s² + π²."""
     gamma, phase = math.hypot(s, math.pi), math.atan2(s, math.pi)
     h = _turn(gamma, phase)
     u = 2.0 * math.pi - h
@@ -86,7 +86,7 @@ def _first_order(s: float) -> tuple[float, float, float]:
 
 
 def laws() -> tuple[Law, ...]:
-    """The five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at Γ = MIDDLE."""
+    """Return the five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at Γ = MIDDLE."""
     s = math.sqrt(MIDDLE**2 - math.pi**2)
     phase, speed, multiplier = _first_order(s)
     first, second = math.hypot(1.0, math.pi), math.hypot(2.0, math.pi)
@@ -102,7 +102,7 @@ def laws() -> tuple[Law, ...]:
 
 
 def measure(B: float) -> tuple[float, ...]:
-    """The quantities of `laws` as the program finds them at one B: from `bifurcations` and `orbits`."""
+    """Compute the quantities of `laws` at one B by `bifurcations` and `orbits`."""
     low, high = SEARCHED
     kinds = {b.kind: b.A / B for b in bifurcations((low * B, high * B), B=B, max_period=1)}
     (orbit,) = orbits_of(ImpactMap(MIDDLE * B, B), 1)
@@ -112,7 +112,7 @@ def measure(B: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """How one quantity goes to its limit. B and found: float64 (n,)."""
+    """Convergence of one quantity to its limit. B and found: float64 (n,)."""
 
     law: Law
     B: np.ndarray
@@ -125,7 +125,7 @@ class Approach:
 
     @property
     def slope(self) -> float:
-        """Of log(error) over log(B), by least squares."""
+        """Slope of log(error) over log(B), by least squares."""
         return float(np.polyfit(np.log(self.B), np.log(self.error), 1)[0])
 
     @property
@@ -135,29 +135,29 @@ class Approach:
 
     @property
     def beyond(self) -> np.ndarray:
-        """What the limit and the first order leave of the quantity, relatively, at each B: float64 (n,)."""
+        """Relative difference of the quantity from limit and first order at each B, float64 (n,)."""
         return np.abs((self.found - self.law.limit - self.law.factor / self.B) / self.law.limit)
 
     @property
     def off(self) -> tuple[float, float]:
-        """Differences of the slope from -1, and of the factor, relatively, from the derived one."""
+        """Difference of the slope from -1, and relative difference of the factor from the derived one."""
         return abs(self.slope + 1.0), abs(self.factor / self.law.factor - 1.0)
 
     @property
     def holds(self) -> bool:
-        """Whether the error falls as 1/B, with the derived factor."""
+        """True if the error decreases as 1/B, with the derived factor."""
         return self.off[0] <= SLOPE_WITHIN and self.off[1] <= FACTOR_WITHIN
 
 
 def approach(B: Sequence[float] = DECADES) -> list[Approach]:
-    """Measure all quantities at each B, ascending: a second each."""
+    """Measure all quantities at each B, in ascending order; about a second for each B."""
     values = np.array(B, dtype=float)
     found = np.array([measure(b) for b in values.tolist()])
     return [Approach(law, values, found[:, k]) for k, law in enumerate(laws())]
 
 
 def findings() -> list[Finding]:
-    """The two numbers that judge each law."""
+    """Return two findings for each law."""
     out = []
     for a in approach():
         slope, factor = a.off
@@ -167,7 +167,7 @@ def findings() -> list[Finding]:
 
 
 def table(found: Sequence[Approach]) -> Iterator[str]:
-    """What was found, as lines of Markdown: the verdicts, then a row for each quantity and B."""
+    """Yield lines of Markdown: the verdicts, then a row for each quantity and B."""
     yield "| quantity | law | slope of the error | (found − law) · B, largest B | from the first order | verdict |"
     yield "|---|---|---|---|---|---|"
     for a in found:

@@ -1,4 +1,4 @@
-"""Bounds of errors against the 50-digit reference: no error above its bound, no wrong state where all is certain."""
+"""Check of error bounds against the 50-digit reference: no error above its bound, no wrong state marked as certain."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from vibrodrive.validation.reference import Reference, mp, reference
 Scene = dict[str, Any]
 
 MOST = 100
-"""Switches of a scene that the reference is asked for."""
+"""Largest number of switches of a scene that the reference computes."""
 
 BUDGET = 3000
-"""Switches of a period, for scenes that chatter."""
+"""Largest number of switches of a period, for scenes that chatter."""
 
 DRAWN = 60
 
 WITHIN = 1000.0
-"""How much larger than the error the bound may be, in half of the scenes."""
+"""Largest allowed median of the ratio of bound to error."""
 
 BELOW_REFERENCE = 1e-30
-"""An error that the reference itself may have where gaps are as small as 1e-100."""
+"""Possible error of the reference for gaps as small as 1e-100."""
 
 
 class Pair(NamedTuple):
-    """One number of a motion: what it is, its error, and the bound of that."""
+    """One number of a motion: name, error and error bound."""
 
     what: str
     number: int
@@ -40,8 +40,10 @@ class Pair(NamedTuple):
 
 
 class Held(NamedTuple):
-    """A motion beside the reference: every number that has a finite bound, and how many switches are certain and yet
-    have other states than those of the reference."""
+    """Comparison of a motion with the reference.
+
+    It has all numbers with a finite bound, and the number of certain switches whose states differ from the reference.
+    """
 
     motion: Trajectory
     pairs: list[Pair]
@@ -49,20 +51,20 @@ class Held(NamedTuple):
 
     @property
     def broken(self) -> list[Pair]:
-        """Bounds that do not hold."""
+        """Numbers whose error exceeds the bound."""
         return [p for p in self.pairs if not p.error <= p.bound + BELOW_REFERENCE]
 
     @property
     def looseness(self) -> float:
-        """The largest bound over the largest error; NaN where nothing is off, or nothing certain."""
+        """Largest bound over largest error; NaN if there is no error or no bound."""
         error, bound = (max((getattr(p, name) for p in self.pairs), default=0.0) for name in ("error", "bound"))
         return bound / error if error > 0.0 else math.nan
 
 
 def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
-    """A motion and its bounds held against the reference, from the start on.
+    """Compare a motion and its bounds with the reference, from the start.
 
-    Raises ArithmeticError where the reference meets a zero of order three.
+    Raises ArithmeticError if the reference finds a zero of order three.
     """
     exact = reference(**scene, max_switches=most)
     motion = simulate(**scene, transient=0, budget=BUDGET, **settings)
@@ -70,7 +72,7 @@ def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
 
 
 def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
-    """A motion recorded from its start on, and as much of it as the reference has."""
+    """Compute a motion from its start, and its reference, which may end earlier."""
     pairs: list[Pair] = []
     others = 0
     for n, (row, bound, s) in enumerate(zip(motion.switches, motion.switch_errors, exact.switches, strict=False)):
@@ -160,11 +162,11 @@ BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
     "start where H falls to 1": _boundary,
     "small gap": _small_gap,
 }  # fmt: skip
-"""Kinds of scenes, and how one is drawn."""
+"""Kinds of scenes, each with the function that draws one."""
 
 
 def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
-    """Scenes of all bands in turn, each with any phase of the section: (band, arguments)."""
+    """Yield scenes of all kinds in turn, with random section phases: (kind, arguments)."""
     generator = np.random.default_rng(seed)
     bands = list(BANDS.items())
     scenes = []
@@ -177,7 +179,7 @@ def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
 
 
 def bounds_of_drawn(seed: int) -> list[Finding]:
-    """Of scenes drawn: bounds that do not hold, states that are others though certain, and how loose bounds are."""
+    """Check drawn scenes: errors above bounds, wrong states marked as certain, and ratio of bounds to errors."""
     held = [hold(scene) for _, scene in draw(seed)]
     known = [h.looseness for h in held if not math.isnan(h.looseness)]
     drawn = f"scenes of {DRAWN} (seed {seed})"
@@ -189,7 +191,7 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
 
 
 def table(found: Mapping[str, list[Held]]) -> list[str]:
-    """Markdown: scenes of each band, bounds that do not hold, states that are others, and how loose the bounds are."""
+    """Return a Markdown table: scenes of each kind, errors above bounds, wrong states, ratio of bounds to errors."""
     lines = [
         "| scenes | number | an error above its bound | certain, but other states | certainty ends "
         "| bound / error: median | 9 of 10 below |",

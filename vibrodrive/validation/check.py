@@ -1,4 +1,4 @@
-"""What a check comes to: numbers, each with its bound, and one verdict."""
+"""Result of a check: numbers, each with its bound, and one verdict."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Verdict(StrEnum):
 
 
 class Finding(NamedTuple):
-    """A number that is to be at most its bound (NaN is not), or a text that is to be equal to it."""
+    """Number with its upper bound (NaN exceeds it), or text with the required text."""
 
     what: str
     number: float | str
@@ -33,10 +33,10 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """A function that returns findings.
+    """Check: a function that returns findings.
 
-    `needs` names the packages, not among those vibrodrive depends on, without which it is not done. The function of a
-    check that is `drawn` takes the seed of what it draws.
+    `needs` names required packages that are no dependencies of vibrodrive; the check is skipped without them. The
+    function of a `drawn` check takes the seed of its random scenes.
     """
 
     id: str
@@ -47,7 +47,7 @@ class Check:
 
 
 def judge(check: Check, seed: int) -> Judged:
-    """Do a check. One that breaks off fails, and one whose package is missing is not done: neither stops the others."""
+    """Run a check. It fails if it raises an exception, and is skipped if a package is missing; the others still run."""
     findings: Sequence[Finding] = ()
     verdict, note = Verdict.NOT_DONE, ""
     try:

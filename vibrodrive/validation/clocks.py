@@ -1,4 +1,4 @@
-"""Phases after a million periods: at the end of a rest H = 1, whatever lies before."""
+"""Phases after a million periods: H = 1 at the end of each rest."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from vibrodrive.validation.check import Finding
 from vibrodrive.validation.reference import mp
 
 SCENES: tuple[dict[str, Any], ...] = ({"eps": 0.0}, {"eps": 1e-6, "eta": ETA}, {"eps": 0.01, "eta": 7.3})
-"""At A = 1.5, where the mass rests in every period."""
+"""Settings at A = 1.5, where the mass rests in each period."""
 
 MILLION = 1_000_000
 
 WITHIN = 1e-12
-"""Of τ. 2π n + φ multiplies η there: a phase off by as much in either clock shows."""
+"""Bound of the error in τ. It detects an error of the slow or of the fast phase, as τ is multiplied by η."""
 
 
 def million_periods() -> list[Finding]:
-    """Error in τ of the last ends of a rest, by H = 1 and its slope in 50 digits."""
+    """Return the error in τ of the last ends of rests, from H - 1 and its slope in 50 digits."""
     found = []
     for scene in SCENES:
         late = phase_error(simulate(A=1.5, **scene, transient=MILLION, periods=5))
@@ -31,7 +31,7 @@ def million_periods() -> list[Finding]:
 
 
 def phase_error(motion: Trajectory) -> float:
-    """How far, in τ, the ends of rests lie from where H = 1. Raises ValueError where there is none."""
+    """Return the largest distance in τ of the ends of rests from H = 1. Raises ValueError if there is no rest."""
     mp.dps = 60
     model, late = oscillator(motion), []
     for row in motion.switches[motion.switches["before"] == State.REST]:

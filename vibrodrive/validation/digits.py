@@ -1,4 +1,4 @@
-"""Certified motions against the 50-digit reference: its fixed scenes, and scenes drawn afresh each time."""
+"""Comparison of certified motions with the 50-digit reference: fixed scenes, and random scenes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,24 @@ from vibrodrive.validation.check import Finding
 from vibrodrive.validation.reference import SCENES, mp
 
 LATE = 1e-10
-"""Bound of the error of a switching time. From rest at A = 3.04 it stays below 1e-14 for 20 periods at ε = 0, and below
-1e-11 at ε = 2e-4; scenes of up to 1000 periods, thrown from a height or begun 1e4 before τ = 0, have inherited more."""
+"""Bound of the error of a switching time. From rest at A = 3.04 it is below 1e-14 for 20 periods at ε = 0, and below
+1e-11 at ε = 2e-4. Errors grow more in scenes of up to 1000 periods, with a large gap or from τ = -1e4."""
 
 LATE_IN = {"fast disturbance": 1e-8}
-"""There the mass chatters: some twenty hops in a row each multiply the error they inherit by 2 to 3."""
+"""Bounds of scenes with chatter: about twenty successive hops each multiply the error by 2 to 3."""
 
 DRAWN = 60
-"""Scenes drawn: some 15 s."""
+"""Number of random scenes; they take about 15 s."""
 
 SWITCHES = 16
-"""Switches of a drawn scene that are followed."""
+"""Largest number of compared switches of a random scene."""
 
 UNSURE = 1e-9
-"""Of the least margin on the way. Below it a scene drawn may go another way where it is flagged; there is no other
-excuse."""
+"""Least margin. Below it a random scene may differ from the reference if its status says so; otherwise it may not."""
 
 
 def fixed_scenes() -> list[Finding]:
-    """Largest error of a switching time in each scene; infinite where a state differs."""
+    """Return the largest error of a switching time in each scene; infinite if a state differs."""
     return [_error(name, _follow(SCENES[name])) for name in SCENES]
 
 
@@ -48,7 +47,7 @@ def _error(name: str, found: Agreement) -> Finding:
 
 
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
-    """Scenes all over the parameters: level to steep, disturbed in every second one, slow and fast, any start."""
+    """Yield scenes over the range of the parameters: level to steep, every second disturbed, any η, any start."""
     generator = np.random.default_rng(seed)
 
     def scene(disturbed: bool) -> dict[str, float]:
@@ -67,9 +66,9 @@ def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
 
 
 def drawn_scenes(seed: int) -> list[Finding]:
-    """States of the drawn scenes, and each switch against its own equation, from the switch before.
+    """Compare the states of random scenes with the reference, and each switch with its equation from the last switch.
 
-    The second holds however much errors grow from switch to switch: it asks for the zero of the motion as it is.
+    The second check does not depend on the growth of errors: it concerns the motion from the computed last switch.
     """
     scenes = draw(seed)
     another = sum(_went_another_way(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)

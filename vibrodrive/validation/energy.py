@@ -1,4 +1,4 @@
-"""The energy balance: what the excitation does is lost to friction and impacts."""
+"""Check of the energy balance: the work of the excitation equals the losses by friction and impacts."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from vibrodrive.validation.check import Finding
 PERIODS = 300
 
 WITHIN = 1e-12
-"""Of the work of the excitation, for a periodic motion: rounding of the terms of a period."""
+"""Bound relative to the work of the excitation for a periodic motion: the rounding of the terms of a period."""
 
 
 def energy_balance() -> list[Finding]:
-    """Drive − friction − impacts, all three summed on their own.
+    """Check drive − friction − impacts, where the three works are summed separately.
 
-    Over one period of a motion it is zero: the mass is back where it was, and gravity has done nothing. Any other
-    motion is summed from its first recorded switch to the last, at both of which it is at rest: what gravity has done
-    between them is B times the difference of the gaps, and so at most B ξ_max.
+    Over one period of a periodic motion it is zero: the mass returns and gravity does no work. Any other motion is
+    summed from its first recorded switch to the last, both with ξ' = 0: the work of gravity between them is B times the
+    difference of the gaps, at most B ξ_max.
     """
     A, B = np.linspace(1.2, 5.0, 96), 0.1
     run = {"A": A, "B": B, "eps": [0.0, 2e-4], "transient": 200, "periods": PERIODS, "record": "summary"}

@@ -1,4 +1,4 @@
-"""A small sweep over all three ways to find a switch, and its hash: one number, the same on every machine."""
+"""Hash of a small sweep by all three methods, equal on all machines."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from vibrodrive.validation.check import Finding
 from vibrodrive.validation.identity import NAMES
 
 HASH = "8cf1f40d644418e25db1a3aa452a950fa22e848fda310117d90763d4edf7b994"
-"""SHA-256 of the results below. Sines, roots and fused products are spelled out in the kernels, so that the bits depend
-on no processor, system, Python or compiler. A repair that changes results changes it, with the commit's reasons."""
+"""SHA-256 of the results below. The kernels implement sines, roots and fused products themselves, so the bits do not
+depend on processor, system, Python or compiler. It changes only with a correction of results; the commit says why."""
 
 SCENES: dict[str, Any] = {"A": [k / 64 for k in range(70, 250, 3)], "eps": [0.0, 2e-4], "transient": 20, "periods": 8}
-"""All values exact: no library between here and the kernels rounds any."""
+"""Settings with exact values, which no library rounds."""
 
 WAYS: tuple[dict[str, Any], ...] = (
     {"method": "certified"},
@@ -27,7 +27,7 @@ WAYS: tuple[dict[str, Any], ...] = (
 
 
 def small_sweep() -> list[Finding]:
-    """The hash of the small sweep, here, and what it is to be."""
+    """Compare the hash of the small sweep on this machine with the required one."""
     digest = hashlib.sha256()
     for way in WAYS:
         results = collect(make_plan({**SCENES, **way}))

@@ -1,4 +1,4 @@
-"""The grazing ladder: flights whose lowest point lies ever closer to the obstacle, above and below."""
+"""The grazing ladder: flights whose lowest points approach the obstacle, from above and below."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ THROWS: dict[str, dict[str, float]] = {
     "fast disturbance": {"A": 1.9, "B": 0.2, "eps": 2e-5, "eta": 431.7, "dxi0": -1.0, "tau0": 2.9},
     "from great height": {"A": 4.5, "B": 0.9, "dxi0": -20.0, "tau0": 0.3},
 }
-"""Slides down that turn in the air, if they begin high enough."""
+"""Slides down that end in the air if they start high enough."""
 
 
 def lowest(scene: dict[str, Any], height: float) -> Any:
-    """How far the first reversal of a slide down lies above (below) its start, 50 digits."""
+    """Return the height of the first reversal of a slide down above its start, in 50 digits (negative below)."""
     first = reference(**scene, xi0=height, periods=100, max_switches=1).switches[0]
     if first.before != State.DOWN or first.after == State.IMPACT:
         raise ValueError(f"{scene} from {height:g}: no slide down that turns in the air")
@@ -35,13 +35,13 @@ def lowest(scene: dict[str, Any], height: float) -> Any:
 
 
 def grazing_ladder() -> list[Finding]:
-    """Decisions that are wrong and not flagged, and those that are flagged though rounding is far from deciding."""
+    """Count wrong decisions without a flag, and flags where rounding is far too small to change the decision."""
     wrong = timid = 0
     for scene in THROWS.values():
         drop = lowest(scene, 1e6)
         for wanted in LADDER:
             height = float(mp.mpf(wanted) - drop)
-            depth = float(mp.mpf(height) + drop)  # what the height as a double makes of it
+            depth = float(mp.mpf(height) + drop)  # with the height rounded to a double
             arguments: dict[str, Any] = {**scene, "xi0": height}
             motion = simulate(**arguments, transient=0, periods=30)
             close = motion.status == Status.TOO_CLOSE

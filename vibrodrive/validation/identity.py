@@ -1,4 +1,4 @@
-"""What has to be equal to the last bit, however it was computed."""
+"""Checks of results that must be equal to the last bit by different computations."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = ("section", "status", "margin", "switches")
 
 
 def differing(one: Results, other: Results) -> int:
-    """How many values are not the same, bit for bit."""
+    """Return the number of values that differ in any bit."""
     total = 0
     for name in NAMES:
         a, b = (np.ascontiguousarray(getattr(r, name)) for r in (one, other))
@@ -33,7 +33,7 @@ def differing(one: Results, other: Results) -> int:
 
 
 def skip_is_literal() -> list[Finding]:
-    """Grid points that are skipped carry no switch: the results of visiting every one of them."""
+    """Compare a scan that skips grid points with one that visits all of them."""
     found = []
     span: dict[str, Any] = {"A": np.linspace(1.2, 3.25, 40), "eps": [0.0, 2e-4], "transient": 5, "periods": 10}
     for method, dtau in (("fixed", 0.1), ("fixed", 1e-3), ("muller", 0.1), ("muller", 1e-3)):
@@ -44,7 +44,7 @@ def skip_is_literal() -> list[Finding]:
 
 
 def one_thread_is_two() -> list[Finding]:
-    """The number of threads shows in no bit."""
+    """Compare a sweep on one thread with one on several threads."""
     if check_threads(None) < 2:
         raise NotApplicable("needs two threads")
     run: dict[str, Any] = {"A": np.linspace(1.0, 3.25, 150), "eps": [0.0, 2e-4], "transient": 20, "periods": 20}
@@ -52,7 +52,7 @@ def one_thread_is_two() -> list[Finding]:
 
 
 def resumed_is_uninterrupted() -> list[Finding]:
-    """A sweep whose file was closed halfway and gone on with, and the same sweep in memory."""
+    """Compare a sweep that was interrupted and resumed in a file with the same sweep in memory."""
     run: dict[str, Any] = {"A": np.linspace(3.0, 3.25, 700), "eps": [0.0, 1e-4, 2e-4], "transient": 5, "periods": 5}
     plan = make_plan(run)
     half = range(len(plan.blocks()) // 2)
@@ -67,7 +67,7 @@ def resumed_is_uninterrupted() -> list[Finding]:
 
 
 def _write(path: Path, plan: Plan, which: Iterable[int] | None = None) -> int:
-    """Compute blocks of a plan (those that lack, unless given) into a file; returns how many it holds then."""
+    """Compute blocks of a plan into a file, by default all missing ones; return the number of blocks in the file."""
     with closing(open_writer(path, plan, Origin(""))) as writer:
         writer.check()
         missing = writer.missing() if which is None else list(which)

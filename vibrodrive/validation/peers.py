@@ -1,7 +1,7 @@
-"""General solvers side by side: the same motion by terminal events of scipy and of heyoka, where they are installed.
+"""Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
-Each slide is one call of the solver up to its event; sticking and resting end at arcsines, as ε = 0. With a disturbance
-such solvers miss switches, whatever their tolerance: there the 50-digit reference is the judge.
+Each slide is one call of the solver up to its event; as ε = 0, sticking and resting end at arcsines. With a disturbance
+such solvers miss switches at any tolerance; there only the 50-digit reference is used.
 """
 
 from __future__ import annotations
@@ -22,31 +22,33 @@ PERIODS = 20
 TWO_PI = 2.0 * math.pi
 
 SCIPY_WITHIN = 1e-9
-"""Its DOP853 at the tolerances below is good to some 1e-11 over 20 periods."""
+"""Bound for scipy: the error of DOP853 at the tolerances below is about 1e-11 over 20 periods."""
 
 HEYOKA_WITHIN = 1e-11
-"""Its Taylor series at the rounding of doubles: some 1e-13 over 20 periods."""
+"""Bound for heyoka: the error of its Taylor series is about 1e-13 over 20 periods."""
 
 
-UP, DOWN, STICK, REST, IMPACT = (int(state) for state in State)  # plain integers, as they are compared at each switch
+UP, DOWN, STICK, REST, IMPACT = (
+    int(state) for state in State
+)  # plain integers, because they are compared at each switch
 
 End = tuple[float, float, bool]
-"""Of a slide: when, at which ξ, and whether by an impact."""
+"""End of a slide: τ, ξ, True for an impact."""
 
 Slide = Callable[[int, float, float], End]
-"""(UP or DOWN, τ, ξ), ξ' = 0 -> its end."""
+"""Function of (UP or DOWN, τ, ξ) at the start with ξ' = 0; it returns the end."""
 
 Wait = Callable[[int, float], float]
-"""(STICK or REST, τ) -> τ of its end."""
+"""Function of (STICK or REST, τ); it returns τ of the end."""
 
 Switch = tuple[float, int, int, float]
 """τ, states before and after, ξ."""
 
 
 def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterator[Switch]:
-    """The switches of the motion from rest, without end, or until a slide or a wait ends at τ = inf.
+    """Yield the switches of the motion from rest, until a slide or a wait ends at τ = inf.
 
-    slide, wait : how a solver follows them; force : τ -> H.
+    `slide` and `wait` are functions of a solver, `force` gives H at τ.
     """
     state, tau, xi = REST, 0.0, 0.0
     while True:
@@ -73,7 +75,7 @@ def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterato
 
 
 def release(A: float, B: float) -> Wait:
-    """When STICK or REST ends at ε = 0: H = 1, or where it sticks H = -1, whichever is first; inf if never."""
+    """Return the function for the end of STICK or REST at ε = 0: H = 1, or in STICK H = -1 if earlier; inf if never."""
     lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.inf
     drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.inf
 
@@ -87,12 +89,12 @@ def release(A: float, B: float) -> Wait:
 
 
 def scipy_events() -> list[Finding]:
-    """Largest difference of a switching time from `scipy.integrate.solve_ivp`."""
+    """Return the largest difference of a switching time from `scipy.integrate.solve_ivp`."""
     return _side_by_side(_scipy_slide, SCIPY_WITHIN)
 
 
 def heyoka_events() -> list[Finding]:
-    """Largest difference of a switching time from `heyoka.taylor_adaptive`."""
+    """Return the largest difference of a switching time from `heyoka.taylor_adaptive`."""
     return _side_by_side(_heyoka_slide, HEYOKA_WITHIN)
 
 
@@ -101,7 +103,7 @@ def _side_by_side(solver: Callable[[float, float], Slide], within: float) -> lis
     for scene in SCENES:
         theirs = _switches(**scene, slide=solver(scene["A"], scene["B"]))
         ours = simulate(**scene, transient=0, periods=PERIODS).switches
-        apart = math.inf  # where a state differs, or one of them has more switches
+        apart = math.inf  # if states or numbers of switches differ
         if [row[1:3] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
             tau = TWO_PI * ours["period"] + ours["phase"]
             apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
@@ -110,13 +112,13 @@ def _side_by_side(solver: Callable[[float, float], Slide], within: float) -> lis
 
 
 def _switches(A: float, B: float, slide: Slide) -> list[Switch]:
-    """All switches of PERIODS periods from rest."""
+    """Return all switches of PERIODS periods from rest."""
     switches = follow(slide, release(A, B), lambda tau: A * math.sin(tau) - B)
     return list(itertools.takewhile(lambda row: row[0] <= TWO_PI * PERIODS, switches))
 
 
 def stopping(component: int, direction: float) -> Any:
-    """A terminal event of scipy: component 0 (ξ) or 1 (ξ') passes zero in `direction`."""
+    """Return a terminal event of scipy: component 0 (ξ) or 1 (ξ') crosses zero in `direction`."""
 
     def event(_tau: float, y: Any) -> float:
         return y[component]
@@ -141,7 +143,7 @@ def _scipy_slide(A: float, B: float) -> Slide:
             events=events[state],
             rtol=1e-12,
             atol=1e-13,
-            first_step=1e-4,  # a longer first step swallows a short slide
+            first_step=1e-4,  # a longer first step passes over a short slide
         )
         impact = state == DOWN and len(found.t_events[1]) > 0
         return float(found.t[-1]), 0.0 if impact else float(found.y[0, -1]), impact
@@ -165,7 +167,7 @@ def _heyoka_slide(A: float, B: float) -> Slide:
     def slide(state: int, tau: float, xi: float) -> End:
         solver = solvers[state]
         solver.time = tau
-        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # from 0 itself the next zero may go unseen
+        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # from 0 the solver may miss the next zero
         solver.reset_cooldowns()
         outcome = solver.propagate_until(tau + 2.0 * TWO_PI)[0]
         impact = state == DOWN and int(outcome) == -2  # the second of its terminal events

@@ -1,19 +1,18 @@
-"""A 50-digit event-driven reference of the oscillator, independent: it imports nothing of vibrodrive.
+"""Independent 50-digit event-driven reference of the oscillator. It imports nothing of vibrodrive.
 
-Between switches the closed forms (4), (5), (9) are evaluated with mpmath from the last switch. The first zero
-of a switching function g is found by covering the time ahead with windows on which the number of zeros is
-*proved* to be 0 or 1, never by looking for changes of sign:
+Between switches mpmath evaluates the closed forms (4), (5), (9) from the last switch. The search for the first zero
+of a switching function g divides the time ahead into windows and *proves* that the number of zeros in each is 0 or 1.
+It does not rely on changes of sign:
 
 * |g''| <= M on [a, b] keeps g above its chord minus M (b - a)²/8: a positive lower bound excludes a zero;
-* the same bound on g' or g'' proves g monotone, convex or concave on the window, which settles the count from
-  its values at the ends, or at the one minimum.
+* the same bound on g' or g'' proves that g is monotone, convex or concave on the window; then the values at the ends,
+  or at the only minimum, determine the number of zeros.
 
-Windows are tried in double precision with a generous allowance for rounding, and in full precision where that
-leads nowhere. A slide that begins with ξ' = 0 is first followed as far as a Taylor bound keeps g > 0, so the
-zero at its beginning (double after STICK and REST) is left analytically.
+Windows are first evaluated in double precision with a large allowance for rounding, then in full precision if that
+decides nothing. A slide that starts with ξ' = 0 has a zero at its start (double after STICK and REST): a Taylor bound
+proves g > 0 on a first interval, after which the search begins.
 
-A switch takes about 0.3 ms without and 1 ms with disturbance: long references are computed where they are
-needed, none is stored.
+A switch takes about 0.3 ms without and 1 ms with disturbance, so no references are stored.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from typing import Any, NamedTuple
 
 try:
     from mpmath import MPContext
-except ImportError:  # checks that need it are not done
+except ImportError:  # checks that need it are skipped
 
     def MPContext() -> Any:
         return None
@@ -33,15 +32,15 @@ except ImportError:  # checks that need it are not done
 UP, DOWN, STICK, REST, IMPACT = range(5)
 ETA = 10.0 * math.sqrt(102.0)
 
-mp = MPContext()  # a context of its own: its precision concerns nobody else
+mp = MPContext()  # a separate context, so that its precision affects no other code
 
 ROUNDING = 64 * 2.0**-52  # allowance in double precision, per unit of the sum of absolute terms
-SMALL = 1e-6  # windows below this many fast radians are judged in full precision
-LONG = 2e4 * math.pi  # how far a disturbed flight at B = 1 is followed for its next reversal
+SMALL = 1e-6  # windows below this number of fast radians are evaluated in full precision
+LONG = 2e4 * math.pi  # longest search for the next reversal of a disturbed flight at B = 1
 
 
 class Switch(NamedTuple):
-    """One switch: ξ, ξ' just before it, the force H there; `margin` is inf where nothing was decided."""
+    """One switch: ξ, ξ' before it and H; `margin` is inf if there was no decision."""
 
     tau: Any
     period: int
@@ -55,7 +54,7 @@ class Switch(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """All switches after τ0, the section points (ξ, ξ'), and the smallest margin, the start's included."""
+    """All switches after τ0, the section points (ξ, ξ'), and the smallest margin, including that of the start."""
 
     switches: list[Switch]
     section: list[tuple[Any, Any]]
@@ -80,7 +79,7 @@ class Point(NamedTuple):
 
 
 def polish(exact: Callable, double: Callable, low: Any, high: Any) -> Any:
-    """The only zero of f in (low, high), f(low) > 0; `exact(h)` gives f and f', `double(h)` f in a hurry."""
+    """Return the only zero of f in (low, high), f(low) > 0; `exact(h)` gives f and f', `double(h)` f in doubles."""
     a, b = float(low), float(high)
     for _ in range(45):
         middle = 0.5 * (a + b)
@@ -99,7 +98,7 @@ def polish(exact: Callable, double: Callable, low: Any, high: Any) -> Any:
         else:
             high = h
         better = h - f / df if df else high + 1
-        # Newton, but never out of the bracket and never for long without shrinking it.
+        # Newton's method inside the bracket; bisection if the bracket shrinks too slowly
         if not low <= better <= high or abs(better - h) > 0.75 * last:
             better = (low + high) / 2
         last = abs(better - h)
@@ -127,7 +126,7 @@ class Switching:
         self.tiny = mp.mpf(10) ** (10 - mp.dps) * (1 + abs(p0) + self.m0)
 
     def exact(self, h: Any) -> tuple[Any, Any, Any]:
-        """g, g', g'' in full precision."""
+        """Return g, g', g'' in full precision."""
         g, dg, ddg = self.p0 + self.p1 * h, self.p1, mp.zero
         for a, w, angle in self.waves:
             cos, sin = mp.cos_sin(angle + w * h)
@@ -138,13 +137,13 @@ class Switching:
         return g, dg, ddg
 
     def full(self, h: Any) -> Point:
-        """The same with its allowances; small windows gain nothing from the split into line and waves."""
+        """Return the same with allowances; for small windows the split into line and waves brings nothing."""
         h = mp.mpf(h)
         g, dg, ddg = self.exact(h)
         return Point(h, g, g, g, dg, ddg, self.tiny, self.tiny * self.omega, self.tiny * self.omega**2)
 
     def double(self, h: float) -> Point:
-        """The same in double precision, with allowances that cover its rounding."""
+        """Return the same in double precision, with allowances that include its rounding."""
         line, slope = self.line[0] + self.line[1] * h, self.line[1]
         g, dg, ddg, slow = line, slope, 0.0, line
         pad, dpad, ddpad = abs(self.line[0]) + abs(slope) * h, abs(slope), 0.0
@@ -162,7 +161,7 @@ class Switching:
         return Point(h, line, slow, g, dg, ddg, pad * ROUNDING, dpad * ROUNDING, ddpad * ROUNDING)
 
     def judge(self, a: Point, b: Point) -> str:
-        """Zeros of g in (a, b] where g(a) > 0: none `clear`, one `zero`, zero to two `minimum`, `unknown`."""
+        """Classify the zeros of g in (a, b], g(a) > 0: none `clear`, one `zero`, zero to two `minimum`, `unknown`."""
         w8 = (b.h - a.h) ** 2 / 8
         pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
         if (
@@ -184,15 +183,14 @@ class Switching:
         return "unknown"
 
     def beginning(self) -> float | None:
-        """A time before which g > 0 is proved, or None if g is below zero at once.
+        """Return a time before which g > 0 is proved, or None if g is negative immediately.
 
-        Where g begins at zero, with g' = d, g'' = e there and |g'''| <= m, it is positive as long as
-        d + e h/2 - m h²/6 is.
+        If g starts at zero with g' = d, g'' = e and |g'''| <= m, it is positive as long as d + e h/2 - m h²/6 is.
         """
         g, d, e = self.exact(mp.zero)
         if abs(g) > self.tiny:
             return 0.0 if g > 0 else None
-        if abs(d) <= self.tiny * self.omega:  # H = ±1 where STICK or REST ends: zero but for the last digits
+        if abs(d) <= self.tiny * self.omega:  # H = ±1 at the end of STICK or REST: zero except for the last digits
             d = mp.zero
         if d < 0 or (d == 0 and e <= 0):
             return None
@@ -202,9 +200,9 @@ class Switching:
         return float(3 / m * (e / 2 + mp.sqrt(e * e / 4 + 2 * d * m / 3))) * 0.999
 
     def first_zero(self, horizon: Any, may_touch: bool) -> Any:
-        """The first h in [0, horizon] at which g falls to zero, or None.
+        """Return the first h in [0, horizon] at which g falls to zero, or None.
 
-        A zero without change of sign counts, unless g `may_touch` zero: STICK and REST hold while |H| <= 1.
+        A zero without a change of sign counts, unless g `may_touch` zero: STICK and REST last while |H| <= 1.
         Raises ArithmeticError at a zero of order three or more.
         """
         begin = self.beginning()
@@ -219,7 +217,7 @@ class Switching:
             if small != (width * self.omega < SMALL):
                 small = not small
                 evaluate = self.full if small else self.double
-                left = evaluate(left.h if small else math.nextafter(float(left.h), 0.0))  # leave no gap
+                left = evaluate(left.h if small else math.nextafter(float(left.h), 0.0))  # no gap between windows
             right = evaluate(left.h + width)
             verdict = self.judge(left, right)
             if verdict == "unknown":
@@ -240,11 +238,11 @@ class Switching:
         return None
 
     def zero(self, low: Any, high: Any) -> Any:
-        """The only zero of g in (low, high), falling."""
+        """Return the only zero of g in (low, high), where g decreases."""
         return polish(lambda h: self.exact(h)[:2], lambda h: self.double(h).g, low, high)
 
     def bottom(self, low: Any, high: Any) -> Any:
-        """The only minimum of g in (low, high)."""
+        """Return the only minimum of g in (low, high)."""
 
         def descent(h: Any) -> tuple[Any, Any]:
             _, dg, ddg = self.exact(h)
@@ -254,7 +252,7 @@ class Switching:
 
 
 class Slide:
-    """Sliding from (ξ, ξ') at τ_i, s = +1 (UP) or -1 (DOWN): the closed forms (4), (5) in h = τ - τ_i."""
+    """Slide from (ξ, ξ') at τ_i, s = +1 (UP) or -1 (DOWN): the closed forms (4), (5) in h = τ - τ_i."""
 
     def __init__(self, xi: Any, dxi: Any, s: int, B: Any, waves: list[tuple[Any, Any, Any]]) -> None:
         self.xi, self.waves, self.pull = xi, waves, B + s
@@ -264,7 +262,7 @@ class Slide:
         self.doubles = [(float(a / w**2), float(w), float(angle)) for a, w, angle in waves]
 
     def at(self, h: Any) -> tuple[Any, Any]:
-        """ξ and ξ'."""
+        """Return ξ and ξ'."""
         xi, dxi = self.xi + self.d + (self.c - self.pull * h / 2) * h, self.c - self.pull * h
         for a, w, angle in self.waves:
             cos, sin = mp.cos_sin(angle + w * h)
@@ -273,11 +271,11 @@ class Slide:
         return xi, dxi
 
     def reversal(self, horizon: Any) -> Any:
-        """The first zero of ξ', or None if there is none up to `horizon`."""
+        """Return the first zero of ξ', or None if there is none up to `horizon`."""
         return self.speed.first_zero(horizon, may_touch=False)
 
     def impact(self, before: Any) -> Any:
-        """The zero of ξ, known to be strictly falling on (0, before)."""
+        """Return the zero of ξ, which decreases strictly on (0, before)."""
         if self.xi == 0:
             return mp.zero
         xi, c, pull = float(self.xi + self.d), float(self.c), float(self.pull)
@@ -290,7 +288,7 @@ class Slide:
 
 
 class Oscillator:
-    """The model's parameters, converted exactly from the doubles given, and what follows from τ alone."""
+    """Parameters of the model, converted exactly from doubles, and functions of τ only."""
 
     def __init__(self, A: float, B: float, eps: float, eta: float) -> None:
         self.A, self.B, self.eps, self.eta = (mp.mpf(x) for x in (A, B, eps, eta))
@@ -303,14 +301,14 @@ class Oscillator:
         return [(a, w, mp.fmod(w * tau, 2 * mp.pi)) for a, w in self.terms]
 
     def H(self, tau: Any) -> Any:
-        """Adhesive force (2)."""
+        """Return the adhesive force (2)."""
         return sum((a * mp.sin(angle) for a, w, angle in self.waves(tau)), -self.B)
 
     def decide(self, xi: Any, tau: Any) -> tuple[int, Any]:
-        """The state that begins with ξ' = 0, and the margin of this decision."""
+        """Return the state after a switch with ξ' = 0, and the margin of this decision."""
         H = self.H(tau)
         margin = abs(abs(H) - 1)
-        if margin < self.tiny:  # |H| = 1 still holds; the wait that begins here may end here
+        if margin < self.tiny:  # |H| = 1 still holds, and the wait that starts here may also end here
             H, margin = mp.zero, mp.zero
         if H > 1:
             return UP, margin
@@ -319,7 +317,7 @@ class Oscillator:
         return (DOWN if H < -1 else STICK), margin
 
     def release(self, state: int, tau: Any, horizon: Any) -> tuple[Any, int]:
-        """How long STICK or REST lasts (None: to `horizon` at least), and what follows."""
+        """Return the duration of STICK or REST (None: at least up to `horizon`) and the next state."""
         limits = [(UP, 1 + self.B, -1)]  # g = 1 - H
         if state == STICK:
             limits.append((DOWN, 1 - self.B, 1))  # g = 1 + H
@@ -338,17 +336,17 @@ class Oscillator:
         return best, after
 
     def arcsine(self, angle: Any, level: Any, sign: int) -> Any:
-        """Time from `angle` until level + sign A sin falls through zero."""
+        """Return the time from `angle` until level + sign A sin falls to zero."""
         root = mp.asin(level / self.A)
         target = root if sign < 0 else mp.pi + root
         h = (target - angle) % (2 * mp.pi)
         return mp.zero if 2 * mp.pi - h < self.tiny else h
 
     def latest_reversal(self, slide: Slide, horizon: Any) -> Any:
-        """A time after which a slide down cannot be reversed (inf for B < 1, where it always is).
+        """Return a time after which a slide down cannot be reversed (inf for B < 1, where it always is).
 
-        For B > 1 the mean of ξ'' is negative; without disturbance ξ' after a period is no larger than before.
-        With disturbance and B (nearly) 1 nobody can know, and the search is given up after a LONG time.
+        For B > 1 the mean of ξ'' is negative; without disturbance ξ' after a period is at most its value before. With a
+        disturbance and B equal or close to 1 there is no such bound, and the search ends after the time LONG.
         """
         if self.B < 1:
             return mp.inf
@@ -361,7 +359,7 @@ class Oscillator:
         return min(latest, max(horizon, mp.mpf(LONG)))
 
     def slide_down(self, slide: Slide, horizon: Any) -> tuple[Any, int, Any]:
-        """How long DOWN lasts (None: to `horizon` at least), what follows, the margin between S1 and S2."""
+        """Return the duration of DOWN (None: at least `horizon`), the next state, the margin between S1 and S2."""
         reversal = slide.reversal(self.latest_reversal(slide, horizon))
         if reversal is None:
             if slide.at(horizon)[0] > 0:
@@ -387,14 +385,13 @@ def reference(
     digits: int = 50,
     max_switches: int | None = None,
 ) -> Reference:
-    """Every switch in (τ0, τ0 + 2π periods], every section point there, and their margins.
+    """Return all switches in (τ0, τ0 + 2π periods], all section points there, and their margins.
 
-    Numbers are mpmath's, τ good to `digits` digits after the point. The margin is, at a reversal of a slide
-    down, ξ there; at an impact, |ξ| at the next reversal were the obstacle not there (inf if there is none);
-    at a decision by H, ||H| - 1|; the smaller one where two apply. Stops early after `max_switches`, with a
-    shorter section.
+    Numbers are those of mpmath, τ with `digits` correct digits after the point. The margin is ξ at a reversal of a
+    slide down; |ξ| at the next reversal without an obstacle for an impact (inf if there is none); ||H| - 1| at a decision by
+    H; the smaller one if two apply. The computation ends early after `max_switches`, with a shorter section.
 
-    Where ξ' only touches zero the slide ends too; |H| = 1 there and it goes on at once, with margin 0.
+    A slide also ends where ξ' only touches zero: |H| = 1 there, and it continues immediately, with margin 0.
     """
     span = 1 + abs(tau0) + 7 * periods
     mp.dps = digits + 15 + math.ceil(math.log10(span * max(1.0, eta)))
@@ -455,11 +452,11 @@ def reference(
 
 
 SCENES: dict[str, dict[str, Any]] = {
-    # the paper's
+    # those of the paper
     "one-periodic": {"A": 1.5, "periods": 1000},
     "two-periodic": {"A": 3.04, "periods": 1000},
     "disturbed": {"A": 3.04, "eps": 2e-4, "periods": 100},
-    # beyond it
+    # others
     "level plane": {"A": 2.9, "B": 0.0, "xi0": 1.0, "periods": 60},
     "steep": {"A": 3.3, "B": 0.5, "periods": 60},
     "slides by itself": {"A": 3.0, "B": 1.3, "xi0": 4.0, "tau0": 1.0, "periods": 60},
@@ -471,4 +468,4 @@ SCENES: dict[str, dict[str, Any]] = {
     "thrown": {"A": 2.7, "xi0": 3.0, "dxi0": -1.5, "tau0": 2.2, "periods": 60},
     "late start": {"A": 3.15, "xi0": 0.5, "dxi0": 2.0, "tau0": -1e4, "periods": 60},
 }
-"""Arguments of `reference` worth comparing with, a second or less each."""
+"""Arguments of `reference` for comparisons; each takes a second at most."""

@@ -1,4 +1,4 @@
-"""All checks, in one table, and what they come to: validation.json and validation.md."""
+"""Table of all checks, and their results: validation.json and validation.md."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CHECKS = (
     Check("scipy", "Side by side with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
     Check("heyoka", "Side by side with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
 )
-"""In the order in which they are done: what needs nothing but the kernels of a sweep is first."""
+"""Checks in the order of execution: first those that need only the kernels of a sweep."""
 
 
 def validate(
@@ -49,9 +49,9 @@ def validate(
     checks: Sequence[Check] = CHECKS,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Judged]:
-    """Do checks (all, or those of the ids in `only`), one after the other; `say` is called with a line for each.
+    """Run checks (all, or those of the ids in `only`) in order; `say` is called with a line for each.
 
-    Raises ValueError for an id that there is not.
+    Raises ValueError for an unknown id.
     """
     ids = [check.id for check in checks]
     for name in only:
@@ -66,7 +66,7 @@ def validate(
 
 
 def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
-    """validation.json and validation.md in a directory, made if it is not there. Raises OSError."""
+    """Write validation.json and validation.md to a directory, created if missing. Raises OSError."""
     about: dict[str, Any] = {
         "versions": versions(),
         "system": f"{platform.system()} {platform.machine()}",
@@ -86,5 +86,5 @@ def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
 
 
 def counts(judged: Sequence[Judged]) -> str:
-    """`12 checks: 10 holds, …` as a sentence."""
+    """Return the counts of verdicts as text, `12 checks: 10 holds, …`."""
     return verdicts.counts(judged, "checks", Verdict)
