@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import pickle
 import shutil
 import subprocess
@@ -80,6 +81,21 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
     writer.close()
     names = [v.name for v in variables_of(plan)]
     assert order[: len(names) + 2] == [*names[:-1], "flush", "status", "flush"]
+
+
+@pytest.mark.parametrize("sync", [True, False])
+def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
+    """The system is asked once, when all blocks are in the file; not where a signal leaves no time for that."""
+    asked = []
+    monkeypatch.setattr(
+        os, "fsync", lambda fd: asked.append((os.path.samestat(os.fstat(fd), os.stat(path)), look(path)))
+    )
+    writer = open_writer(path, make(), Origin(TEXT))
+    for b in fake.run_blocks(writer.plan, writer.missing()):
+        writer.write(b)
+    assert not asked
+    writer.close(sync=sync)
+    assert [(same, report.complete) for same, report in asked] == [(True, True)] * sync
 
 
 def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
