@@ -534,6 +534,20 @@ def test_data_lost_under_their_status_are_found(finished):
     assert list(verify(finished).faults) == [2]
 
 
+@pytest.mark.parametrize("first", [41, 59])
+def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first):
+    """A status is written for a whole block: what is left of one is neither computed nor merely missing."""
+    with h5py.File(finished, "a") as file:
+        file["status"][first:60] = Status.NOT_COMPUTED
+    for report in (verify(finished), look(finished)):
+        assert list(report.faults) == [2]
+        assert not report.complete
+    writer = open_writer(finished, make(), Origin(TEXT))
+    writer.check()
+    assert writer.missing() == [2]
+    writer.close()
+
+
 @pytest.mark.parametrize("names", [["section_xi"], [v.name for v in variables_of(make())]], ids=["one", "all"])
 def test_chunks_that_changed_places_are_found(finished, names):
     with h5py.File(finished, "a") as file:
