@@ -17,6 +17,12 @@ UP, DOWN, STICK, REST, IMPACT = vd.State
 ULP = 2.0**-52
 
 
+@pytest.fixture(autouse=True)
+def digits():
+    with mp.workdps(50):
+        yield
+
+
 def slide(scene, tau, s=-1):
     """(ξ, ξ', H) at `tau` of a slide of direction s from the start of a scene: eqs. (2), (4), (5), (9)."""
     a, b, eps, eta, x, v, start = (
