@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+from time import sleep
 
 import numba
 import numpy as np
@@ -13,6 +16,8 @@ from numba import types
 
 import vibrodrive as vd
 from vibrodrive.batch import parallel
+from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import Arguments, packed
 from vibrodrive.model.plan import make_plan
 
@@ -147,3 +152,52 @@ def test_arrays_of_another_kind_are_refused():
     for wrong in (np.zeros((1, 2), np.float32), np.zeros(2), np.zeros((2, 4))[:, ::2]):
         with pytest.raises(TypeError, match="points"):
             packed([arguments._replace(points=wrong)])
+
+
+class Failing(Executor):
+    """Its tasks fail, each the first so many times, as where a worker dies."""
+
+    def __init__(self, times):
+        self.times, self.submitted = times, []
+
+    def submit(self, task, *arguments):
+        self.submitted.append(arguments[1])
+        future = Future()
+        if self.submitted.count(arguments[1]) > self.times:
+            future.set_result(task(*arguments))
+        else:
+            future.set_exception(OSError("the worker died"))
+        return future
+
+
+@pytest.mark.jit
+def test_a_block_is_submitted_again_three_times():
+    plan = make_plan(dict(A=np.linspace(3, 3.1, 3), transient=0, periods=2))
+    plan = replace(plan, tiling=(2,))
+    saved = Failing(3)
+    assert {block.index for block in run_blocks(plan, executor=saved)} == {0, 1}
+    assert sorted(saved.submitted) == [0] * 4 + [2] * 4
+    lost = Failing(4)
+    with pytest.raises(OSError, match="the worker died"):
+        list(run_blocks(plan, executor=lost))
+    assert max(map(lost.submitted.count, lost.submitted)) == 4
+
+
+def test_an_error_behind_ctrl_c_is_not_that_of_the_next_call():
+    """The thread lasts, but not what went wrong in it after nobody waited any more."""
+
+    class Pressed(Halt):
+        @property
+        def called(self):
+            raise KeyboardInterrupt
+
+    halt = Pressed()
+
+    def fail():
+        while not halt.flag[0]:
+            sleep(0.001)
+        raise ValueError("of the first call")
+
+    with pytest.raises(KeyboardInterrupt):
+        parallel._watch(fail, halt)
+    parallel._watch(lambda: None, Halt())

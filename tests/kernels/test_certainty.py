@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import SCENES, reference, scene
+from tests.support.reference import SCENES, mp, reference, scene
 from vibrodrive.validation import certainty
 from vibrodrive.validation.certainty import compare, draw, hold
 
@@ -175,6 +175,31 @@ def test_a_record_may_end_with_a_rest():
     assert motion.status == vd.Status.OK
     assert math.isinf(motion.certain_until)
     assert motion.error.max() < 1e-12
+
+
+@mp.workdps(50)
+def test_an_impact_at_the_end_of_the_record_may_have_been():
+    """From a stick the mass falls until the record ends, within rounding of the obstacle: ξ' is what it is, or 0."""
+    A, B, end = 1.05, 0.1, 5.4
+    begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
+    h = end - begin
+    fall = A * (mp.cos(begin) * h - mp.sin(end) + mp.sin(begin)) + (1 - mp.mpf(B)) * h**2 / 2
+    speed = A * (mp.cos(begin) - mp.cos(end)) + (1 - mp.mpf(B)) * h
+    for off in range(-3, 4):
+        scene = dict(A=A, B=B, xi0=float(-fall) + off * 2.0**-56, tau0=end, section_phase=end)
+        motion = vd.simulate(**scene, transient=0, periods=1)
+        assert motion.section[0, 1] in (0.0, pytest.approx(float(speed)))
+        assert motion.error[0, 1] >= 0.99 * abs(speed)
+
+
+@mp.workdps(50)
+@pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
+def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
+    """H barely falls to -1: the last bit of 1 - B moves that by far more than one of the phase."""
+    for A in (1.0, 1.0 - 0.5 * B):
+        motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
+        late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))
+        assert 1e-14 < abs(late) <= motion.switch_errors["tau"][0] < 1.1 * abs(late)
 
 
 def test_at_rest_for_ever_nothing_is_off():

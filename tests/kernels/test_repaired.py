@@ -17,6 +17,12 @@ UP, DOWN, STICK, REST, IMPACT = vd.State
 ULP = 2.0**-52
 
 
+@pytest.fixture(autouse=True)
+def digits():
+    with mp.workdps(50):
+        yield
+
+
 def slide(scene, tau, s=-1):
     """(ξ, ξ', H) at `tau` of a slide of direction s from the start of a scene: eqs. (2), (4), (5), (9)."""
     a, b, eps, eta, x, v, start = (
@@ -135,6 +141,21 @@ def test_impact_where_the_force_falls_to_one():
             assert motion.status in (vd.Status.OK, vd.Status.TOO_CLOSE)
             assert len(motion.switches) < 30
             assert np.allclose(motion.section, rest.section, atol=1e-5)
+
+
+@pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
+def test_a_slow_impact_where_the_force_falls_to_one(speed):
+    """H misses 1 by more than its own rounding, but that of ξ moves so slow an impact by as much. A sweep bounds no
+    errors: there nothing else tells."""
+    scene = dict(A=3.04, tau0=2.2)
+    impact = mp.mpf(falling_zero(3.04, 0.1)) + mp.mpf(3e-15) / speed
+    scene["dxi0"] = float(-speed - slide(scene, impact)[1])
+    scene["xi0"] = float(-slide(scene, impact)[0])
+    motion = vd.simulate(**scene, transient=0, periods=1)
+    assert motion.switches["after"][:2].tolist() == [IMPACT, REST]
+    assert motion.switches["dxi"][0] == pytest.approx(-speed, rel=1e-4)
+    assert motion.status == vd.Status.TOO_CLOSE
+    assert vd.sweep(**scene, transient=0, periods=1).status == vd.Status.TOO_CLOSE
 
 
 def test_no_gap_is_too_small():

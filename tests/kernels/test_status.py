@@ -54,6 +54,15 @@ def test_margin_of_a_start():
     assert stick.margin == pytest.approx(0.75)
 
 
+@pytest.mark.parametrize("eps", [0.0, 1e-5])
+def test_margin_of_a_wait_without_end(eps):
+    """What H lacks at most: the disturbance may add its amplitude to that of the excitation."""
+    scene = dict(A=0.4, B=0.25, eps=eps, eta=100.0, transient=0, periods=2)
+    reach = 0.4 * (1.0 + eps * 1e4)
+    assert vd.simulate(**scene).margin == vd.sweep(**scene).margin == pytest.approx(1.25 - reach)
+    assert vd.simulate(**scene, xi0=1.0).margin == vd.sweep(**scene, xi0=1.0).margin == pytest.approx(0.75 - reach)
+
+
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_margin_of_a_wait_that_all_but_ends(gap):
     """H reaches 1 - gap and turns back: a tangency counts as a decision."""
@@ -92,6 +101,19 @@ def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
     """Grid points are counted, too: visiting 6e10 of them is no way to hang, and skipping them costs nothing."""
     t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
     assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
+
+
+@pytest.mark.parametrize("eps", [0.0, 1e-6])
+def test_rounding_adds_up_over_waits(eps):
+    """51 slides down with a stick behind each: after the last the gap is more than one slide can be off by, and less
+    than all of them."""
+    scene = dict(A=1.0, eps=eps, transient=0)
+    sticks = [row for row in vd.simulate(**scene, xi0=64.0, periods=60).switches if row["after"] == State.STICK]
+    scene |= dict(xi0=64.0 - sticks[50]["xi"] + 5e-14, periods=int(sticks[50]["period"]) + 1)
+    swept = vd.sweep(**scene)
+    assert 1e-14 < swept.margin < 2e-13
+    assert swept.status == Status.TOO_CLOSE
+    assert vd.sweep(**dict(scene, xi0=scene["xi0"] + 1e-10)).status == Status.OK
 
 
 def test_sweep_goes_on_past_every_kind_of_point():

@@ -18,7 +18,7 @@ from vibrodrive.kernels import lane, summary
 from vibrodrive.kernels.arguments import Arguments, numbers_of
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import ROWS, new_history
-from vibrodrive.kernels.summary import OUT, TOTALS, Drive, summarise
+from vibrodrive.kernels.summary import AFTER, DXI, OUT, PERIOD, TOTALS, Drive, gap_cycle_of_period, summarise
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import SUMMARIES
 
@@ -293,3 +293,12 @@ def test_columns_are_those_that_are_named():
     assert len(SUMMARIES) == OUT
     columns = [name for name in vars(summary) if name.startswith("OUT_")]
     assert [getattr(summary, name) for name in columns] == list(range(OUT))
+
+
+@pytest.mark.parametrize("fastest", range(3))
+def test_a_cycle_of_gaps_is_the_same_from_every_impact_on(fastest):
+    """Gaps 1, 2, 1: read from the first of them on, two gaps seem to repeat, but three come round."""
+    rows = np.zeros((3, 6))
+    rows[:, PERIOD], rows[:, AFTER], rows[:, DXI] = [0, 1, 3], vd.State.IMPACT, -1.0
+    rows[fastest, DXI] = -2.0
+    assert gap_cycle_of_period(rows, 2, 3, 4, np.zeros(TOTALS)) == 112.0

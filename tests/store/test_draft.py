@@ -12,6 +12,7 @@ from vibrodrive.errors import Busy
 from vibrodrive.figures.style import save
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
+from vibrodrive.store import lock as locks
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
@@ -56,6 +57,15 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
+    """Else a loss of power could leave an empty file in the place of an older one."""
+    order, replace = [], os.replace
+    monkeypatch.setattr(os, "fsync", lambda fd: order.append(os.fstat(fd).st_size))
+    monkeypatch.setattr(os, "replace", lambda source, target: order.append("name") or replace(source, target))
+    hdf5(tmp_path / "x.h5")
+    assert order == [(tmp_path / "x.h5").stat().st_size, "name"]
+
+
 def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
     there, link = tmp_path / "there.txt", tmp_path / "link.txt"
     there.write_text("old")
@@ -84,6 +94,22 @@ def test_a_lock_may_be_given_back_twice(tmp_path):
     with pytest.raises(Busy):
         Lock(tmp_path / "x")
     second.release()
+
+
+def test_a_lock_is_that_of_the_file_that_has_the_name(tmp_path, monkeypatch):
+    """Another process may put a new file in the place of the one that was just opened: nobody reads that any more."""
+    path, newer, take = tmp_path / "x", tmp_path / "newer", locks._lock
+    path.touch()
+    newer.touch()
+
+    def replace_and_take(fd):
+        if newer.exists():
+            newer.replace(path)
+        take(fd)
+
+    monkeypatch.setattr(locks, "_lock", replace_and_take)
+    with Lock(path), pytest.raises(Busy):
+        Lock(path)
 
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -17,6 +18,7 @@ from vibrodrive.errors import NoResult, OtherKind
 from vibrodrive.model.config import parse
 from vibrodrive.model.kinds import ABOVE, FILES, named
 from vibrodrive.store import curves, failures, limits, orbits
+from vibrodrive.store.checksums import content_digest
 from vibrodrive.store.every_kind import summary
 from vibrodrive.store.layout import Origin, about
 
@@ -130,6 +132,16 @@ def an_orbit(path):
     orbits.save(path, orbits.Family(np.array([2.0, 2.1]), 0.1, 1, [[orbit], []], []), origin, 0.0)
 
 
+def test_orbits_of_another_incline_than_that_of_the_configuration_have_no_sweep(tmp_path):
+    """Nor do they take the A of that sweep for those that were searched."""
+    for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
+        found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(test_netcdf.ORBIT, B=B)], []], [])
+        orbits.save(tmp_path / name, found, Origin("[sweep]\nA = [2.0, 2.1]\n"), 0.0)
+        stored = vd.load(tmp_path / name)
+        assert (stored.plan is None) == (B != 0.1)
+        assert stored.family.A.tolist() == searched
+
+
 def two_curves(path):
     curves.save(path, test_curves.made(), Origin("[sweep]\nA = [1.0, 2.0]\nB = [0.0, 1.0]\n[orbits]\nmax_period = 2\n"))
 
@@ -164,6 +176,16 @@ def test_no_number_that_describes_a_file_changes_unnoticed(make, at, names, tmp_
     assert summary(path, thorough=True).faults == []
 
 
+@pytest.mark.parametrize("kind", failures.KINDS)
+def test_a_failure_map_with_a_cell_that_was_not_written_is_found(kind, tmp_path):
+    path = tmp_path / "x.h5"
+    some_failures(path)
+    for judged, count in ((0, 1), (-1, -1)):
+        with h5py.File(path, "r+") as file:
+            file["judged"][0, 0, 0], file[kind][0, 0, 0] = judged, count
+        assert summary(path, thorough=True).faults == ["judged: less than the sum of the failures"]
+
+
 def test_every_place_exists():
     """Of each kind, and of what lower floors call above them: a name in a string has no other check."""
     for kind in FILES.values():
@@ -196,3 +218,19 @@ def test_no_result_file_is_none_of_any_kind(tmp_path):
     for path in (3, b"x.h5", "", "x\0.h5"):
         with pytest.raises((TypeError, ValueError), match="must be the name of a result file"):
             vd.load(path)
+
+
+def test_a_seal_is_of_names_shapes_types_and_values():
+    """Each of them alone tells two files apart; the order in which they were written does not."""
+
+    def sealed(**arrays):
+        with h5py.File("sealed", "w", driver="core", backing_store=False) as file:
+            for name, values in arrays.items():
+                file[name] = values
+            return content_digest(file)
+
+    some = np.arange(6.0)
+    assert sealed(a=some, b=some) == sealed(b=some, a=some)
+    others = [dict(a=some, c=some), dict(a=some, b=some.reshape(2, 3)), dict(a=some, b=some.view("<i8")),
+              dict(a=some, b=some[::-1])]  # fmt: skip
+    assert len({sealed(**other) for other in [dict(a=some, b=some), *others]}) == 5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import groupby
 
 import h5py
 import numpy as np
@@ -12,7 +13,7 @@ import xarray
 from vibrodrive.errors import NoResult
 from vibrodrive.model.config import parse
 from vibrodrive.stability.limit import Limit
-from vibrodrive.stability.limits import CURVES
+from vibrodrive.stability.limits import CURVES, QUANTITIES
 from vibrodrive.stability.structure import Structure
 from vibrodrive.store.every_kind import load, summary
 from vibrodrive.store.limits import create, write_limit, writing
@@ -41,6 +42,22 @@ def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
                 )  # fmt: skip
                 write_limit(file, c, place, found)
     return path
+
+
+def test_a_status_is_written_between_two_flushes_behind_all_data(tmp_path, monkeypatch):
+    """So it says of no limit that it is there before that is so, even if the power fails."""
+    order, put, flush = [], h5py.Dataset.__setitem__, h5py.File.flush
+    monkeypatch.setattr(h5py.Dataset, "__setitem__", lambda data, *more: order.append(data.name) or put(data, *more))
+    monkeypatch.setattr(h5py.File, "flush", lambda file: order.append("flush") or flush(file))
+    written(tmp_path / "x.h5", SCENE)
+    assert order[-1] == "flush"
+    *_, data, status = (set(between) for data, between in groupby(order, "flush".__ne__) if data)
+    assert status == {"/status"}
+    assert data == {
+        "/n",
+        "/how",
+        *(f"/{name}" for name in (*QUANTITIES["k2"].numbers, "velocity_mm_s", "velocity_last_mm_s")),
+    }
 
 
 @pytest.mark.parametrize(("text", "shape"), [(OVER_A, (3,)), (OVER_TWO, (2, 3))])

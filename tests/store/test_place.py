@@ -60,6 +60,15 @@ def test_nor_does_its_draft():
     assert draft_of(Path("c.png")).resolve() == Path("c.png.part").resolve()
 
 
+@pytest.mark.parametrize("spelling", ["new.png", "./new.png", "x/../new.png", "there/new.png"])
+def test_two_new_files_of_one_name_are_one_file(spelling):
+    """Neither exists yet, and the second would replace the first."""
+    Path("x").mkdir()
+    Path("there").symlink_to(".")
+    with pytest.raises(ConfigError, match="another file than the map"):
+        check_figure(Path(spelling), {"map": Path("new.png")})
+
+
 @pytest.mark.parametrize("name", ["x.png", "x.PDF", "x.svg"])
 def test_a_result_is_no_picture(name):
     refused(name, ["output", name, f"plot FILE.h5 -o {name}"])

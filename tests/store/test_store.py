@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import pickle
 import shutil
 import subprocess
@@ -80,6 +81,21 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
     writer.close()
     names = [v.name for v in variables_of(plan)]
     assert order[: len(names) + 2] == [*names[:-1], "flush", "status", "flush"]
+
+
+@pytest.mark.parametrize("sync", [True, False])
+def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
+    """The system is asked once, when all blocks are in the file; not where a signal leaves no time for that."""
+    asked = []
+    monkeypatch.setattr(
+        os, "fsync", lambda fd: asked.append((os.path.samestat(os.fstat(fd), os.stat(path)), look(path)))
+    )
+    writer = open_writer(path, make(), Origin(TEXT))
+    for b in fake.run_blocks(writer.plan, writer.missing()):
+        writer.write(b)
+    assert not asked
+    writer.close(sync=sync)
+    assert [(same, report.complete) for same, report in asked] == [(True, True)] * sync
 
 
 def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
@@ -516,6 +532,20 @@ def test_data_lost_under_their_status_are_found(finished):
         for variable in variables_of(plan)[:-1]:
             file[variable.name][slab] = variable.fill
     assert list(verify(finished).faults) == [2]
+
+
+@pytest.mark.parametrize("first", [41, 59])
+def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first):
+    """A status is written for a whole block: what is left of one is neither computed nor merely missing."""
+    with h5py.File(finished, "a") as file:
+        file["status"][first:60] = Status.NOT_COMPUTED
+    for report in (verify(finished), look(finished)):
+        assert list(report.faults) == [2]
+        assert not report.complete
+    writer = open_writer(finished, make(), Origin(TEXT))
+    writer.check()
+    assert writer.missing() == [2]
+    writer.close()
 
 
 @pytest.mark.parametrize("names", [["section_xi"], [v.name for v in variables_of(make())]], ids=["one", "all"])
