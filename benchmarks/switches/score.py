@@ -7,6 +7,7 @@ import json
 import sys
 from collections import Counter
 from decimal import Decimal, InvalidOperation
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from xml.etree import ElementTree
@@ -32,10 +33,10 @@ A case that is left out, is null, or has another form counts as refused.
   invented     the first difference: a zero that does not exist
   wrong event  the first difference: the right time, the wrong states
 
-A zero is found if it lies within min(1e-6, a third of the distance to the nearest true zero). At level 0, the start of
-the search counts as a zero in this rule. An answer to an `either` case is right if it is one of its `answers`; at levels
-2 and 3 nothing after `certain_until` is judged. "all zeros" is the share of cases at level 0 with every zero right.
-Digits are -log10 of the relative error of a right answer (the worst of its events), at most 30."""
+A zero is found if it lies within min(1e-6, a third of the distance to the nearest true zero). At level 0, the start
+of the search counts as a zero in this rule. An answer to an `either` case is right if it is one of its `answers`; at
+levels 2 and 3 nothing after `certain_until` is judged. "all zeros": the share of level 0 with every zero right. Digits
+are -log10 of the relative error of a right answer (the worst of its events), at most 30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
@@ -64,20 +65,14 @@ def tolerance(distance: Decimal | None) -> Decimal:
 def true_zeros(zeros: list[str]) -> list[tuple[Decimal, Decimal, None]]:
     """Return the zeros of level 0, each with its tolerance; they have no states."""
     at = [Decimal(0), *map(Decimal, zeros)]
-    gaps = [b - a for a, b in zip(at, at[1:], strict=False)]
+    gaps = [b - a for a, b in pairwise(at)]
     return [(z, tolerance(min(gaps[i : i + 2])), None) for i, z in enumerate(at[1:])]
 
 
 def true_events(events: list[dict]) -> list[tuple[Decimal, Decimal, tuple[str, str]]]:
     """Return the events of levels 1 to 3, each with its tolerance and states."""
-    return [
-        (
-            Decimal(e["tau"]),
-            tolerance(e["nearest_other_zero"] and Decimal(e["nearest_other_zero"])),
-            (e["before"], e["after"]),
-        )
-        for e in events
-    ]
+    near = [e["nearest_other_zero"] and Decimal(e["nearest_other_zero"]) for e in events]
+    return [(Decimal(e["tau"]), tolerance(n), (e["before"], e["after"])) for e, n in zip(events, near, strict=True)]
 
 
 def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
@@ -143,7 +138,7 @@ def rows(cases: list[dict], results: dict[str, dict], seconds: dict) -> list[tup
     for (level, family), ids in sorted(groups.items()):
         counts = Counter(results[i]["verdict"] for i in ids)
         digits = [results[i]["digits"] for i in ids if results[i]["digits"] is not None]
-        spent = [s for i in ids if isinstance(s := seconds.get(i), int | float)]
+        spent = [seconds[i] for i in ids if i in seconds]
         share = f"{100 * sum(results[i]['all'] for i in ids) / len(ids):.1f}" if level == 0 else ""
         least = (f"{median(digits):.1f}", f"{min(digits):.1f}") if digits else ("", "")
         rate = f"{100 * counts['right'] / len(ids):.1f}"
@@ -178,9 +173,8 @@ def main() -> int:
     options = parser.parse_args()
     try:
         sent = json.loads(options.answers.read_text(encoding="utf-8"), parse_float=Decimal)
-        answers, seconds = sent["answers"], sent.get("seconds") or {}
-        seconds = {i: float(number(s)) for i, s in seconds.items()}
-        answers.keys()
+        answers = dict(sent["answers"])
+        seconds = {i: float(number(s)) for i, s in (sent.get("seconds") or {}).items()}
         cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(options.cases.glob("*/*.json"))]
         if not cases:
             raise ValueError(f"no cases in {options.cases}")
@@ -196,8 +190,7 @@ def main() -> int:
         print(
             "  ".join(f"{x:<{w}}" if i < 2 else f"{x:>{w}}" for i, (x, w) in enumerate(zip(row, WIDTHS, strict=True)))
         )
-    unknown = len(answers.keys() - results.keys())
-    if unknown:
+    if unknown := len(answers.keys() - results.keys()):
         print(f"{unknown} answers have ids of no case and were not read")
     if options.junit:
         write_junit(options.junit, cases, results, seconds)
