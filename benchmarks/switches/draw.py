@@ -1,0 +1,39 @@
+"""Numbers drawn for the cases: splitmix64 from a fixed seed, the same on any machine and with any library.
+
+Each case has a generator of its own, so that one case can be made without the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+SEED = 19990609
+MASK = 2**64 - 1
+
+Item = TypeVar("Item")
+
+
+class Draw:
+    """splitmix64 (Steele, Lea and Flood, 2014), begun from the seed, a level, a family's number and a case's number."""
+
+    def __init__(self, level: int, family: int, case: int) -> None:
+        self.state = SEED
+        for part in (level, family, case):
+            self.state = (self.bits() + part) & MASK
+
+    def bits(self) -> int:
+        """Return 64 bits."""
+        self.state = (self.state + 0x9E3779B97F4A7C15) & MASK
+        z = self.state
+        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+        return z ^ (z >> 31)
+
+    def uniform(self, low: float, high: float, places: int = 4) -> float:
+        """Return a number of [low, high) rounded to `places` decimals: short to read, and exact as a double."""
+        return round(low + (high - low) * ((self.bits() >> 11) * 2.0**-53), places)
+
+    def choice(self, items: Sequence[Item]) -> Item:
+        """Return one of a few items."""
+        return items[self.bits() % len(items)]

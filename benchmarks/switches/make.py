@@ -1,0 +1,236 @@
+"""Make the set: `python -m benchmarks.switches.make` writes every case, `--only ID` some of them.
+
+Nothing in a case depends on the machine, the day or another case: two runs write the same bytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from benchmarks.switches import level0, level1, motions, scenes
+from benchmarks.switches.draw import Draw
+from vibrodrive.validation.reference import mp
+
+HERE = Path(__file__).parent
+DRAWN = {0: level0.FAMILIES, 1: level1.FAMILIES, 2: scenes.LEVEL2, 3: scenes.LEVEL3}
+FEWER = 100  # at levels 2 and 3, times must agree to this part of the tolerance: rounding grows over many events
+
+
+class Task(NamedTuple):
+    """One case to make: its level, the number of its family, and its number in the family."""
+
+    level: int
+    family: int
+    number: int
+
+    @property
+    def name(self) -> str:
+        """Return the family."""
+        return list(DRAWN[self.level])[self.family]
+
+    @property
+    def id(self) -> str:
+        """Return the id, which is also the name of the file."""
+        return f"L{self.level}-{self.name.replace(' ', '-')}-{self.number + 1:02}"
+
+
+class Sequence(NamedTuple):
+    """What one set of inputs gives: times, tolerances, states (None at level 0), and the fields as written."""
+
+    times: list[Any]
+    within: list[Any]
+    states: list[Any]
+    fields: dict[str, Any]
+
+
+def tasks() -> list[Task]:
+    """Return all cases in order."""
+    return [
+        Task(level, f, i)
+        for level, families in DRAWN.items()
+        for f, (count, _) in enumerate(families.values())
+        for i in range(count)
+    ]
+
+
+def text(x: Any, digits: int = 30) -> str:
+    """Return a number as a string of so many digits."""
+    return mp.nstr(x, digits, strip_zeros=False) if x else "0"
+
+
+def tolerance(distance: Any) -> Any:
+    """Return how far an answer may be from a zero (the rule of score.py)."""
+    widest = mp.mpf(10) ** -6
+    return widest if distance is None else min(widest, distance / 3)
+
+
+def solve(level: int, x: dict[str, float]) -> Sequence:
+    """Return the zeros or events of these inputs, taken exactly."""
+    if level == 0:
+        zeros = level0.solve(x)
+        at = [mp.zero, *(z.at for z in zeros)]
+        gaps = [b - a for a, b in pairwise(at)]
+        within = [tolerance(min(gaps[i : i + 2])) for i in range(len(zeros))]
+        fields = {
+            "zeros": [text(z.at) for z in zeros],
+            "slopes": [text(z.slope) for z in zeros],
+            "multiplicities": [z.multiplicity for z in zeros],
+        }
+        return Sequence(at[1:], within, [None] * len(zeros), fields)
+    events = motions.solve(x, 1 if level == 1 else None)
+    written = [
+        {
+            "tau": text(e.tau),
+            "before": e.before,
+            "after": e.after,
+            "xi": text(e.xi),
+            "dxi": text(e.dxi),
+            "slope": None if e.slope is None else text(e.slope),
+            "nearest_other_zero": None if e.nearest is None else text(e.nearest),
+        }
+        for e in events
+    ]
+    states = [(e.before, e.after) for e in events]
+    return Sequence([e.tau for e in events], [tolerance(e.nearest) for e in events], states, {"events": written})
+
+
+def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:
+    """Yield the inputs with one of them moved by an ulp; 0 stays: it says at rest, at the obstacle, undisturbed."""
+    for name, value in x.items():
+        if value and name != "periods":
+            yield x | {name: math.nextafter(value, math.inf)}
+            yield x | {name: math.nextafter(value, -math.inf)}
+
+
+def parting(a: Sequence, b: Sequence, part: int) -> int | None:
+    """Return the number of the first zero or event at which two sequences differ, None if they are the same."""
+    for i, (s, t, within) in enumerate(zip(a.times, b.times, a.within, strict=False)):
+        if a.states[i] != b.states[i] or abs(s - t) > within / part:
+            return i
+    return None if len(a.times) == len(b.times) else min(len(a.times), len(b.times))
+
+
+def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: Any) -> dict[str, Any]:
+    """Return the verdict, the answers if there are several, and until when there is one."""
+    part = FEWER if level > 1 else 1
+    several, until, until_index = [exact], end, len(exact.times)
+    for moved in neighbours(x):
+        other = solve(level, moved)
+        i = parting(exact, other, part)
+        if i is None:
+            continue
+        if all(parting(known, other, part) is not None for known in several):
+            several.append(other)
+        first = min(s.times[i] for s in (exact, other) if i < len(s.times))
+        common = [(j, t) for j, t in enumerate(exact.times[:i]) if t < first - 2 * exact.within[j]]
+        j, last = common[-1] if common else (-1, start)
+        if (last + first) / 2 < until:
+            until, until_index = (last + first) / 2, j + 1
+    if len(several) == 1:
+        return {"verdict": "certain", "certain_until": text(end)}
+    key = "zeros" if level == 0 else "events"
+    answers = [s.fields[key] for s in several]
+    if level > 1:  # from where they part on; a state later they have nothing to do with each other
+        answers = [a for n, s in enumerate(answers) if (a := s[until_index : until_index + 4]) not in answers[:n]]
+    return {"verdict": "either", "answers": answers, "certain_until": text(until, 17)}
+
+
+def smallest_distance(level: int, x: dict[str, float], exact: Sequence) -> Any:
+    """Return the smallest distance between two zeros in a search, None if no search has two."""
+    if level:
+        return min((e["nearest_other_zero"] for e in exact.fields["events"] if e["nearest_other_zero"]), key=mp.mpf)
+    at = [*exact.times]
+    if not level0.function(x).at(mp.zero)[0]:
+        at.insert(0, mp.zero)
+    if 2 in exact.fields["multiplicities"]:
+        return mp.mpf(10) ** -30  # of a double zero: nothing, to all digits given
+    return min((b - a for a, b in pairwise(at)), default=None)
+
+
+def case(task: Task) -> dict[str, Any]:
+    """Return a case: drawn, solved, and solved again with each input moved by an ulp."""
+    level = task.level
+    mp.dps = level0.DIGITS
+    x, tags, why = DRAWN[level][task.name][1](Draw(level, task.family, task.number), task.number)
+    exact = solve(level, x)
+    distance = smallest_distance(level, x, exact)
+    start = mp.mpf(0 if level == 0 else x["tau0"])
+    end = mp.mpf(x["T"]) if level == 0 else start + 2 * mp.pi * mp.mpf(x["periods"])
+    return {
+        "id": task.id,
+        "level": level,
+        "family": task.name,
+        "tags": tags,
+        "difficulty": None if distance is None else float(mp.nstr(-mp.log10(mp.mpf(distance)), 4)),
+        "why": why,
+        "inputs": {name: f"{value:.17g}" for name, value in x.items()},
+        "inputs_hex": {name: float(value).hex() for name, value in x.items()},
+        **exact.fields,
+        **verdict(level, x, exact, start, end),
+    }
+
+
+def dump(case: dict[str, Any]) -> str:
+    """Return a case as JSON: a line for each field, and for each event."""
+    lines = []
+    for key, value in case.items():
+        if key in ("events", "answers") and value:
+            items = ",\n".join(f"  {json.dumps(item, ensure_ascii=False)}" for item in value)
+            lines.append(f"{json.dumps(key)}: [\n{items}\n]")
+        else:
+            lines.append(f"{json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def make(task: Task) -> tuple[Task, str]:
+    """Return the text of a case; a function of the module, so that a process of its own can call it."""
+    return task, dump(case(task))
+
+
+def write_tables(folder: Path) -> None:
+    """Write the events of levels 1 to 3 as CSV, from the cases."""
+    for level in (1, 2, 3):
+        paths = sorted((folder / "cases" / f"level{level}").glob("*.json"))
+        if not paths:
+            continue
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["id", "tau", "before", "after", "xi", "dxi", "slope", "nearest_other_zero"])
+        for path in paths:
+            known = json.loads(path.read_text(encoding="utf-8"))
+            writer.writerows([known["id"], *event.values()] for event in known["events"])
+        (folder / f"level{level}.csv").write_text(out.getvalue(), encoding="utf-8")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Make cases and write them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--only", nargs="+", metavar="ID", help="ids, or beginnings of ids, of the cases to make")
+    parser.add_argument("--folder", type=Path, default=HERE, help="where to write")
+    parser.add_argument("--workers", type=int, default=1, help="processes (default 1)")
+    options = parser.parse_args(arguments)
+    wanted = [t for t in tasks() if not options.only or t.id.startswith(tuple(options.only))]
+    if not wanted:
+        parser.error("no case has such an id")
+    with get_context("spawn").Pool(options.workers) as pool:
+        for task, written in (pool.imap if options.workers > 1 else map)(make, wanted):
+            path = options.folder / "cases" / f"level{task.level}" / f"{task.id}.json"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(written, encoding="utf-8")
+            print(path.name, flush=True)
+    write_tables(options.folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

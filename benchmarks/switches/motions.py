@@ -1,0 +1,91 @@
+"""The events of a motion from the 50-digit reference, and for each the distance to the nearest other zero."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from benchmarks.switches.zeros import Function
+from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, Oscillator, Switch, mp, reference
+
+STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
+NAMES = ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "periods")
+DIGITS = 80  # of the motion: rounding grows over 200 periods, and 30 digits remain
+NEAR = 60  # digits to search with near an event, whose own zero is then known to be one
+
+Inputs = dict[str, float]
+
+
+class Event(NamedTuple):
+    """A switch; `slope` of the function that ends the state (positive while it lasts), None for an impact's end."""
+
+    tau: Any
+    before: str
+    after: str
+    xi: Any
+    dxi: Any
+    slope: Any
+    nearest: Any
+
+
+def inputs(**given: float) -> Inputs:
+    """Return the inputs in their order, with the paper's η, B = 0.1, and 0 where none is given."""
+    usual = {"B": 0.1, "eta": 10 * float(mp.sqrt(102)), "periods": 20.0}
+    return {name: float(given.get(name, usual.get(name, 0.0))) for name in NAMES}
+
+
+def functions(model: Oscillator, s: Switch) -> list[Function]:
+    """Return what could end the state that ends at s, continued beyond s, in h = τ - τ_s up to a period."""
+    waves, B, span = model.waves(s.tau), model.B, 2 * mp.pi
+    if s.before in (STICK, REST):
+        up = Function((1 + B, 0, 0), [(-a, w, angle) for a, w, angle in waves], span)
+        down = Function((1 - B, 0, 0), waves, span)
+        return [up, down] if s.before == STICK else [up]
+    pull = B + (1 if s.before == UP else -1)
+    c = s.dxi + sum(a / w * mp.cos(angle) for a, w, angle in waves)
+    d = s.xi + sum(a / w**2 * mp.sin(angle) for a, w, angle in waves)
+    speed = Function((c, -pull, 0), [(-a / w, w, angle + mp.pi / 2) for a, w, angle in waves], span)
+    gap = Function((d, c, -pull / 2), [(-a / w**2, w, angle) for a, w, angle in waves], span)
+    return [speed] if s.before == UP else [speed, gap]
+
+
+def slope(model: Oscillator, s: Switch) -> Any:
+    """Return the slope of the function whose zero s is, None at the end of an impact, which takes no time."""
+    if s.before == IMPACT:
+        return None
+    if s.after == IMPACT:
+        return s.dxi
+    if s.before in (UP, DOWN):
+        return s.H - 1 if s.before == UP else -s.H - 1
+    rate = sum(a * w * mp.cos(angle) for a, w, angle in model.waves(s.tau))
+    return rate if s.after == DOWN else -rate
+
+
+def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
+    """Return the distance from s to the nearest zero: another event, or one that the search would meet next."""
+    distance = min([2 * mp.pi, *(abs(s.tau - tau) for tau in others)])
+    for g in functions(model, s):
+        g.end = distance
+        distance = min([distance, *(z.at for z in g.zeros(1))])
+    return None if distance == 2 * mp.pi else distance
+
+
+def solve(x: Inputs, most: int | None = None) -> list[Event]:
+    """Return the events of a motion in order, or the first ones, states as texts."""
+    values = {name: x[name] for name in NAMES[:-1]}
+    switches = reference(**values, periods=int(x["periods"]), digits=DIGITS, max_switches=most).switches[:most]
+    model = Oscillator(x["A"], x["B"], x["eps"], x["eta"])
+    slopes = [slope(model, s) for s in switches]
+    times = [s.tau for s in switches]
+    if not x["dxi0"]:
+        times.insert(0, mp.mpf(x["tau0"]))  # a slide from rest begins with a zero of ξ'
+    events: list[Event] = []
+    with mp.workdps(NEAR):
+        for i, s in enumerate(switches):
+            if s.before == IMPACT:
+                near = events[-1].nearest
+            else:
+                at = i + len(times) - len(switches)
+                around = [tau for tau in times[max(0, at - 2) : at + 3] if tau != s.tau]
+                near = nearest(model, s, around)
+            events.append(Event(s.tau, STATES[s.before], STATES[s.after], s.xi, s.dxi, slopes[i], near))
+    return events

@@ -1,0 +1,201 @@
+"""Score answers to the set of switches: pass rates for each level and family, from the files in `cases` alone."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from decimal import Decimal, InvalidOperation
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from xml.etree import ElementTree
+
+FORM = """\
+The form of an answers file (JSON):
+
+  {"solver": "name", "version": "1.2", "settings": "rtol 1e-10",
+   "answers": {"L0-plain-01": {"zeros": [1.25, 3.5]},
+               "L2-paper-01": {"events": [[0.3677, "REST", "UP"], [3.81, "UP", "DOWN"], …]}},
+   "seconds": {"L0-plain-01": 0.002}}
+
+zeros    level 0: the zeros in (0, T], in order; [] says that there is none
+events   levels 1 to 3: [tau, state before, state after] in order; the states are UP DOWN STICK REST IMPACT; an impact
+         is two events of one tau: DOWN to IMPACT, IMPACT to UP or REST
+numbers  JSON numbers, or strings where a double has too few digits
+seconds  may be left out
+
+A case that is left out, is null, or has another form counts as refused.
+
+  right        level 0: the first zero, or that there is none; level 1: the first event; levels 2, 3: all events
+  missed       the first difference: a true zero is not there, or comes later
+  invented     the first difference: a zero that does not exist
+  wrong event  the first difference: the right time, the wrong states
+
+A zero is found if it lies within min(1e-6, a third of the distance to the nearest true zero). At level 0, the start
+of the search counts as a zero in this rule. An answer to an `either` case is right if it is one of its `answers`; at
+levels 2 and 3 nothing after `certain_until` is judged. "all zeros": the share of level 0 with every zero right. Digits
+are -log10 of the relative error of a right answer (the worst of its events), at most 30."""
+
+VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
+COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
+WIDTHS = (5, 19, *[max(6, len(name)) for name in COLUMNS[2:]])
+
+
+def number(value: object) -> Decimal:
+    """Return a number of an answer; raise ValueError if it is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
+        raise ValueError(f"{value!r} is no number")
+    try:
+        exact = Decimal(value)
+    except InvalidOperation:
+        raise ValueError(f"{value!r} is no number") from None
+    if not exact.is_finite():
+        raise ValueError(f"{value!r} is not finite")
+    return exact
+
+
+def tolerance(distance: Decimal | None) -> Decimal:
+    """Return how far from a true zero an answer may lie; `distance`: to the nearest other true zero."""
+    widest = Decimal("1e-6")
+    return widest if distance is None else min(widest, distance / 3)
+
+
+def true_zeros(zeros: list[str]) -> list[tuple[Decimal, Decimal, None]]:
+    """Return the zeros of level 0, each with its tolerance; they have no states."""
+    at = [Decimal(0), *map(Decimal, zeros)]
+    gaps = [b - a for a, b in pairwise(at)]
+    return [(z, tolerance(min(gaps[i : i + 2])), None) for i, z in enumerate(at[1:])]
+
+
+def true_events(events: list[dict]) -> list[tuple[Decimal, Decimal, tuple[str, str]]]:
+    """Return the events of levels 1 to 3, each with its tolerance and states."""
+    near = [e["nearest_other_zero"] and Decimal(e["nearest_other_zero"]) for e in events]
+    return [(Decimal(e["tau"]), tolerance(n), (e["before"], e["after"])) for e, n in zip(events, near, strict=True)]
+
+
+def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
+    """Return the verdict on events in order, by their first difference, and the digits if there is none."""
+    digits = []
+    for (at, within, states), (tau, said) in zip(true, given, strict=False):
+        error = abs(tau - at)
+        if error > within:
+            return ("invented" if tau < at else "missed"), None
+        if said != states:
+            return "wrong event", None
+        digits.append(30.0 if not error else min(30.0, -float((error / (abs(at) or 1)).log10())))
+    if len(given) != len(true):
+        return ("missed" if len(given) < len(true) else "invented"), None
+    return "right", min(digits, default=None)
+
+
+def read_answer(case: dict, answer: object) -> list[tuple]:
+    """Return what an answer says as (tau, states), up to where it is judged; raise ValueError if its form is wrong."""
+    level = case["level"]
+    key = "events" if level else "zeros"
+    if not isinstance(answer, dict) or not isinstance(answer.get(key), list):
+        raise ValueError(f"no {key}")
+    if not level:
+        end = Decimal(float.fromhex(case["inputs_hex"]["T"]))
+        return [(z, None) for z in map(number, answer["zeros"]) if z <= end]
+    if any(not isinstance(e, list) or len(e) != 3 for e in answer["events"]):
+        raise ValueError("an event is [tau, before, after]")
+    events = [(number(tau), (before, after)) for tau, before, after in answer["events"]]
+    if level == 1:
+        return events[:1]
+    return [e for e in events if e[0] <= Decimal(case["certain_until"])]
+
+
+def judge(case: dict, answer: object) -> dict:
+    """Return the verdict on one answer, its digits, and at level 0 whether all zeros are right."""
+    try:
+        given = read_answer(case, answer)
+    except ValueError as error:
+        return {"verdict": "refused", "digits": None, "all": False, "note": str(error)}
+    level, exact = case["level"], case["events" if case["level"] else "zeros"]
+    results, whole = [], False
+    # What the answers of a long motion have in common ends at certain_until, so that its events stand for all.
+    for alternative in case.get("answers", [exact]) if level < 2 else [exact]:
+        true: list[tuple] = [*true_events(alternative)] if level else [*true_zeros(alternative)]
+        if level == 0:
+            whole = whole or compare(true, given)[0] == "right"
+            results.append(compare(true[:1], given[:1]))
+        else:
+            until = Decimal(case["certain_until"])
+            results.append(compare(true if level == 1 else [e for e in true if e[0] <= until], given))
+    verdict, digits = next((r for r in results if r[0] == "right"), results[0])
+    return {"verdict": verdict, "digits": digits, "all": whole, "note": ""}
+
+
+def rows(cases: list[dict], results: dict[str, dict], seconds: dict) -> list[tuple[str, ...]]:
+    """Return the table: a row for each family, and one for each level above its families."""
+    groups: dict[tuple[int, str], list[str]] = {}
+    for case in cases:
+        for family in ("", case["family"]):
+            groups.setdefault((case["level"], family), []).append(case["id"])
+    table = []
+    for (level, family), ids in sorted(groups.items()):
+        counts = Counter(results[i]["verdict"] for i in ids)
+        digits = [results[i]["digits"] for i in ids if results[i]["digits"] is not None]
+        spent = [seconds[i] for i in ids if i in seconds]
+        share = f"{100 * sum(results[i]['all'] for i in ids) / len(ids):.1f}" if level == 0 else ""
+        least = (f"{median(digits):.1f}", f"{min(digits):.1f}") if digits else ("", "")
+        rate = f"{100 * counts['right'] / len(ids):.1f}"
+        verdicts = [str(counts[v]) for v in VERDICTS]
+        time = f"{sum(spent):.3g}" if spent else ""
+        table.append((str(level), family or "all", str(len(ids)), *verdicts, rate, share, *least, time))
+    return table
+
+
+def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds: dict) -> None:
+    """Write one test case for each case: wrong ones fail, refused ones are skipped."""
+    counts = Counter(r["verdict"] for r in results.values())
+    failed = len(cases) - counts["right"] - counts["refused"]
+    totals = {"tests": str(len(cases)), "failures": str(failed), "skipped": str(counts["refused"])}
+    suite = ElementTree.Element("testsuite", name="switches", errors="0", **totals)
+    for case in cases:
+        verdict, time = results[case["id"]]["verdict"], str(seconds.get(case["id"], 0))
+        group = f"level{case['level']}.{case['family']}"
+        test = ElementTree.SubElement(suite, "testcase", name=case["id"], classname=group, time=time)
+        if verdict != "right":
+            ElementTree.SubElement(test, "skipped" if verdict == "refused" else "failure", message=verdict)
+    ElementTree.ElementTree(suite).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def main() -> int:
+    """Read, judge and print; return 2 if a file cannot be read."""
+    parser = argparse.ArgumentParser(description=__doc__, epilog=FORM, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("answers", type=Path, help="the answers file")
+    parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")
+    parser.add_argument("--brief", action="store_true", help="print the table alone, not each case")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML, too")
+    options = parser.parse_args()
+    try:
+        sent = json.loads(options.answers.read_text(encoding="utf-8"), parse_float=Decimal)
+        answers = dict(sent["answers"])
+        seconds = {i: float(number(s)) for i, s in (sent.get("seconds") or {}).items()}
+        cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(options.cases.glob("*/*.json"))]
+        if not cases:
+            raise ValueError(f"no cases in {options.cases}")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        print(f"{options.answers}: not readable as answers: {type(error).__name__}: {error}", file=sys.stderr)
+        return 2
+    results = {case["id"]: judge(case, answers.get(case["id"])) for case in cases}
+    if not options.brief:
+        for name, r in results.items():
+            print(f"{name:28} {r['verdict']:12} {'' if r['digits'] is None else format(r['digits'], '5.1f')}".rstrip())
+    print(*(str(sent.get(key, "")) for key in ("solver", "version", "settings")))
+    for row in [COLUMNS, *rows(cases, results, seconds)]:
+        print(
+            "  ".join(f"{x:<{w}}" if i < 2 else f"{x:>{w}}" for i, (x, w) in enumerate(zip(row, WIDTHS, strict=True)))
+        )
+    if unknown := len(answers.keys() - results.keys()):
+        print(f"{unknown} answers have ids of no case and were not read")
+    if options.junit:
+        write_junit(options.junit, cases, results, seconds)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
