@@ -389,7 +389,7 @@ def reference(
 
     Numbers are those of mpmath, τ with `digits` correct digits after the point. The margin is ξ at a reversal of a
     slide down; |ξ| at the next reversal without an obstacle for an impact (inf if there is none); ||H| - 1| at a
-    decision by H; the smaller one if two apply. The computation ends early after `max_switches`, with a shorter section.
+    decision by H; the smaller one if two apply. It ends early after `max_switches`, with a shorter section.
 
     A slide also ends where ξ' only touches zero: |H| = 1 there, and it continues immediately, with margin 0.
     """
