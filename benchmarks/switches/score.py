@@ -153,7 +153,7 @@ def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds
     counts = Counter(r["verdict"] for r in results.values())
     failed = len(cases) - counts["right"] - counts["refused"]
     totals = {"tests": str(len(cases)), "failures": str(failed), "skipped": str(counts["refused"])}
-    suite = ElementTree.Element("testsuite", name="switches", errors="0", **totals)
+    suite = ElementTree.Element("testsuite", {"name": "switches", "errors": "0", **totals})
     for case in cases:
         verdict, time = results[case["id"]]["verdict"], str(seconds.get(case["id"], 0))
         group = f"level{case['level']}.{case['family']}"
