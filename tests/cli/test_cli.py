@@ -343,7 +343,8 @@ def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
 
     random = np.random.default_rng(2)
     samples = [random.random((7, n)) for n in (1, 63, 64, 65, 1000)]
-    samples += [np.zeros((3, 50)), np.full((5, 100), np.nan), np.full((5, 100), -1).view(np.float64)]
+    samples += [np.zeros((3, 50)), np.full((5, 100), np.nan)]
+    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # less than a block, and more
     with h5py.File(tmp_path / "x.h5", "w") as file:
         for k, values in enumerate(samples):
             data = file.create_dataset(str(k), data=values, chunks=values.shape, fletcher32=True)

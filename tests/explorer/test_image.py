@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("bokeh")
 
+import vibrodrive as vd
 from vibrodrive.explorer.image import (
     ONLY_CERTIFIED,
     ONLY_CHOSEN,
@@ -16,6 +17,7 @@ from vibrodrive.explorer.image import (
     fitting_range,
     pictures,
     shades_of,
+    values_of,
 )
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import _nearest
@@ -66,6 +68,17 @@ def test_what_is_not_there_yet_repeats_what_is_left_of_it():
     assert np.array_equal(coarse, full[:, [0, 0, 0, 0, 4, 4, 4, 4, 8]])
     sketched = pictures(Level(Part(work.part.results, done), Part(work.part.results, ~done)), "dxi", low, high)[0]
     assert np.array_equal(sketched, full)
+
+
+@pytest.mark.jit
+def test_a_motion_that_was_given_up_is_not_drawn():
+    """Not even as far as it went: a record cut short is another picture."""
+    given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
+    kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
+    assert (given_up.status == vd.Status.BUDGET).all()
+    for quantity in ("xi", "dxi"):
+        assert np.isnan(values_of(given_up, quantity)).all()
+        assert np.isfinite(values_of(kept, quantity)).all()
 
 
 def test_coarse_cells_of_a_map():

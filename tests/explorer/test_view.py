@@ -14,8 +14,9 @@ pytest.importorskip("bokeh")
 from vibrodrive.explorer import export
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
-from vibrodrive.explorer.session import adapted, read_address
-from vibrodrive.explorer.view import RANGES, View, view_of
+from vibrodrive.explorer.session import adapted, overlay_of, read_address
+from vibrodrive.explorer.tasks import _edges, place
+from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Work
 from vibrodrive.figures.colours import _CLASSIFY, paint
 from vibrodrive.jit.slices import Halt
@@ -27,6 +28,29 @@ from vibrodrive.model.physical import Scene
 ROOT = Path(__file__).parents[2]
 
 NUMBERS = st.floats(0.001, 1e3)
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_a_value_lies_in_the_middle_of_its_column(scale):
+    view = View.read({"low": 1.0, "high": 16.0, "columns": 5, "scale": scale})
+    left, right = _edges(view, SPAN, view.columns)
+    edges = np.linspace(left, right, 6)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    assert np.allclose(middles, place(view.plan().axes["A"], scale), rtol=1e-14)
+
+
+def test_exact_curves_stay_while_only_the_window_moves():
+    """Whatever else they depend on makes them other curves, the scale that they are drawn on, too."""
+    over = {"low": 2.0, "high": 3.0, "orbits": 2}
+    (what, window), other = overlay_of(View.read(over)), {"high": 3.1}
+    assert overlay_of(View.read(over | other)) == (what, (2.0, 3.1)) != (what, window)
+    changes = {"scale": "log", "B": 0.2, "orbits": 3, "quantity": "xi", "section_phase": 1.0}
+    assert what not in [overlay_of(View.read(over | {name: value}))[0] for name, value in changes.items()]
+    plane = over | {"mode": "map", "columns": 9, "rows": 9, "y_low": 0.1}
+    what = overlay_of(View.read(plane))[0]
+    assert overlay_of(View.read(plane | other))[0] == what
+    changes = {"scale": "log", "y_scale": "log", "orbits": 3}
+    assert what not in [overlay_of(View.read(plane | {name: value}))[0] for name, value in changes.items()]
 
 
 @settings(max_examples=40, deadline=None)

@@ -65,6 +65,17 @@ def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
         assert set(corners[:, 1]) == set(first[known]) | set(2 * first[known])
 
 
+def test_what_is_not_computed_yet_is_no_reason_for_a_gap():
+    """Of what is not there yet the period is 0, as of a motion that has none."""
+    A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
+    blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
+    top = limits_figure(blank).axes[0].get_title(loc="right")
+    assert "gaps" not in top
+    assert "27 of 27 limits not computed" in top.replace("\n", " ")
+    done[:, 3] = True
+    assert "gaps: no periodic motion" in limits_figure(blank).axes[0].get_title(loc="right").replace("\n", " ")
+
+
 def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):
     ratio = limits_figure(over_A).axes[2]
     assert ratio.get_ylabel() == "ratio"

@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgb
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
-from vibrodrive.figures.style import INCHES, drawn_as, equation, explain, look, new, note, save
+from vibrodrive.figures.style import INCHES, NOTE, drawn_as, equation, explain, letter, look, new, note, save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import STYLES, WIDTHS
 from vibrodrive.model.plan import make_plan
@@ -199,6 +199,17 @@ def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
     assert lines[-1] == ""
     assert len(lines) > 2
     assert all(line.endswith(",") for line in lines[:-2])
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_note_is_smaller_than_the_name_of_its_panel(width):
+    """By the same share in both widths."""
+    with drawn_as(width=width):
+        ax = new(height=2.0)[1][0, 0]
+        letter(ax, 0, "name")
+        note(ax, "short")
+        name, said = ax._left_title, ax._right_title
+        assert said.get_fontsize() == pytest.approx(NOTE * name.get_fontsize())
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -107,13 +107,19 @@ def test_tangency_of_the_force(scene):
 
 
 def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> None:
-    """A tangency missed by ±1e-3 … ±1e-15: the states agree, or it is flagged; far from rounding it is not."""
+    """A tangency missed by ±1e-3 … ±1e-15: the states agree, or it is flagged; far from rounding it is not. So in a
+    sweep, too, which flags by the distance alone."""
     differ = set()
     for wanted in LADDER:
         found = follow(scene(wanted), most=6, periods=2)
         first = found.exact.switches[0]
         differ.add((first.before, first.after, round(float(first.tau), 2)))
-        assert found.agrees or found.ours.status == Status.TOO_CLOSE
+        swept = vd.sweep(**scene(wanted), transient=0, periods=2)
+        assert swept.margin == found.ours.margin
+        for status in (found.ours.status, swept.status):
+            assert found.agrees or status == Status.TOO_CLOSE
+            assert status == Status.TOO_CLOSE or abs(wanted) > 1e-15
+            assert status == Status.OK or abs(wanted) < 1e-12
         if abs(wanted) >= 1e-12:
             assert found.agrees
         if 1e-12 <= wanted <= 1e-4:

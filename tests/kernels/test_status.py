@@ -94,6 +94,16 @@ def test_budget_is_per_period_and_configurable():
     assert np.isnan(spent.sample(16).xi[-1]), "nothing is drawn where nothing was computed"
 
 
+def test_samples_end_with_the_last_switch_that_was_computed():
+    """All of them up to it, and none behind: what the mass does there is not known."""
+    spent = vd.simulate(A=1.5, eps=5e-4, tau0=1.0, transient=0, periods=30, budget=50)
+    last = spent.switches[-1]
+    found = spent.sample(64)
+    assert 2 < np.isfinite(found.xi).sum() < 64
+    for values in (found.xi, found.dxi, found.H):
+        assert np.array_equal(np.isfinite(values), found.tau <= 2 * math.pi * last["period"] + last["phase"])
+
+
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])

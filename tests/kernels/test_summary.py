@@ -122,6 +122,20 @@ def test_work_and_extremes_are_those_of_the_curve(A, eps):
     assert least >= swept.dxi_min[0] - 1e-12 >= least - 1e-6
 
 
+@pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
+def test_the_fastest_of_a_slide_of_many_turns(speed):
+    """On a steep incline the mass comes down faster in each period: the last of them has the largest speed."""
+    scene = dict(A=2.4, B=1.3, dxi0=speed, transient=0)
+    (first, *_) = (row for row in vd.simulate(**scene, periods=60).switches if row["after"] == vd.State.IMPACT)
+    scene["periods"] = int(first["period"]) + 1
+    swept, motion = vd.sweep(**scene, record="summary"), vd.simulate(**scene)
+    assert swept.period == 0
+    found = motion.sample(20_000)
+    least = found.dxi[found.tau <= times(first)].min()
+    assert least - 1e-6 < swept.dxi_min <= least
+    assert least < first["dxi"] - 1.0, "it is reached before the impact"
+
+
 @pytest.mark.jit
 def test_periods_and_exponents_are_those_of_the_orbits():
     """λ = log |multiplier| / n of the stable orbit that `vd.orbits` finds from the map; -∞ where the mass rests."""

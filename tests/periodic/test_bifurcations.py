@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,6 +121,16 @@ def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
     assert kind == "grazing"
     assert abs(last - b.A) > 1e-9
     assert pytest.approx(b.A, abs=1e-12) == A
+
+
+def test_phases_are_as_far_apart_as_on_the_circle():
+    """An impact just before the end of a period is close to one just behind its beginning."""
+    (orbit,) = orbits(1.5, 0.1, 1)
+    one, other, two = (
+        replace(orbit, phases=np.array(phases)) for phases in ([0.01], [2 * math.pi - 0.02], [3.0, 2 * math.pi - 0.02])
+    )
+    assert gap_between(one, other) == gap_between(other, one) == pytest.approx(0.03)
+    assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize("window", [(3.0, 2.0), (3.0, 3.0), (math.nan, 3.0), ("a", 3.0)])

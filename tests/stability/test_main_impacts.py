@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrodrive.batch.trajectory import MAIN_IMPACT
+from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.stability.main_impacts import (
     LONGEST_PERIOD,
     SHARE,
@@ -48,6 +49,17 @@ def test_the_cycle_of_an_orbit_is_its_shortest():
     found = impact_cycle(orbit())
     assert found.n == 3
     assert (found.gaps.tolist(), found.phase.tolist(), found.speed.tolist()) == ([2, 1], [4.0, 5.0], [1.0, 2.0])
+
+
+def test_phases_at_both_ends_of_a_period_are_the_same():
+    """Rounding puts an impact at phase 0 now into this period and now into the one before."""
+    rows = landings(np.ones(20, int), 1e-9, 1.0)
+    rows["period"][::3] -= 1
+    rows["phase"][::3] = TWO_PI - 1e-9
+    found = impact_cycle(rows)
+    assert (found.n, found.gaps.tolist()) == (1, [1])
+    rows["phase"][::3] = TWO_PI - 1e-6
+    assert impact_cycle(rows) is None
 
 
 def test_a_motion_that_has_not_settled_has_no_cycle():
