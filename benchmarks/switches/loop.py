@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.switches.model import DOWN, IMPACT, UP, decide, force, jit, start
+from benchmarks.switches.model import IMPACT, decide, force, jit, start
 
 CROWD = 20_000
 """Switches in one period after which a solver is stopped: a motion that chatters has no end."""
@@ -60,8 +60,3 @@ def follow(run: Callable[..., int], start: tuple[float, float, float, float], po
         if count < size:
             return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
         size *= 8
-
-
-def sliding(state: int) -> bool:
-    """Return True in the states UP and DOWN."""
-    return state in (UP, DOWN)

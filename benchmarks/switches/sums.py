@@ -63,7 +63,10 @@ def brackets(f, T, step, most=100_000):
 
 
 def scan(f, T, step, refine):
-    """Return the zeros in (0, T] that a grid of `step` brackets; `refine(value, slope, (f,), low, high)` has g > 0 at low."""
+    """Return the zeros in (0, T] that a grid of `step` brackets.
+
+    `refine(value, slope, (f,), low, high)` returns the zero in a bracket with g > 0 at `low`.
+    """
     found = []
     for low, high in brackets(f, T, step):
         falling = value(f, high) < 0.0 or (value(f, high) == 0.0 and value(f, low) > 0.0)

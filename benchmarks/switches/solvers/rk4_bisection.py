@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.switches.sums import slope, value
 from benchmarks.switches.loop import event_loop, follow
 from benchmarks.switches.model import DOWN, STICK, UP, force, jit
+from benchmarks.switches.sums import slope, value
 
 NAME, PACKAGE = "RK4 + bisection", None
 SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4)]

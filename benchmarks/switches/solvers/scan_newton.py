@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from benchmarks.switches.sums import scan
 from benchmarks.switches.loop import event_loop, follow
 from benchmarks.switches.model import DOWN, STICK, UP, force, force_rate, gap, jit, velocity
+from benchmarks.switches.sums import scan
 
 NAME, PACKAGE = "scan + Newton", None
 SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4)]
@@ -76,23 +76,6 @@ def locate(point, setting, state, t0, xi, dxi, end):
 
 
 RUN = event_loop(locate, compiled=True)
-
-
-@jit
-def first_zeros(value, slope, function, step, T, found):
-    """Fill `found` with the zeros of a function in (0, T] by changes of sign on a grid; return their number."""
-    count, low, k = 0, 0.0, 0
-    sign = 0.0
-    while low < T and count < len(found):
-        k += 1
-        high = min(k * step, T)
-        now = value(*function, high)
-        if sign * now < 0.0 or (sign != 0.0 and now == 0.0):
-            found[count] = bisect_newton(value, slope, function, low, high, sign)
-            count += 1
-        sign = sign if now == 0.0 else (1.0 if now > 0.0 else -1.0)
-        low = high
-    return count
 
 
 def events(start, point, step):
