@@ -15,14 +15,15 @@ CROWD = 20_000
 
 
 def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]:
-    """Return `run(point, xi, dxi, tau, end, setting, times, before, after)`, which follows a motion.
+    """Return `run(point, initial, setting, times, before, after)`, which follows a motion.
 
-    It fills the three arrays with the switches up to `end` or up to their length, and returns the number of switches.
+    It fills the three arrays with the switches up to the end or up to their length, and returns the number of switches.
     `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ there);
     τ > `end` if the state does not end before. A compiled `locate` needs `compiled=True`.
     """
 
-    def run(point, xi, dxi, tau, end, setting, times, before, after):
+    def run(point, initial, setting, times, before, after):
+        xi, dxi, tau, end = initial
         state = start(force(point, tau), xi, dxi)
         count, last = 0, 0
         while count < len(times):
@@ -50,13 +51,14 @@ Event = tuple[float, int, int]
 """τ, state before and state after a switch."""
 
 
-def follow(run: Callable[..., int], start: tuple[float, float, float, float], point: Any, setting: Any) -> list[Event]:
-    """Return the switches of a motion; `start` is (ξ, ξ', τ, end)."""
+def follow(
+    run: Callable[..., int], initial: tuple[float, float, float, float], point: Any, setting: Any
+) -> list[Event]:
+    """Return the switches of a motion; `initial` is (ξ, ξ', τ, end)."""
     size = 4096
     while True:
         times, before, after = np.empty(size), np.empty(size, np.int8), np.empty(size, np.int8)
-        xi, dxi, tau, end = start
-        count = run(point, xi, dxi, tau, end, setting, times, before, after)
+        count = run(point, initial, setting, times, before, after)
         if count < size:
             return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
         size *= 8
