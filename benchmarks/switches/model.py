@@ -1,0 +1,84 @@
+"""The model in libm's sine and cosine, for all solvers of the set. Equation numbers are the paper's."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+UP, DOWN, STICK, REST, IMPACT = range(5)
+STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
+TWO_PI = 2.0 * math.pi
+
+jit = njit(error_model="numpy", nogil=True)
+
+
+class Point(NamedTuple):
+    """Parameters of the oscillator, dimensionless."""
+
+    A: float
+    B: float
+    eps: float
+    eta: float
+
+
+@jit
+def force(point, tau):
+    """Return H(τ), the adhesive force with the disturbance of eq. (9)."""
+    slow = point.A * math.sin(tau) - point.B
+    return slow + point.A * point.eps * point.eta**2 * math.sin(point.eta * tau) if point.eps > 0.0 else slow
+
+
+@jit
+def force_rate(point, tau):
+    """Return H'(τ)."""
+    slow = point.A * math.cos(tau)
+    return slow + point.A * point.eps * point.eta**3 * math.cos(point.eta * tau) if point.eps > 0.0 else slow
+
+
+@jit
+def velocity(point, sign, t0, dxi, tau):
+    """Return ξ' of eqs. (4), (5), (9) at τ in a slide in direction `sign` that starts at t0 with ξ' = dxi."""
+    v = dxi - (point.B + sign) * (tau - t0) - point.A * (math.cos(tau) - math.cos(t0))
+    if point.eps > 0.0:
+        v -= point.A * point.eps * point.eta * (math.cos(point.eta * tau) - math.cos(point.eta * t0))
+    return v
+
+
+@jit
+def gap(point, sign, t0, xi, dxi, tau):
+    """Return ξ of eqs. (4), (5), (9) at τ in a slide that starts at t0 with ξ = xi, ξ' = dxi."""
+    h = tau - t0
+    rate = dxi + point.A * math.cos(t0)
+    x = xi - 0.5 * (point.B + sign) * h * h - point.A * (math.sin(tau) - math.sin(t0))
+    if point.eps > 0.0:
+        rate += point.A * point.eps * point.eta * math.cos(point.eta * t0)
+        x -= point.A * point.eps * (math.sin(point.eta * tau) - math.sin(point.eta * t0))
+    return x + rate * h
+
+
+@jit
+def start(h, xi, dxi):
+    """Return the state of a motion that starts with ξ, ξ' where H = h."""
+    if dxi != 0.0:
+        return UP if dxi > 0.0 else DOWN
+    if h > 1.0:
+        return UP
+    if xi <= 0.0:
+        return REST
+    return DOWN if h < -1.0 else STICK
+
+
+@jit
+def decide(before, h, impact):
+    """Return the state after `before` ends at an instant with H = h (Fig. 2)."""
+    if before in (IMPACT, REST):
+        return UP if h > 1.0 or before == REST else REST
+    if before == STICK:
+        return UP if h > 0.0 else DOWN
+    if before == DOWN and impact:
+        return IMPACT
+    if h > 1.0:
+        return UP
+    return DOWN if h < -1.0 else STICK

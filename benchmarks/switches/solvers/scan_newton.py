@@ -1,0 +1,88 @@
+"""Hand-written Numba: closed form, a scan for the change of sign, Newton's method inside the bracket."""
+
+from __future__ import annotations
+
+from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.model import DOWN, STICK, UP, force, force_rate, gap, jit, velocity
+from benchmarks.switches.sums import scan
+
+NAME, PACKAGE = "scan + Newton", None
+SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4)]
+
+
+@jit
+def value(which, point, t0, xi, dxi, tau):
+    """Return a switching function, positive while its state lasts: ξ' up and down, ξ, 1 − H, 1 + H."""
+    if which == 0:
+        return velocity(point, 1.0, t0, dxi, tau)
+    if which == 1:
+        return -velocity(point, -1.0, t0, dxi, tau)
+    if which == 2:
+        return gap(point, -1.0, t0, xi, dxi, tau)
+    return 1.0 - force(point, tau) if which == 3 else 1.0 + force(point, tau)
+
+
+@jit
+def slope(which, point, t0, xi, dxi, tau):
+    """Return the derivative of `value`."""
+    if which == 0:
+        return force(point, tau) - 1.0
+    if which == 1:
+        return -force(point, tau) - 1.0
+    if which == 2:
+        return velocity(point, -1.0, t0, dxi, tau)
+    return -force_rate(point, tau) if which == 3 else force_rate(point, tau)
+
+
+@jit
+def newton(value, slope, function, low, high):
+    """Return the zero in a bracket with value(low) > 0: Newton's method, bisecting where it leaves the bracket."""
+    tau = 0.5 * (low + high)
+    for _ in range(60):
+        g = value(*function, tau)
+        low, high = (tau, high) if g > 0.0 else (low, tau)
+        d = slope(*function, tau)
+        new = tau - g / d if d != 0.0 else low - 1.0
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        if abs(new - tau) <= 1e-14 + 4e-16 * abs(tau):
+            return new
+        tau = new
+    return tau
+
+
+@jit
+def locate(point, setting, state, t0, xi, dxi, end):
+    low, k = t0, 0
+    while low <= end:
+        k += 1
+        high = t0 + k * setting[0]
+        first = 0 if state == UP else 1 if state == DOWN else 3
+        ended = value(first, point, t0, xi, dxi, high) <= 0.0
+        if state == DOWN:
+            if ended:
+                high = newton(value, slope, (1, point, t0, xi, dxi), low, high)
+            if value(2, point, t0, xi, dxi, high) <= 0.0:
+                return newton(value, slope, (2, point, t0, xi, dxi), low, high), True, 0.0
+            if ended:
+                return high, False, gap(point, -1.0, t0, xi, dxi, high)
+        elif ended:
+            tau = newton(value, slope, (first, point, t0, xi, dxi), low, high)
+            return tau, False, gap(point, 1.0, t0, xi, dxi, tau) if state == UP else xi
+        elif state == STICK and value(4, point, t0, xi, dxi, high) <= 0.0:
+            return newton(value, slope, (4, point, t0, xi, dxi), low, high), False, xi
+        low = high
+    return low, False, xi
+
+
+RUN = event_loop(locate, compiled=True)
+
+
+def events(start, point, step):
+    """Return the switches at a scan step Δτ = `step`."""
+    return follow(RUN, start, point, (step,))
+
+
+def zeros(function, T, step):
+    """Return the zeros of `function` in (0, T] by changes of sign at a scan step Δτ = `step`."""
+    return scan(function, T, step, newton)

@@ -1,0 +1,74 @@
+"""Functions of level 0: g(τ) = c0 + c1 τ + c2 τ² + a sin(τ + α) + b sin(ητ + β)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.switches.model import jit
+
+
+class Sum(NamedTuple):
+    """Coefficients of ±g, in the names of a case; `sign` is 1 or −1."""
+
+    c0: float
+    c1: float
+    c2: float
+    a: float
+    alpha: float
+    b: float
+    eta: float
+    beta: float
+    sign: float = 1.0
+
+
+@jit
+def value(f, tau):
+    """Return ±g(τ)."""
+    slow = f.c0 + (f.c1 + f.c2 * tau) * tau + f.a * math.sin(tau + f.alpha)
+    return f.sign * (slow + f.b * math.sin(f.eta * tau + f.beta))
+
+
+@jit
+def slope(f, tau):
+    """Return ±g'(τ)."""
+    slow = f.c1 + 2.0 * f.c2 * tau + f.a * math.cos(tau + f.alpha)
+    return f.sign * (slow + f.b * f.eta * math.cos(f.eta * tau + f.beta))
+
+
+@jit
+def bracket(f, T, step, low, high):
+    """Fill `low` and `high` with the grid intervals in which g changes its sign in (0, T]; return their number."""
+    count, k, at, sign = 0, 0, 0.0, 0.0
+    while at < T and count < len(low):
+        k += 1
+        ahead = min(k * step, T)
+        g = value(f, ahead)
+        if g * sign < 0.0 or (g == 0.0 and sign != 0.0):
+            low[count], high[count] = at, ahead
+            count += 1
+        if g != 0.0:
+            sign = 1.0 if g > 0.0 else -1.0
+        at = ahead
+    return count
+
+
+def brackets(f, T, step, most=100_000):
+    """Return the intervals (low, high) of a grid in which g changes its sign."""
+    low, high = np.empty(most), np.empty(most)
+    count = bracket(f, T, step, low, high)
+    return list(zip(low[:count].tolist(), high[:count].tolist(), strict=True))
+
+
+def scan(f, T, step, refine):
+    """Return the zeros in (0, T] that a grid of `step` brackets.
+
+    `refine(value, slope, (f,), low, high)` returns the zero in a bracket with g > 0 at `low`.
+    """
+    found = []
+    for low, high in brackets(f, T, step):
+        falling = value(f, high) < 0.0 or (value(f, high) == 0.0 and value(f, low) > 0.0)
+        found.append(refine(value, slope, (f._replace(sign=1.0 if falling else -1.0),), low, high))
+    return found
