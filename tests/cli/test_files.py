@@ -6,9 +6,9 @@ import json
 import os
 import resource
 import signal
-import subprocess
-import sys
+from contextlib import redirect_stdout
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 
 import h5py
@@ -33,8 +33,6 @@ from vibrodrive.store.file import new_file
 from vibrodrive.store.header import read_kind
 from vibrodrive.store.layout import Origin, digest
 from vibrodrive.store.writer import open_writer
-
-ROOT = Path(__file__).parents[2]
 
 CONFIGS = {
     "sweep": "[sweep]\nA = {start = 3.0, stop = 3.25, num = 40}\neps = [0, 2e-4]\n[run]\ntransient = 0\nperiods = 6\n",
@@ -214,16 +212,12 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kinds")
     a_sweep(folder / "sweep.h5")
     for command in ("limits", "orbits", "failures"):
-        (folder / f"{command}.toml").write_text(CONFIGS[command])
-        done = subprocess.run(
-            [sys.executable, "-m", "vibrodrive", command, f"{command}.toml"],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            check=True,
-            capture_output=True,
-            text=True,
-        )
-        (folder / f"{command}.txt").write_text(done.stdout)
+        config = folder / f"{command}.toml"
+        config.write_text(CONFIGS[command])
+        with redirect_stdout(StringIO()) as out, pytest.raises(SystemExit) as end:
+            cli.main([command, str(config), "-o", str(folder / f"{command}.h5")])
+        assert not end.value.code
+        (folder / f"{command}.txt").write_text(out.getvalue())
     return folder
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import subprocess
-import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,38 +74,35 @@ def test_restart_meets_the_switch_of_the_motion_itself():
 
 
 @pytest.mark.jit
-def test_command(tmp_path):
+def test_command(run):
     """From configuration to file and figure; axes it does not know are refused in one line."""
-    config = tmp_path / "small.toml"
+    config, small = Path("small.toml"), Path("small.h5")
     config.write_text(
         "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1, 1.0]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n"
     )
-    command = [sys.executable, "-m", "vibrodrive", "failures", str(config), "-o", str(tmp_path / "small.h5")]
-    subprocess.run(command, check=True, capture_output=True)
-    found = load(tmp_path / "small.h5")
+    assert run("failures", "small.toml")[0] == 0
+    found = load(small)
     assert found.judged.shape == (2, 2, 3)
     assert (found.judged > 0).all()
     shares = sum(found.share(kind) for kind in found.counts)
     assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
-    assert (tmp_path / "small.png").stat().st_size > 10_000
-    before = (tmp_path / "small.h5").read_bytes()
-    assert subprocess.run(command, capture_output=True).returncode == 0, "there is nothing to do"
-    other = subprocess.run([*command, "--set", "B=0.2"], capture_output=True, text=True)
-    assert other.returncode == 2, "nothing is replaced unasked"
-    assert "B is 0.1 there and 0.2 here" in other.stderr
-    assert (tmp_path / "small.h5").read_bytes() == before
+    assert Path("small.png").stat().st_size > 10_000
+    before = small.read_bytes()
+    assert run("failures", "small.toml")[0] == 0, "there is nothing to do"
+    code, _, err = run("failures", "small.toml", "--set", "B=0.2")
+    assert code == 2, "nothing is replaced unasked"
+    assert "B is 0.1 there and 0.2 here" in err
+    assert small.read_bytes() == before
 
     config.write_text("[sweep]\nA = [1.5, 3.04]\nB = [0.1, 0.2]\n")
-    refused = subprocess.run([*command[:-1], str(tmp_path / "other.h5")], capture_output=True, text=True)
-    assert refused.returncode == 2
-    assert "A and dtau" in refused.stderr
-    assert not (tmp_path / "other.h5").exists()
+    code, _, err = run("failures", "small.toml", "-o", "other.h5")
+    assert code == 2
+    assert "A and dtau" in err
+    assert not Path("other.h5").exists()
 
 
 @pytest.mark.parametrize("name", ["atlas_dtau", "atlas_eps"])
 def test_configurations(name):
-    from pathlib import Path
-
     from vibrodrive.model import config
 
     found = config.read(Path(__file__).parents[2] / "configs" / f"{name}.toml").plan()
