@@ -254,12 +254,12 @@ def test_a_long_wait_is_explained_until_it_is_over(tab, explorer, monkeypatch):
 
     monkeypatch.setattr("vibrodrive.explorer.work.compute_into", late)
     tab.choose("eps", "1e-4")
-    tab.until(lambda: "is compiled" in page_text(tab), "a word on what takes so long")
+    tab.until(lambda: "compiles it" in page_text(tab), "an explanation of the delay")
     assert "complete" not in page_text(tab)
     released.set()
     tab.settle()
     assert "complete" in page_text(tab)
-    assert "is compiled" not in page_text(tab)
+    assert "compiles it" not in page_text(tab)
 
 
 def test_twenty_box_zooms_and_back(tab, explorer):
