@@ -33,7 +33,7 @@ window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
 const PATIENCE = 250; // value of `patience` at the start and after each painted picture
 page.patience = PATIENCE;
-const COMPILING = "computing …; the first use of a kernel after an installation compiles it, which takes up to a minute";
+const COMPILING = "computing …; the first use of a kernel after an installation compiles it, which takes up to 1 min";
 const SLOW = 1500; // ms without an answer until COMPILING is shown
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 
@@ -320,8 +320,8 @@ page.lost = (gone) => {
   if (!gone) { page.busy = false; page.ask(true); }
 };
 
-// A browser may keep a page that was left, for "back", with an open or closed connection. On return the page is reloaded,
-// and its address restores the view.
+// A browser may keep a page that was left, for "back", with an open or closed connection. On return the page is
+// reloaded, and its address restores the view.
 window.addEventListener("pagehide", () => tell({left: true}));
 window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
 
