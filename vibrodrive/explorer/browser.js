@@ -33,7 +33,7 @@ window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
 const PATIENCE = 250; // value of `patience` at the start and after each painted picture
 page.patience = PATIENCE;
-const COMPILING = "computing …; the first use of a kernel after an installation compiles it, which takes up to 1 min";
+const COMPILING = "computing …; the first use of a kernel after an installation compiles it (up to a minute)";
 const SLOW = 1500; // ms without an answer until COMPILING is shown
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 

@@ -86,7 +86,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
 
 
 def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
-    """Serve in this thread, with a separate event loop, since a notebook uses its own one."""
+    """Serve in this thread, with a separate event loop, since a notebook has its own."""
     from vibrodrive.explorer.server import Explorer
 
     try:

@@ -1,5 +1,5 @@
-// Pictures are separate canvases below Bokeh's canvas, which is transparent there. Bokeh glyphs would be slower: each new
-// picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
+// Pictures are separate canvases below Bokeh's canvas, which is transparent there. Bokeh glyphs would be slower: each
+// new picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
 const pictures = {}; // by diagram: a box over its frame with a canvas and a line, and the rectangle of the last picture
 
 const picture_of = (plot) => {

@@ -5,8 +5,8 @@ Bokeh checks only the origin of a websocket. This server checks every request be
 - The Host header must be a name of this machine. Otherwise a foreign page could gain access by a foreign name that
   resolves to this machine.
 - The Origin header, if present, must be this server.
-- Every request except those for static files must contain the token. A websocket instead presents the signed session
-  that the page with the token has received.
+- Every request except those for static files must contain the token. A websocket must also present the signed
+  session that the page with the token has received.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ PORT = 6283
 
 
 class Refusal(RequestHandler):
-    """Handler that answers a refused request with status 403."""
+    """Handler of refused requests: status 403 and the reason."""
 
     def initialize(self, why: str) -> None:
         self.why = why

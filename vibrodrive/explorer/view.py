@@ -171,7 +171,7 @@ class View:
             if math.isnan(a) != math.isnan(b):
                 raise ValueError(bad(high, b, f"given together with {low}"))
             if a >= b:
-                raise ValueError(bad(high, b, f"a number > {a!r}, which is {low}"))
+                raise ValueError(bad(high, b, f"greater than {low} = {a!r}"))
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))

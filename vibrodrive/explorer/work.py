@@ -84,7 +84,7 @@ class Work:
                 compute_into(results, plan, waiting[:count], self.threads, halt, pace)
             done[waiting[:count]] = True
             waiting = waiting[count:]
-            # scale by the measured time of this level; the pace also contains costs that do not grow with the points
+            # scale by the time of this level: the pace of a small level contains fixed costs, which would keep it small
             longer = LEVEL_SECONDS / max(perf_counter() - began, 1e-4)
             count = max(FEWEST, int(count * min(GROWTH, longer)))
             yield Level(self.part, sketch)
