@@ -224,7 +224,7 @@ def _inputs(view: View) -> dict[str, Any]:
         "y_scale": ("axis", [LINEAR, LOG], 80),
         "method": ("switches by", list(METHODS), 105),
         "compare": ("certified too", list(COMPARISONS), 110),
-        "scene": ("A and B", [(DIMENSIONLESS, "entered directly"), (SI, "from a scene in SI units")], 165),
+        "scene": ("A and B", [(DIMENSIONLESS, "entered directly"), (SI, "from a scene (SI)")], 165),
     }
     state = view.state()
     found: dict[str, Any] = {
