@@ -91,7 +91,7 @@ def test_the_note_on_ratios_says_where_nine_tenths_lie():
     A = np.linspace(1.5, 2.5, 101)
     k2 = np.stack([np.full(101, 0.01), np.linspace(0.2, 2.2, 101), np.ones(101)])
     ratio = limits_figure(of({"A": A}, k2, fine=A, diagram=np.ones((101, 5)))).axes[2]
-    assert ratio.get_title(loc="right") == "median 1.2, nine tenths in 0.3 to 2.1"
+    assert ratio.get_title(loc="right") == "median 1.2, 90 % between 0.3 and 2.1"
 
 
 def test_eta_alone_is_drawn_in_decades_and_b_is_not():
