@@ -37,7 +37,7 @@ LABELS = {
     "status": "status",
     "last_xi": r"$\xi$ at the last section",
     "last_dxi": r"$\xi\mathrm{′}$ at the last section",
-    "margin": "how close the closest decision came",
+    "margin": "distance of the closest decision",
     IMPACT_POWER: "power of the impacts in W",
     **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
     "gaps": "whole periods between main impacts",
