@@ -22,7 +22,7 @@ max_period = 1
 
 @pytest.fixture
 def run(run):
-    """The command line, beside the configuration above."""
+    """Return the command line, in a directory with the configuration above."""
     Path("c.toml").write_text(CONFIG)
     return run
 
