@@ -101,7 +101,7 @@ def check_quantity(quantity: object, criterion: str | None) -> str:
     if quantity == K2:
         return parse_criterion(IMPACTS if criterion is None else criterion).text
     if criterion is not None:
-        raise ValueError(bad("criterion", criterion, f"left out: only {K2} has a criterion, {quantity} has none"))
+        raise ValueError(bad("criterion", criterion, f"left out: only {K2} has a criterion, not {quantity}"))
     return ""
 
 
