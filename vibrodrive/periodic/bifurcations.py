@@ -199,7 +199,7 @@ class _Search:
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
-        """Raise ValueError if a search would take too long, judged by the itineraries at the highest A, the most."""
+        """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
@@ -276,7 +276,7 @@ def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """Return the multiplier of the same orbit in `others` (equal period, closest phases), NaN if it is missing there."""
+    """Return the multiplier of the same orbit in `others` (equal period, closest phases), NaN if it is missing."""
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan

@@ -80,7 +80,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """Return the orbit at A, None if it does not exist. Of several, return the one with the least multiplier."""
+        """Return the orbit at A, None if it does not exist. Of several, return that with the least |multiplier|."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
