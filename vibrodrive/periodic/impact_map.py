@@ -27,8 +27,8 @@ from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 HORIZON = 10_000  # longest flight that is computed, in excitation periods: the smaller B, the longer flights may be
 
 LANDINGS = 100
-"""Longest flights, in excitation periods, whose breakpoints are listed by default. Each possible number of periods of a
-flight has a breakpoint, and these numbers reach about 0.1/B."""
+"""Longest flights, in excitation periods, whose breakpoints are listed by default. There is one breakpoint for each
+possible number of periods of a flight, about 0.1/B in total."""
 
 LARGEST_PHASE = 1e12  # a larger double has few digits for the phase within a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
@@ -66,7 +66,7 @@ class Impacts:
     periods : number of excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
     speed : impact speed |ξ'|.
     derivative : d phase / d start, exact: 0 after a rest, otherwise from the closed-form variation of the flight.
-    word : states between the two impacts, as text.
+    word : states from one impact to the next, as text.
     """
 
     start: np.ndarray
