@@ -16,7 +16,7 @@ An orbit can end or change only at one of these conditions:
   border collision, called *border* in files). At other breakpoints the flight from the impact just touches the obstacle
   (*grazing*) or has a sticking of no duration (*stick*: the word changes, the derivative of the map is continuous).
 
-On that side of a grazing on which the flight ends with an impact, the multiplier of the orbit tends to minus infinity
+On the side of a grazing on which the flight ends with an impact, the multiplier of the orbit tends to minus infinity
 like a square root. Its launch becomes equal to the breakpoint within float precision long before A reaches the
 bifurcation. There a different orbit is followed, on which the touching itself is the impact.
 """

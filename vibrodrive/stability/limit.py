@@ -154,7 +154,7 @@ def limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless like all other arguments.
+        excitation amplitude, dimensionless like all parameters.
     disturbance : "eps" or "dtau"
         physical disturbance, eq. (9), or numerical disturbance (§5).
     method : "certified", "muller" or "fixed", optional

@@ -36,7 +36,7 @@ Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 
 COORDINATES = ("xi0", "dxi0", "tau0")
 
-CLOSE = 0.5 * BLURRED  # largest distance of section points of one solution: two are further apart than BLURRED
+CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
 PHASES = 8  # section phases that are tried; the first one that separates all solutions is used
 LINEAR = 2**15  # equal steps of the scan
 GEOMETRIC = 512  # parts of the first step, as an edge may be very close to the start
@@ -142,13 +142,13 @@ def start_limit(
     """Find the smallest error of one coordinate of the start with which the motion ends on another solution: k₁ (§1).
 
     The motion is undisturbed (ε = 0, certified switches). The search covers deviations of τ0 up to 2π in both
-    directions, where for n > 1 every start leads to another solution, and of ξ0 and ξ'0 up to 2π max(1, A), with
+    directions (a deviation of 2π leads to another solution if n > 1) and of ξ0 and ξ'0 up to 2π max(1, A), with
     ξ0 >= 0. The accuracy of each edge is 1e-13 of the deviation, or the last bit of the coordinate.
 
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless like all other arguments.
+        excitation amplitude, dimensionless like all parameters.
     axis : "xi0", "dxi0" or "tau0"
         the coordinate of the start that has an error.
     xi0, dxi0, tau0 : float

@@ -171,7 +171,7 @@ def unique_limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless like all other arguments.
+        excitation amplitude, dimensionless like all parameters.
     disturbance, method, eps, dtau
         as in `limit`.
     B, eta, tol, tau0, transient, periods, scan, budget
