@@ -1,4 +1,4 @@
-"""Bifurcations: their conditions in 50 digits, the paper's values, and completeness against a finer grid."""
+"""Bifurcations: their conditions in 50 digits, the values of the paper, and completeness compared with a finer grid."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def of_kind(found, kind):
 
 
 def test_the_paper_s_route(found):
-    """Onset at A = 1 + B; 2-periodic from 2.604, one impact in two periods from 2.69, 4-periodic from 3.057,
-    3-periodic from 3.19: two doublings, a grazing, a fold."""
+    """The paper's route: onset at A = 1 + B, period 2 from 2.604 on, one impact in two periods from 2.69 on, period 4
+    from 3.057 on, period 3 from 3.19 on. These are two period doublings, a grazing and a fold."""
     assert [b.A for b in of_kind(found, "onset")] == [1.1]
     doublings = [b.A for b in of_kind(found, "period doubling")]
     assert doublings[:2] == pytest.approx([2.604, 3.057], abs=5e-4)
@@ -42,7 +42,7 @@ def test_the_paper_s_route(found):
 
 
 def test_doublings_in_the_reference(found):
-    """The multiplier, by differences of 50-digit flights, is -1."""
+    """The multiplier, from differences of 50-digit flights, is -1."""
     for b in of_kind(found, "period doubling"):
         n = b.orbit.impacts
         phi = orbit_phase(b.A, b.B, float(b.orbit.phases[0]), n, b.orbit.period)
@@ -60,20 +60,20 @@ def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
         assert none == []
         assert one.multiplier * other.multiplier == pytest.approx(1.0, abs=1e-3)
         assert {one.kind, other.kind} == {"stable", "unstable"}
-        # a square root: twice as close at a quarter of the distance
+        # a square root: at a quarter of the distance in A the orbits are half as far apart
         closer = [o for o in orbits(b.A + 0.25e-7, b.B, b.orbit.period) if o.name == b.orbit.name]
         apart = np.abs(one.phases - other.phases)
         assert np.abs(closer[0].phases - closer[1].phases) == pytest.approx(0.5 * apart, rel=1e-2)
 
 
 def gap_at_closest(A, b):
-    """By the reference: over one period of the orbit, the decision that is closest to going the other way."""
+    """Return the least margin of a decision in one period of the orbit, computed by the reference."""
     run = reference(A, b.B, tau0=float(b.orbit.phases[0]), periods=b.orbit.period + 1)
     return min(float(s.margin) for s in run.switches)
 
 
 def test_borders_grazings_and_sticks_in_the_reference(found):
-    """At the bifurcation some decision of the orbit hangs in the balance, and beside it none does."""
+    """At the bifurcation the margin of one decision of the orbit is zero; close to it no margin is."""
     for kind in ("border", "grazing", "stick"):
         for b in of_kind(found, kind):
             here = gap_at_closest(b.A, b)
@@ -109,8 +109,8 @@ def test_between_bifurcations_nothing_changes(found):
 
 
 def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
-    """An orbit of three impacts and one of two, whose longer flight passes the obstacle, die together: there
-    the former's multiplier is infinite, and its last float of A is 2e-8 away."""
+    """An orbit of three impacts and an orbit of two, whose longer flight passes the obstacle, vanish together. There
+    the multiplier of the first is infinite, and the last float of A at which it is found is 2e-8 away."""
     (b,) = (b for b in bifurcations((3.25, 3.26), 0.05, 6) if b.kind == "grazing")
     assert b.orbit.impacts == 2
     assert gap_at_closest(b.A, b) < 1e-9
@@ -124,7 +124,7 @@ def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
 
 
 def test_phases_are_as_far_apart_as_on_the_circle():
-    """An impact just before the end of a period is close to one just behind its beginning."""
+    """An impact just before the end of a period is close to one just after its beginning."""
     (orbit,) = orbits(1.5, 0.1, 1)
     one, other, two = (
         replace(orbit, phases=np.array(phases)) for phases in ([0.01], [2 * math.pi - 0.02], [3.0, 2 * math.pi - 0.02])
@@ -144,7 +144,7 @@ def test_nothing_below_the_onset():
 
 
 def test_on_the_level_the_touching_orbit_changes_once():
-    """B = 0: a search that once did not return."""
+    """For B = 0 the search ends (it once did not)."""
     assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
     assert (onset.A, onset.kind) == (1.0, "onset")
@@ -161,13 +161,13 @@ def test_close_to_the_level_only_the_orbit_that_rests_changes(B):
 
 
 def test_close_to_the_level_nothing_changes_by_rounding():
-    """B = 1e-6: hundreds of bifurcations were once found where there is none."""
+    """For B = 1e-6 there is no bifurcation in this range (the search once found hundreds)."""
     assert bifurcations((1.9, 2.4), 1e-6, 3) == []
 
 
 @pytest.mark.parametrize("step", [None, 4.0])
 def test_far_out_distances_grow_with_A(step):
-    """Steps and tolerances in A once were absolute, far below the last bit of A."""
+    """Steps and tolerances in A grow with A (they once were absolute, far below the last bit of A)."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
         border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)
@@ -179,7 +179,7 @@ def test_far_out_distances_grow_with_A(step):
 
 
 def test_a_wide_range_has_a_grid_that_follows_it():
-    """Where 1/256 apart they would be more than there is memory for."""
+    """Values 1/256 apart would not fit in memory."""
     values = spread(1.05, 1e9, None)
     assert len(values) < 25_000
     assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))

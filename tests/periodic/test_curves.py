@@ -1,4 +1,4 @@
-"""Curves of bifurcations: against the search at one B, closed forms, 50 digits, and a limit from the literature."""
+"""Curves of bifurcations compared with the search at one B, closed forms, 50 digits and a limit from the literature."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def found():
 
 
 def listed(found, B):
-    """(kind, A) of every curve at B, by A."""
+    """Return (kind, A) of every curve at B, ordered by A."""
     return sorted(((c.kind, a) for c in found for a in c.at(B).tolist()), key=lambda pair: pair[1])
 
 
@@ -41,14 +41,14 @@ def agree(found, A, B, max_period, atol=1e-12):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
 def test_at_one_B_they_are_the_bifurcations_there(found, B):
-    """None missing, none invented; values of B between those from which curves were followed, and at one of them."""
+    """The curves give exactly the bifurcations at B, at a B from which curves were followed and between such values."""
     assert agree(found, (1.5, 3.2), B, 3) >= 5
 
 
 @pytest.mark.jit
 def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
-    """Up to B = 0.00489 an orbit of one impact in four periods launches at once when it grazes, from there on it rests:
-    its border meets the grazing there, and so do the fold and the border of an orbit of two impacts."""
+    """Up to B = 0.00489 the orbit of one impact in four periods that grazes launches without a rest; above, it rests.
+    At this B its border, and the fold and the border of an orbit of two impacts, meet the grazing."""
     A = (2.105, 2.15)
     found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)
@@ -58,9 +58,9 @@ def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
     assert {m.what for c in there for m in c.meets} == {"end"}
     assert sorted(c.at(0.0048).size for c in there) == [0, 0, 0, 0, 1]
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
-    for B in (0.0048, 0.0056):  # closer above the search at one B takes the fold and the border for one
+    for B in (0.0048, 0.0056):  # just above the point the search at one B finds the fold and the border as one
         agree(found, A, B, 4)
-    # at the point the flight out of a rest touches: whether it lands is rounding, and its speed the root of a gap
+    # at the point the flight after a rest touches: rounding determines if it lands, with the root of a gap as its speed
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
     assert min(float(s.margin) for s in run.switches) < 1e-6
 
@@ -91,7 +91,7 @@ def test_the_onset_is_a_straight_line_alone_below_other_curves():
 
 @pytest.mark.jit
 def test_on_the_level_they_come_out_of_one_point():
-    """A = √(1 + π²/4): as B → 0 a curve comes closer to it as B (stick) or as √B (all others)."""
+    """As B → 0 the distance of a curve from A = √(1 + π²/4) falls like B (stick) or like √B (all others)."""
     found = curves((1.2, 1.9), (0.0, 0.001), 1, num=2)
     assert [c.kind for c in found] == ["stick", "border", "period doubling"]
     for c in found:
@@ -105,7 +105,7 @@ def test_on_the_level_they_come_out_of_one_point():
 
 @pytest.mark.jit
 def test_steep_inclines_tend_to_the_inelastic_bouncing_ball():
-    """Mehta and Luck 1990: rest vanishes at Γ = √(1 + π²), the first doubling is at √(4 + π²), Γ = A/B."""
+    """Mehta and Luck 1990: the rest vanishes at Γ = √(1 + π²), the first period doubling is at √(4 + π²), Γ = A/B."""
     found = curves((320.0, 460.0), (100.0, 120.0), 1, num=2)
     limits = {"border": math.sqrt(1.0 + math.pi**2), "period doubling": math.sqrt(4.0 + math.pi**2)}
     curved = [c for c in found if c.kind in limits]
@@ -131,7 +131,7 @@ def test_doublings_in_the_reference(found):
 
 @pytest.mark.jit
 def test_borders_in_the_reference(found):
-    """The impact that ends the motion out of a rest falls on the very phase at which it began."""
+    """The last impact after the rest has exactly the phase at which the motion began."""
     borders = [c for c in found if c.kind == "border"]
     assert len(borders) >= 4
     for c in borders:
@@ -155,7 +155,7 @@ def test_grazings_and_sticks_in_the_reference(found):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.02, 1.7])
 def test_the_stick_in_closed_form(B):
-    """One slide: from H = 1 at rest to ξ' = 0 exactly where H = -1."""
+    """One slide begins from rest at H = 1 and ends with ξ' = 0 exactly at H = -1."""
     b = mp.mpf(B)
 
     def velocity(A):
@@ -189,7 +189,7 @@ def test_every_bifurcation_is_recognised():
 
 @pytest.mark.jit
 def test_an_orbit_that_halves_its_period_has_no_margin_left():
-    """Twice the orbit at its doubling is no orbit of its own: a fold may not be followed across."""
+    """At the period doubling the orbit, taken twice, is no separate orbit: a fold must not be followed beyond it."""
     (b,) = bifurcations((2.6, 2.61), 0.1, 1)
     once, u = recognise(b)
     again = once.slides
@@ -228,7 +228,7 @@ def test_derivatives_are_those_of_differences():
 
 
 class Circle:
-    """A condition whose curve is known: (A - 3)² + (B - 1)² = 1/4, valid where A < limit."""
+    """A condition with a known curve: (A - 3)² + (B - 1)² = 1/4, valid for A < limit."""
 
     slides = ()
 
@@ -286,7 +286,7 @@ def test_parts_of_a_curve_in_the_range():
 
 def test_where_two_curves_cross_and_where_one_ends_on_another():
     class Line(Circle):
-        """A - 3 = (B - 1) / 2."""
+        """A condition with the known curve A - 3 = (B - 1) / 2."""
 
         def linearised(self, u):
             A, B = u - (3.0, 1.0)

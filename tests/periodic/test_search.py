@@ -1,4 +1,4 @@
-"""Periodic orbits against 50 digits, against a dense sampling of the map, and against brute force."""
+"""Periodic orbits compared with 50 digits, with a dense sampling of the map, and with brute force."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def test_orbits_close_in_the_reference(A, B):
 
 
 def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Between which neighbours of `phi` the n-fold map is smooth and `period` periods long, and where it then
-    crosses the diagonal: bool (len(phi) - 1,) each."""
+    """Return True between neighbours of `phi` if the n-fold map is smooth and `period` periods long there, and True if
+    it also crosses the diagonal: bool (len(phi) - 1,) each."""
     system = impact_map(A, B)
     low, high = system.window
     time, alive, words = phi.copy(), np.ones(len(phi), bool), np.zeros(len(phi), dtype="<U400")
@@ -69,7 +69,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE)
 def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
-    """And none is found that the sampling excludes; narrower branches than its spacing it does not see."""
+    """Also no orbit is found that the sampling excludes. The sampling misses branches narrower than its spacing."""
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
     for period in (1, 2, 3):
@@ -84,7 +84,7 @@ def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
 
 
 def test_the_two_periodic_motion_of_the_paper():
-    """A = 3.04: one impact in two periods; the section points of the undisturbed motion are known."""
+    """At A = 3.04 there is one impact in two periods; the section points of the undisturbed motion are known."""
     (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert (stable.period, stable.impacts) == (2, 1)
     section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
@@ -115,13 +115,13 @@ def test_bad_period(limit):
 
 
 STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
-"""B = 0: up to this A the mass that leaves from a rest sticks before it comes down."""
+"""For B = 0 and A up to this value, a mass that leaves from a rest sticks before it slides down."""
 
 
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_on_the_level_one_orbit_touches(A):
-    """B = 0: two of these A were once said to have a superstable or an unstable orbit, as rounding would have it."""
+    """For B = 0 the orbit is touching (by rounding, two of these A once had a superstable or an unstable orbit)."""
     (orbit,) = orbits(A, 0.0, 2)
     assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
     assert orbit.speeds.tolist() == [0.0]
@@ -134,7 +134,7 @@ def test_on_the_level_one_orbit_touches(A):
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
 def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
-    """In the reference: with a gap added it comes back to that gap; launched later it lands, earlier it does not."""
+    """In the reference the orbit with an added gap returns to it; a later launch lands, an earlier one does not."""
     (orbit,) = orbits(A, 0.0, 1)
     phase, gap = float(orbit.phases[0]), 1e-3
     run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)
@@ -149,7 +149,7 @@ def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
 
 @pytest.mark.jit
 def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
-    """Whatever rounding makes of a depth of 1e-17: gravity has it that the mass falls farther than it rose."""
+    """Gravity makes the mass fall farther than it rose, even if rounding hides a depth of 1e-17."""
     for A in np.linspace(1.01, 1.85, 85).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
             (orbit,) = orbits(A, B, 1)
@@ -161,7 +161,7 @@ def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9, 1e-8, 1e-6, 1e-5, 1e-4])
 def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
-    """Orbits used to be listed that came and went with the last bit of A, with a speed below 0 among them."""
+    """The list does not depend on the last bit of A, and no speed is negative (both were once wrong)."""
     for A in np.linspace(1.9, 4.0, 22).tolist():
         names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
         assert all(there == names[0] for there in names)
@@ -173,7 +173,7 @@ def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
 @pytest.mark.jit
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_an_orbit_followed_twice_is_not_another_one():
-    """A case that once broke: far above 1 + B rounding parts the two rounds."""
+    """Far above 1 + B rounding separates the two rounds of an orbit (they were once listed as another orbit)."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():
         for orbit in orbits(A, 0.1, 2):
             assert len(set(orbit.name)) == orbit.impacts

@@ -1,4 +1,4 @@
-"""Convergents of Δτ/2π: known numbers, and no smaller number of periods comes closer."""
+"""Convergents of Δτ/2π: known numbers, and no smaller number of periods gives a better approximation."""
 
 import math
 

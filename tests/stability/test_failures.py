@@ -1,4 +1,4 @@
-"""The failure map: what it counts, where the boundary lies, and the command."""
+"""The failure map: the counts of a motion, their boundary, and the command."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def plan(method, **arguments):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_fine_grid_fails_nowhere(method):
-    """No two zeros of the undisturbed motion lie within 0.001, and none of its decisions is that close."""
+    """Two zeros of the undisturbed motion are more than 0.001 apart, and no margin of a decision is that small."""
     verdict = count_failures(plan(method, A=3.04, dtau=1e-3))
     assert verdict.judged > 15
     assert verdict[1:] == (0, 0, 0)
@@ -30,14 +30,14 @@ def test_a_fine_grid_fails_nowhere(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step_are_counted(method):
-    """At ε = 5e-4 there are 83 switches a period at A = 1.5: a step of 0.1 passes over many of them."""
+    """At ε = 5e-4 and A = 1.5 there are 83 switches in a period: a step of 0.1 misses many of them."""
     verdict = count_failures(plan(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
 
 
 @pytest.mark.jit
 def test_wrong_decisions_are_the_fixed_paths_own():
-    """A switch put on the next grid point is decided by H there; refined, it is decided by H at the zero."""
+    """H at the next grid point determines the decision of `fixed`, H at the refined zero that of `muller`."""
     arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
     fixed, muller = count_failures(plan("fixed", **arguments)), count_failures(plan("muller", **arguments))
     assert fixed.wrong > 0
@@ -48,7 +48,7 @@ def test_wrong_decisions_are_the_fixed_paths_own():
 @pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
 @pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
 def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
-    """Not even where a slide found over late has sunk below the obstacle, and no restart finds nothing to come."""
+    """This also holds after a slide that ended late, below the obstacle. Every restart finds a further switch."""
     for A in (1.5, 1.8, 2.6, 3.04):
         behind, _ = compared(plan(method, A=A, eps=2e-4, dtau=dtau))
         assert len(behind) > 20
@@ -58,7 +58,7 @@ def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
 
 @pytest.mark.jit
 def test_restart_meets_the_switch_of_the_motion_itself():
-    """The certified path restarted at one of its own switches finds the next one."""
+    """The certified path, restarted at one of its own switches, finds the next switch."""
     from vibrodrive.batch.trajectory import simulate
 
     p = plan("fixed", A=3.04, dtau=1.0)
@@ -75,7 +75,7 @@ def test_restart_meets_the_switch_of_the_motion_itself():
 
 @pytest.mark.jit
 def test_command(run):
-    """From configuration to file and figure; axes it does not know are refused in one line."""
+    """The command writes a file and a figure. It refuses other axes in one line."""
     config, small = Path("small.toml"), Path("small.h5")
     config.write_text(
         "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1, 1.0]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n"
@@ -88,9 +88,9 @@ def test_command(run):
     assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
     assert Path("small.png").stat().st_size > 10_000
     before = small.read_bytes()
-    assert run("failures", "small.toml")[0] == 0, "there is nothing to do"
+    assert run("failures", "small.toml")[0] == 0, "the file is complete"
     code, _, err = run("failures", "small.toml", "--set", "B=0.2")
-    assert code == 2, "nothing is replaced unasked"
+    assert code == 2, "an existing file is not replaced"
     assert "B is 0.1 there and 0.2 here" in err
     assert small.read_bytes() == before
 

@@ -1,4 +1,4 @@
-"""The limit k₂: the search against answers that are known, then the paper's own orbits."""
+"""The limit k₂: the search for known results, then the orbits of the paper."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 
 
 def find(kind, kept):
-    """Run a search against a function that says what is kept."""
+    """Run a search for a function that returns True for the values that are kept."""
     search = search_band(GRIDS[kind])
     requested = next(search)
     while True:
@@ -119,7 +119,7 @@ def test_what_became_of_gaps(usual, now, said):
 @pytest.mark.parametrize(
     ("A", "periods", "how"),
     [
-        (2.8416, 1500, "gaps 2 became 1, 2"),  # impacts come between the old ones, which keep their distances
+        (2.8416, 1500, "gaps 2 became 1, 2"),  # additional impacts; the others keep their distances
         (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
     ],
 )
@@ -132,12 +132,12 @@ def test_first_subharmonic_on_a_fixed_grid():
     k = limit(3.04, "dtau", "fixed")
     assert 0.045 <= k.k2 <= 0.046
     assert 0.05 <= k.last_kept <= 0.055
-    assert 0 < k.share_kept < 1, "lost at isolated values first"
+    assert 0 < k.share_kept < 1, "the structure is lost at isolated values first"
     assert k.searched_to > 0.1
 
 
 @pytest.mark.jit
-@pytest.mark.slow("10 s: limits of three methods, then motions one at a time")
+@pytest.mark.slow("10 s: limits of three methods, then single motions")
 def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)
@@ -154,7 +154,7 @@ def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
 def test_the_word_of_the_simplest_motion_is_lost_between_065_and_07():
     k = limit(1.5, "dtau", "fixed", "word", transient=999, periods=100)
     assert 0.65 < k.k2 <= 0.7
-    assert k.lost.impacts, "its coarse motion outlives the word"
+    assert k.lost.impacts, "the impacts are kept after the word is lost"
 
 
 @pytest.mark.jit

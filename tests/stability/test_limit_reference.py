@@ -1,4 +1,4 @@
-"""k₂ at three A held against 50 digits: motions on both sides of it, and a judgement of its own, without any kernel."""
+"""k₂ at three A, compared with motions of 50 digits on both sides of it and with a criterion that uses no kernel."""
 
 import itertools
 import math
@@ -12,11 +12,11 @@ from vibrodrive.stability.limit import limit
 TRANSIENT, PERIODS = 10, 40
 
 SHARE = 0.1
-"""A touch is slower than this share of the orbit's slowest main impact."""
+"""Largest speed of a touch, as a share of the speed of the slowest main impact of the orbit."""
 
 
 def landings(A, eps, transient, periods):
-    """(τ, speed) of the main impacts: no faster one lies within half a period."""
+    """Return (τ, speed) of the main impacts: no faster impact is within half a period."""
     found = []
     for switch in reference(A, eps=eps, periods=transient + periods).switches:
         if switch.after != IMPACT or switch.tau <= 2 * math.pi * transient:
@@ -34,7 +34,10 @@ def whole_periods(taus):
 
 
 def same_landings(orbit, motion):
-    """Whether at some dividing speed below the bound the motion lands as the orbit (m impacts, one more cycle) does."""
+    """Return True if the impacts of the motion above some speed below the bound follow those of the orbit.
+
+    `orbit` contains at least one cycle of m impacts and the next impact.
+    """
     m = next(m for m in range(1, len(orbit)) if np.ptp(orbit[::m, 1]) < 1e-7)
     gaps = whole_periods(orbit[: m + 1, 0])
     inner = motion[1:-1]

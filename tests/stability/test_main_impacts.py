@@ -1,4 +1,4 @@
-"""Cycles of impacts written down by hand: what follows them, what breaks them, and what touches change."""
+"""Cycles of impacts, written by hand: motions that follow them, motions that do not, and the effect of touches."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ PERIODS = 60
 
 
 def landings(gaps, phase, speed):
-    """Impacts these gaps apart, from period 0 on."""
+    """Return impacts with these gaps, from period 0 on."""
     rows = np.zeros(len(gaps), MAIN_IMPACT)
     rows["period"] = np.concatenate([[0], np.cumsum(gaps)[:-1]])
     rows["phase"], rows["speed"], rows["row"] = phase, speed, 5 * np.arange(len(gaps))
@@ -38,7 +38,7 @@ def orbit(cycles=PERIODS // 3, noise=0.0, start=0):
 
 
 def with_touch(rows, at, phase, speed):
-    """A touch in period `at`, which has no main impact."""
+    """Return the impacts with a touch added in period `at`, which has no main impact."""
     touch = np.zeros(1, MAIN_IMPACT)
     touch["period"], touch["phase"], touch["speed"] = at, phase, speed
     both = np.concatenate([rows, touch])
@@ -52,7 +52,7 @@ def test_the_cycle_of_an_orbit_is_its_shortest():
 
 
 def test_phases_at_both_ends_of_a_period_are_the_same():
-    """Rounding puts an impact at phase 0 now into this period and now into the one before."""
+    """By rounding, an impact at phase 0 is at the beginning of a period or at the end of the previous period."""
     rows = landings(np.ones(20, int), 1e-9, 1.0)
     rows["period"][::3] -= 1
     rows["phase"][::3] = TWO_PI - 1e-9

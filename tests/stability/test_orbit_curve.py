@@ -1,4 +1,4 @@
-"""ϱ as a distance from a curve: polygons drawn by hand, a naive search over all edges, and motions of the model."""
+"""ϱ as a distance from a curve: simple polygons, a naive search over all edges, and motions of the model."""
 
 import math
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.jit
 
 
 def naive_distance(vertices, point):
-    """Over all edges of a closed polygon, one after the other."""
+    """Return the distance computed over all edges of a closed polygon, one after the other."""
     best = math.inf
     for a, b in zip(vertices, [*vertices[1:], vertices[0]], strict=True):
         length = math.dist(a, b)
@@ -40,7 +40,7 @@ def test_distances_from_a_square():
         for edge in range(4):
             assert farthest(SQUARE, [point], [edge]) == pytest.approx(distance, abs=1e-15)
     assert farthest(SQUARE, [(1, 0), (1, 0.3), (1, 1), (0, 0)], [0, 1, 2, 3]) == 1
-    assert farthest(SQUARE, [(1, 0.3), (3, 3)], [0, 0], enough=0.2) == pytest.approx(0.3), "the rest is not looked at"
+    assert farthest(SQUARE, [(1, 0.3), (3, 3)], [0, 0], enough=0.2) == pytest.approx(0.3), "the second point is skipped"
 
 
 coordinate = st.integers(-300, 300).map(lambda k: k / 100)
@@ -64,7 +64,7 @@ def orbit():
 
 
 def test_an_orbit_lies_on_its_own_curve(orbit):
-    """At the instants of its vertices, and shifted by a period: to rounding; between them: to what the chords leave."""
+    """At the instants of the vertices, also one period later, ϱ is rounding; between them it is the chord error."""
     curve = orbit_curve(orbit)
     assert curve.n == 2
     assert curve_distance(curve, orbit) < 1e-12
@@ -74,7 +74,7 @@ def test_an_orbit_lies_on_its_own_curve(orbit):
 
 
 def test_jumps_are_part_of_the_curve(orbit):
-    """A motion that lands at half the speed passes (0, -v/2): on the segment of the jump, not near the orbit itself."""
+    """A motion that lands at half the speed passes (0, -v/2): on the segment of the jump, but far from the orbit."""
     curve = orbit_curve(orbit)
     speed = -orbit.switches["dxi"].min()
     half = [(0.0, -speed / 2)]
@@ -84,9 +84,9 @@ def test_jumps_are_part_of_the_curve(orbit):
 
 
 def test_points_moved_off_the_curve_by_hand(orbit):
-    """Along the normal, by less than the radius of curvature: the distance is what they were moved by."""
+    """A point moved along the normal, by less than the radius of curvature, has this distance from the curve."""
     curve = orbit_curve(orbit)
-    k = int(np.argmax(curve.vertices[:, 0]))  # the highest point: the curve runs along ξ' there
+    k = int(np.argmax(curve.vertices[:, 0]))  # at the largest ξ the curve is parallel to the ξ' axis
     top = curve.vertices[k]
     for by in (1e-3, 0.1):
         assert farthest(curve, [top + np.array([by, 0.0])], [k]) == pytest.approx(by, rel=1e-3)

@@ -1,4 +1,4 @@
-"""k₁: the search for an edge where it is known, then edges of the model against 50 digits and unstable orbits."""
+"""k₁: the search for known edges, then edges of the model compared with 50 digits and with unstable orbits."""
 
 import functools
 import math
@@ -27,7 +27,7 @@ from vibrodrive.stability.starts import (
 pytestmark = pytest.mark.jit
 
 IRREGULAR = 9.1523
-"""A without a stable orbit of short period: two nearby motions part e-fold in five periods."""
+"""A without a stable orbit of short period: the distance of two motions grows by a factor of e in five periods."""
 
 
 @functools.cache
@@ -44,7 +44,7 @@ def test_a_clean_edge_is_found_to_the_last_bits(edge, bit):
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
 def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, share):
-    """Kept and lost in turn above the edge, at distances that shrink geometrically, as next to an unstable orbit."""
+    """Above the edge kept and lost values alternate at geometrically falling distances, as near an unstable orbit."""
 
     def same(d):
         place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)
@@ -70,13 +70,13 @@ def edges(request):
 def test_edges_of_starts_at_rest_on_the_obstacle(edges):
     _, found = edges
     assert found["xi0"].below.searched_to == 0.0, "no gap is negative"
-    assert found["dxi0"].below.lost == math.inf, "a start towards the obstacle lands on it at once"
+    assert found["dxi0"].below.lost == math.inf, "a start towards the obstacle lands on it immediately"
     for limit in found.values():
         assert 0 < limit.k1 < math.inf
 
 
 def test_edges_in_time_are_those_of_the_same_basins_a_period_apart(edges):
-    """From rest at the obstacle all τ0 between two edges belong to one solution: the edges are 2π apart."""
+    """For a start at rest at the obstacle, all τ0 between two edges belong to one solution: the edges are 2π apart."""
     _, found = edges
     tau = found["tau0"]
     if tau.n == 2:
@@ -85,7 +85,7 @@ def test_edges_in_time_are_those_of_the_same_basins_a_period_apart(edges):
 
 
 def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
-    """The exact statement: an edge of a basin is a start that leads to an unstable orbit of the impact-phase map."""
+    """A start exactly on the edge of a basin leads to an unstable orbit of the impact-phase map."""
     A, found = edges
     unstable = [o for o in orbits(A, max_period=4) if o.kind == UNSTABLE]
     for name, limit in found.items():
@@ -96,11 +96,11 @@ def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
             motion = simulate(A, **start, transient=0, periods=24)
             landed = motion.switches["phase"][motion.switches["after"] == State.IMPACT]
             apart = [np.abs(landed[:, None] - o.phases).min(axis=1) for o in unstable]
-            assert min(np.sort(d[:8])[5] for d in apart) < 1e-9, f"{name} off by {sign * side.lost}"
+            assert min(np.sort(d[:8])[5] for d in apart) < 1e-9, f"{name} = {sign * side.lost}"
 
 
 def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
-    """A start at rest on the obstacle is what an impact leaves behind: off by τ, the phase of an impact."""
+    """The state after an impact is a start at rest on the obstacle, so the error in τ is the phase of an impact."""
     for A in (2.75, 3.04):
         (orbit,) = [o for o in orbits(A, max_period=1) if o.kind == UNSTABLE]
         edge = limit_at(A, "tau0").above
@@ -108,7 +108,7 @@ def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
 
 
 def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
-    """At A = 3.04 (1 solution of 2): iterated in phase alone, the starts on both sides end a period apart."""
+    """At A = 3.04 the map takes starts on both sides of an edge to solutions an odd number of periods apart."""
     follow = impact_map(3.04)
     edge = limit_at(3.04, "tau0").above
     ends = []
@@ -125,7 +125,7 @@ def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
 
 @pytest.mark.parametrize("name", COORDINATES)
 def test_both_sides_of_an_edge_with_fifty_digits(name):
-    """No kernel takes part: main impacts of the orbit of A = 3.04 are two periods apart, even or odd ones."""
+    """Without kernels: the main impacts at A = 3.04 are in even or odd periods, depending on the solution."""
     edge = limit_at(3.04, name).above.lost
 
     def lands_in(deviation):
@@ -163,7 +163,7 @@ def test_one_solution_has_no_edges_and_irregular_motion_no_solution():
 
 
 def test_a_start_is_off_from_where_it_is():
-    """An error of τ0 counts from τ0: its limits begin elsewhere, and end at the same edges."""
+    """For another τ0 the edges are at the same times, so their distances from τ0 are different."""
     here, there = limit_at(3.04, "tau0"), limit_at(3.04, "tau0", tau0=0.3)
     assert 0.3 + there.above.lost == pytest.approx(here.above.lost, abs=1e-12)
     assert here.k1 == here.above.lost < here.below.lost

@@ -1,4 +1,4 @@
-"""Structure of orbits written down by hand: what order, gaps, word and ρ say, and what they refuse to say."""
+"""Structure of orbits, written by hand: order, gaps, word and ρ, and the cases without a result."""
 
 from types import SimpleNamespace
 
@@ -17,7 +17,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 
 def motion(times, word, speed=2.0, section=None, sizes=None):
-    """A trajectory that lands at `times` (in periods) and passes `word` after each landing."""
+    """Return a trajectory that lands at `times` (in periods) and passes through `word` after each landing."""
     rows = []
     for k, time in enumerate(times):
         landing = -(speed if sizes is None else sizes[k])
@@ -43,7 +43,7 @@ def test_period_is_the_smallest_and_must_be_seen_twice():
 
 
 def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
-    """Beside a period doubling deviations change sign every period and die out slowly."""
+    """Near a period doubling deviations change sign every period and decay slowly."""
     there = 3e-6 * (-0.999999) ** np.arange(60)
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
     assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "it repeats after two periods"
@@ -115,7 +115,7 @@ def test_an_orbit_that_never_lands_takes_its_period_from_the_section():
 
 
 def every(times, until=60):
-    """These times, in a cycle of three periods, until the record ends."""
+    """Return these times, repeated every three periods until the record ends."""
     return [start + t for start in range(0, until, 3) for t in times]
 
 

@@ -1,4 +1,4 @@
-"""k_u: what is known of A = 3.04 (Figs. 11, 12), and motions found with naive loops."""
+"""k_u: known results at A = 3.04 (Figs. 11, 12), and a comparison with naive loops."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_starts_are_allowed_ones():
 
 
 def test_a_large_step_leaves_one_motion_and_a_small_one_two():
-    """Fig. 11: Δτ = 0.1, and the limits between which the two solutions merge."""
+    """Fig. 11: one motion at Δτ = 0.1, and the bounds between which the two solutions merge."""
     assert ends_on_one({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
 
 
@@ -50,7 +50,7 @@ def test_no_disturbance_leaves_all_solutions():
 
 @pytest.mark.parametrize(("dtau", "one"), [(0.04, False), (0.1, True)])
 def test_against_naive_loops(dtau, one):
-    """The last section points of motions from three starts, every grid point visited."""
+    """Compare the last section points of motions from three starts, with an evaluation at every grid point."""
     periods = 120
     starts = [(0.0, 0.0), (1.5, 0.0), (3.0, 1.5)]
     ends = [naive.fixed(3.04, xi0=x, dxi0=v, dtau=dtau, periods=periods).section[-16:] for x, v in starts]

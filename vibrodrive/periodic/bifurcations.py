@@ -1,25 +1,24 @@
-"""Values of A at which a periodic orbit appears, disappears or changes, to the last digits.
+"""Values of A at which a periodic orbit appears, disappears or changes, to the precision of floats.
 
-Orbits are compared on a grid of A. Where the orbits at two neighbouring values differ, one of those that differ is
-followed by its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. How
-it ends determines the kind, and the rest of the interval is compared again. So every change between the orbits of
-two grid points is found; an orbit that exists only between two of them is not. The grid is even up to A = 4; from
-there on its spacing, as every other distance in A, grows with A (continuation.scale_of), so that a wide range takes a
-thousand values for every factor of e.
+The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
+by its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. The way it ends
+determines the kind of the bifurcation, and the remaining interval is compared again. So every change between the orbits
+of two grid points is found, but not an orbit that exists only between two grid points. The grid is even up to A = 4.
+Above, its spacing grows with A, like every other distance in A (continuation.scale_of), so that a wide range takes
+about a thousand values for every factor of e.
 
-An orbit can end, or change, only where
+An orbit can end or change only at one of these conditions:
 
 * A = 1 + B: the mass begins to move (*onset*);
 * its multiplier is -1 (*period doubling*; odd number of impacts) or +1 (*fold*; even number, two orbits
   coincide);
-* one of its impacts falls on a breakpoint of the impact-phase map: on an end of the window, so that a rest
-  appears or vanishes (a border collision, called *border* in files), or on a launch whose flight just touches
-  the obstacle (*grazing*), or on one with a sticking of no duration (*stick*: the word changes, the derivative
-  of the map is continuous there).
+* one of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
+  border collision, called *border* in files). At other breakpoints the flight from the impact just touches the obstacle
+  (*grazing*) or has a sticking of no duration (*stick*: the word changes, the derivative of the map is continuous).
 
-Where an orbit grazes on the side of the impact its multiplier tends to minus infinity as a square root, and
-its launch comes closer to the breakpoint than floats can tell long before A does. There the orbit is
-followed as the one whose impact is the touching itself.
+On the side of a grazing on which the flight ends with an impact, the multiplier of the orbit tends to minus infinity
+like a square root. Its launch becomes equal to the breakpoint within float precision long before A reaches the
+bifurcation. There a different orbit is followed, on which the touching itself is the impact.
 """
 
 from __future__ import annotations
@@ -42,18 +41,18 @@ from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search,
 
 ONSET = "onset"
 
-STEP = 1.0 / 256.0  # largest spacing of the grid of A, times `scale_of`, unless given
-MOST_VALUES = 100_000  # values of A on a grid of given spacing
-MOST_WORK = 10_000_000  # itineraries, over all values of A, that are followed: they take about an hour
+STEP = 1.0 / 256.0  # default for the largest spacing of the grid of A, times `scale_of`
+MOST_VALUES = 100_000  # largest number of values of A on a grid of given spacing
+MOST_WORK = 10_000_000  # largest number of itineraries over all values of A; they take about an hour
 
 FINER = 32
-"""How many times finer the grid for the orbit that rests is. The intervals of A in which it has a short period are the
-narrowest structures between 3.15 and 3.19, and most other orbits appear and disappear at their ends."""
+"""Factor by which the grid for the orbit that rests is finer. The intervals of A in which this orbit has a short period
+are the narrowest structures between 3.15 and 3.19, and most other orbits appear and disappear at their ends."""
 
-# distances, those in A times `scale_of`
-APART = 1e-10  # from a bifurcation to the orbits on either side; two closer bifurcations are reported as one
-SAME_ORBIT = 1e-3  # between the phases of one orbit on the two sides, at most
-AGAIN = 1e-8  # between the places of a bifurcation found twice (a doubling, by both orbits), at most
+# distances; those in A are multiplied by `scale_of`
+APART = 1e-10  # from a bifurcation to the orbits on both sides; two closer bifurcations are reported as one
+SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit on the two sides
+AGAIN = 1e-8  # largest distance in A of a bifurcation found twice (a period doubling, by both orbits)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,12 +61,11 @@ class Bifurcation:
 
     Attributes
     ----------
-    A, B : where.
+    A, B : parameters at the bifurcation.
     kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
         without duration).
-    orbit : the orbit, as close to A as it can be told in floats from the one it merges with or turns into.
-    multiplier_below, multiplier_above : its multiplier a little below and above A; NaN where there is no such
-        orbit.
+    orbit : the orbit, as close to A as floats can distinguish it from the orbit that it merges with or becomes.
+    multiplier_below, multiplier_above : its multiplier a little below and above A; NaN if there is no such orbit.
     """
 
     A: float
@@ -82,7 +80,7 @@ class Bifurcation:
 
     @property
     def change(self) -> str:
-        """The periods of a period doubling, else the multipliers below and above, in words."""
+        """Text with the periods of a period doubling, for other kinds with the multipliers below and above."""
         if self.kind == DOUBLING:
             return f"period {self.orbit.period} to {2 * self.orbit.period}"
         below, above = ("-" if m != m else f"{m + 0.0:.4g}" for m in (self.multiplier_below, self.multiplier_above))
@@ -97,22 +95,21 @@ class Bifurcation:
 def bifurcations(
     A: tuple[float, float] = (1.05, 3.25), B: float = 0.1, max_period: int = 3, *, step: float | None = None
 ) -> list[Bifurcation]:
-    """Every bifurcation between A[0] and A[1] of the orbits of up to `max_period` excitation periods, by A.
+    """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods, ordered by A.
 
-    On the level (B = 0) there is one orbit, which changes at A = √(1 + π²/4); for 0 < B <= 1e-7 A only the orbit that
-    rests is followed.
+    For B = 0 there is one orbit, which changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A only the orbit that rests is
+    followed.
 
     Parameters
     ----------
     A : two floats
-        between which excitation amplitudes, the smaller one first, dimensionless.
+        range of the excitation amplitude, dimensionless, the smaller value first.
     B : float
         incline over friction.
     max_period : int
         longest period in excitation periods, 1 to 100.
     step : float, optional
-        spacing at most of the values of A whose orbits are compared: 1/256 up to A = 4 and in proportion to A from
-        there on, unless given.
+        largest spacing of the values of A whose orbits are compared; by default 1/256 up to A = 4 and A/1024 above.
 
     Returns
     -------
@@ -122,12 +119,12 @@ def bifurcations(
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range; if there are more than 100 000 values of A `step` apart; if
-        there are too many orbits of up to `max_period` periods (see `orbits`).
+        if an argument is no number or out of range; if `step` gives more than 100 000 values of A; if there are too
+        many orbits of up to `max_period` periods (see `orbits`).
 
     Examples
     --------
-    Where the motion of one period doubles its period:
+    Period doubling of the motion of one period:
 
     >>> import vibrodrive as vd
     >>> for found in vd.bifurcations((2.55, 2.65), max_period=1):
@@ -146,7 +143,7 @@ def bifurcations(
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
-    """Cast two ascending values of a parameter. Raises TypeError or ValueError with the one sentence."""
+    """Cast two ascending values of a parameter. Raises TypeError or ValueError with a message of one sentence."""
     allowed = "two numbers, the smaller one first"
     try:
         first, last = value
@@ -159,12 +156,15 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
 
 
 def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
-    """Values of A from low to high, `step` apart at most, STEP × `scale_of` if it is None; or so many times finer."""
+    """Return values of A from low to high with the largest spacing `step` / `finer`.
+
+    If `step` is None, it is STEP × `scale_of`.
+    """
     if step is not None:
         return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
     turn = min(max(low, SCALE_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
-    # of constant ratio, which keeps the spacing in proportion to A
+    # a constant ratio makes the spacing proportional to A
     far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * SCALE_FROM / STEP)))
     return np.append(near, far[1:])
 
@@ -199,20 +199,20 @@ class _Search:
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
-        """Refuse a search that would take too long, by the itineraries at the last A, where there are most of them."""
+        """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
             raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
-        """Neighbours among values of A between which the orbit that rests changes: this needs no search."""
+        """Return neighbouring values of A between which the orbit that rests changes. This needs no search."""
         names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
         changes = np.flatnonzero(names[1:] != names[:-1])
         return values[np.union1d(changes, changes + 1)]
 
     def find_between(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
-        """Find the bifurcations between a and b, whose orbits are `below` and `above`."""
+        """Find the bifurcations between a, with the orbits `below`, and b, with the orbits `above`."""
         waiting = [(a, below, b, above)]
         while waiting:
             a, below, b, above = waiting.pop()
@@ -234,12 +234,12 @@ class _Search:
     def change(
         self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
     ) -> tuple[float, str, float, Orbit] | None:
-        """(A, kind, last, orbit) of one bifurcation between a and b, see Continuation.end; None if nothing changes."""
+        """Return (A, kind, last, orbit) of one bifurcation between a and b (see Continuation.end), None without one."""
         for ends, below_only in _ending(below, above):
             branch = Continuation.of(ends)
             inside, outside = (a, b) if below_only else (b, a)
             if len(branch.starts(inside)) <= len(branch.starts(outside)):
-                continue  # so close to the end of its interval that rounding decided its itinerary
+                continue  # so close to the end of its interval that rounding determined its itinerary
             where, kind, last = branch.end(inside, outside)
             orbit = (branch.parent.orbit(where) if kind == DOUBLING else None) or branch.orbit(last)
             return where, kind, last, orbit or ends
@@ -251,14 +251,14 @@ class _Search:
 
 
 def _name_of_rest(A: float, B: float, limit: int) -> int:
-    """The itinerary of the orbit that rests, 0 if it has a longer period."""
+    """Return the itinerary of the orbit that rests, 0 if its period is above `limit`."""
     up = ImpactMap(A, B).window[0]
     itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
     return itinerary if fate == RESTS else 0
 
 
 def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
-    """The orbits on one side that are not on the other, by name, and whether they are among `below`."""
+    """Yield the orbits whose names are missing on the other side, each with True if it is in `below`."""
     count = Counter(o.name for o in below)
     count.subtract(o.name for o in above)
     for side, sign in ((below, 1), (above, -1)):
@@ -268,7 +268,7 @@ def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Or
 
 
 def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
-    """An orbit of both sides that is stable on one only."""
+    """Return an orbit that exists on both sides but is stable only on one; None if there is none."""
     kinds = {(o.name, o.kind) for o in above}
     other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
     changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, other.get(o.kind)) in kinds)
@@ -276,14 +276,14 @@ def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """The multiplier of the same orbit among `others` (equal period, closest phases); NaN if it is not among them."""
+    """Return the multiplier of the same orbit in `others` (equal period, closest phases), NaN if it is missing."""
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan
 
 
 def gap_between(one: Orbit, other: Orbit) -> float:
-    """How far the impacts of the orbit with fewer are from impacts of the other, at most, in phase."""
+    """Return the largest phase distance from the impacts of the orbit with fewer impacts to those of the other."""
     few, many = sorted((one.phases, other.phases), key=len)
     apart = abs(few[:, None] - many[None, :])
     return float(np.minimum(apart, 2.0 * math.pi - apart).min(axis=1).max())

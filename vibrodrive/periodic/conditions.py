@@ -1,19 +1,19 @@
-"""A bifurcation of one orbit as equations in A, B and the times of its slides, smooth across the bifurcation itself.
+"""A bifurcation of one orbit as equations in A, B and the times of its slides, smooth at the bifurcation itself.
 
-A search (search.py, continuation.py) decides after each slide what follows; at a bifurcation one decision hangs in
-the balance. Here the sequence of slides is prescribed, so nothing is decided. The unknowns are the times t_1 … t_S at
-which the S slides end, A and B. Each slide begins where the one before it ended, or, after a sticking or a rest, when
+A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
+changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are the times t_1 … t_S at
+which the S slides end, A and B. Each slide begins at the end of the previous one or, after a sticking or a rest, when
 H is 1 or -1. It ends with ξ' = 0, or with ξ = 0 if it lands. One more equation is the condition of the bifurcation:
 
 * *border*: H = 1 at an impact, which is then the last one before a rest,
-* *grazing*: ξ = 0 where a slide down ends with ξ' = 0,
+* *grazing*: ξ = 0 at the end of a slide down with ξ' = 0,
 * *stick*: |H| = 1 at the end of a slide,
 * *period doubling*, *fold*: the multiplier is -1, +1.
 
 So S + 1 equations hold along a curve in the space of S + 2 unknowns. The sequence is that of an actual motion as long
-as every other decision has the sign that it presupposes: these are the `margins`.
+as every other decision has the sign that the sequence requires. The `margins` are the distances from a change of sign.
 
-Derivatives are exact (complex step), as every term is analytic in the unknowns.
+Derivatives are exact (complex step), because every term is analytic in the unknowns.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, GRAZING
 from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
-TINY = 1e-40  # imaginary step of a derivative: its square is lost against 1, so the quotient is exact
+TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding of 1, so the quotient is exact
 SERIES = tuple(range(1, 12))  # terms of the series of h - sin h up to |h| = 1: the next is below 1e-22 of the first
-CONVERGED = 1e-13  # relative size of a Newton step that is as small as rounding lets it become
-MOST_STEPS = 12  # of Newton's method: from a prediction close to the curve three or four suffice
+CONVERGED = 1e-13  # relative size of a Newton step that rounding does not allow to become smaller
+MOST_STEPS = 12  # Newton steps: from a prediction close to the curve three or four suffice
 
 
 class Slide(NamedTuple):
     """One slide of a prescribed motion, `begun` FROM_GROUND, FROM_STICK or FROM_REVERSAL.
 
-    turns : whole periods, since that of the first launch, to the phase at which a sticking or rest ends.
+    turns : number of the period, from that of the first launch, in which the sticking or rest before the slide ends.
     """
 
     falls: bool
@@ -49,7 +49,7 @@ class Slide(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """What a prescribed motion presupposes: positive on it. `what` is the bifurcation where it is zero."""
+    """Quantity that is positive on a prescribed motion. `what` is the name of the bifurcation at its zero."""
 
     what: str
     value: float
@@ -59,9 +59,9 @@ class Margin(NamedTuple):
 class Condition:
     """One bifurcation of one prescribed motion.
 
-    slides : those of one period, in order; the first is the one after the rest, if there is one.
-    critical : index of the slide at whose end a border, grazing or stick lies; -1 for a doubling or fold.
-    doubled : whether its flights are twice those of an orbit of half the period, with which it may coincide.
+    slides : slides of one period, in order; if the motion rests, they start after the rest.
+    critical : index of the slide that ends with the border, grazing or stick; -1 for a period doubling or fold.
+    doubled : True if its flights repeat those of an orbit of half the period, with which it may coincide.
     """
 
     kind: str
@@ -73,7 +73,7 @@ class Condition:
 
     @property
     def word(self) -> str:
-        """The states of one period, as text; a sticking of no duration is among them."""
+        """States of one period, as text, including a sticking of no duration."""
         word = [State.REST] * self.rests
         for s in self.slides:
             word += [State.STICK] * (s.begun == FROM_STICK and word != [State.REST])
@@ -87,7 +87,7 @@ class Condition:
         return max(1, sum(s.lands for s in self.slides))
 
     def starts(self, u: np.ndarray) -> np.ndarray:
-        """When each slide begins, for unknowns (m, S + 2)."""
+        """Return the times (m, S) at which the slides begin, for unknowns (m, S + 2)."""
         A, B = u[:, -2], u[:, -1]
         up, down = np.arcsin((1.0 + B) / A), math.pi + np.arcsin((1.0 - B) / A)
         begins = []
@@ -99,7 +99,7 @@ class Condition:
         return np.stack(begins, axis=1)
 
     def motion(self, u: np.ndarray) -> Motion:
-        """The slides for unknowns (m, S + 2)."""
+        """Compute the slides for unknowns (m, S + 2)."""
         A, B = u[:, -2:-1], u[:, -1:]
         begin, end = self.starts(u), u[:, :-2]
         sigma = np.array([-1.0 if s.falls else 1.0 for s in self.slides])
@@ -122,14 +122,14 @@ class Condition:
         return Motion(begin, h, a0, sigma, velocity, gap, force)
 
     def equations(self, u: np.ndarray) -> np.ndarray:
-        """Zero on the curve: (m, S + 1) for unknowns (m, S + 2)."""
+        """Compute the residuals (m, S + 1) of the equations for unknowns (m, S + 2); they are zero on the curve."""
         found = self.motion(u)
         lands = np.array([s.lands for s in self.slides])
         rows = np.where(lands, found.gap, found.velocity)
         return np.concatenate([rows, self.condition(found)[:, None]], axis=1)
 
     def condition(self, found: Motion) -> np.ndarray:
-        """What is zero at the bifurcation, (m,)."""
+        """Compute the quantity that is zero at the bifurcation, (m,)."""
         if self.kind == GRAZING:
             return found.gap[:, self.critical]
         if self.kind == BORDER_COLLISION:
@@ -140,9 +140,10 @@ class Condition:
         return moments + speeds if self.kind == DOUBLING else moments - speeds
 
     def multiplier(self, found: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Derivative of the return map as a fraction, each (m,): `flight` explains the slope of one flight.
+        """Return numerator and denominator, each (m,), of the derivative of the return map.
 
-        A fraction, because an impact that begins to graze has no speed.
+        They are separate because the denominator is zero at an impact without speed, where a grazing begins. `flight`
+        explains the slope of one flight.
         """
         above, below = np.ones_like(found.h[:, 0]), np.ones_like(found.h[:, 0])
         delay = moment = np.zeros_like(above)
@@ -159,14 +160,14 @@ class Condition:
         return above, below
 
     def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The equations (S + 1,) at u (S + 2,), and their derivatives (S + 1, S + 2)."""
+        """Return the residuals (S + 1,) at u (S + 2,), and their derivatives (S + 1, S + 2)."""
         n = len(u)
         values = self.equations(u + 1j * TINY * np.eye(n + 1, n))
         return values[-1].real, values[:-1].imag.T / TINY
 
     @np.errstate(invalid="ignore")
     def margins(self, u: np.ndarray) -> list[Margin]:
-        """What the motion presupposes at u, but for the condition itself; NaN where there is no such motion."""
+        """Return the margins of the motion at u, without the condition itself; NaN if there is no such motion."""
         found = self.motion(u[None, :])
         h, velocity, gap, force = (row[0].tolist() for row in (found.h, found.velocity, found.gap, found.force))
         A, B = u[-2:].tolist()
@@ -188,7 +189,7 @@ class Condition:
             if ends:
                 margins.append(Margin(BORDER_COLLISION, 1.0 - force[i]))
                 continue
-            side = force[i] if s.falls else -force[i]  # beyond 1 the motion turns round, below it sticks
+            side = force[i] if s.falls else -force[i]  # above 1 the direction reverses, below 1 the mass sticks
             sticks = self.slides[(i + 1) % (last + 1)].begun == FROM_STICK
             margins.append(Margin(STICK, 1.0 - side if sticks else side - 1.0))
         if self.doubled:
@@ -198,8 +199,12 @@ class Condition:
 
 
 class Motion(NamedTuple):
-    """The slides of prescribed motions, each (m, S): begin, duration h, acceleration a0 at the beginning, and at the
-    end velocity ξ', gap ξ and force H; `sigma` (S,) is the direction of friction, 1 up and -1 down."""
+    """The slides of prescribed motions, each array (m, S).
+
+    begin, h, a0 : time of the beginning, duration, acceleration at the beginning.
+    sigma : (S,), direction of the slide, 1 up and -1 down.
+    velocity, gap, force : velocity ξ', gap ξ and force H at the end.
+    """
 
     begin: np.ndarray
     h: np.ndarray
@@ -211,7 +216,7 @@ class Motion(NamedTuple):
 
 
 def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """1 - cos h, h - sin h and h²/2 - 1 + cos h, without the cancellation of short slides."""
+    """Return 1 - cos h, h - sin h and h²/2 - 1 + cos h, without cancellation for short slides."""
     small = np.abs(h) < 1.0
     y = -(np.where(small, h, 0.0) ** 2)
     odd = even = np.zeros_like(h)
@@ -225,7 +230,7 @@ def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def newton(condition: Condition, u: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-    """The point of the curve close to u at which row · u = value; None if there is none close by."""
+    """Find the point of the curve close to u at which row · u = value; None if there is none nearby."""
     rate = math.inf
     for _ in range(MOST_STEPS):
         if not u[-2] > 1.0 + u[-1]:

@@ -1,4 +1,4 @@
-"""One orbit as A varies: found again by its itinerary, without a search, up to the A where it ends."""
+"""One orbit as a function of A: followed by its itinerary, without a search, up to the A at which it ends."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7  # distance of a launch on a breakpoint, at the last float of A at which its orbit is found
-NEAR_DOUBLING = 0.05  # distance from -1 of the multiplier of an orbit whose period may double
-FIRST_STEP = 1e-9  # in A, of a search that starts at a bifurcation, times `scale_of`
-ASTRAY = 1e-4  # distance, times `scale_of`, from the bifurcation at which such a search has failed
-SCALE_FROM = 4.0  # the A from which on distances along A grow with A, as do those of its floats
+ON_BREAKPOINT = 1e-7  # largest distance of a launch at a breakpoint, at the last float of A at which its orbit is found
+NEAR_DOUBLING = 0.05  # largest distance from -1 of the multiplier of an orbit whose period may double
+FIRST_STEP = 1e-9  # first step in A, times `scale_of`, of a search that starts at a bifurcation
+ASTRAY = 1e-4  # distance from the bifurcation, times `scale_of`, at which such a search has failed
+SCALE_FROM = 4.0  # A above which distances along A grow with A, like the spacing of floats
 
 
 def scale_of(A: float) -> float:
-    """The scale of distances along A, which are given as multiples of it: 1 up to SCALE_FROM, then A / SCALE_FROM."""
+    """Return the unit of distances along A: 1 up to SCALE_FROM, A / SCALE_FROM above."""
     return max(1.0, A / SCALE_FROM)
 
 
 def is_doubled(orbit: Orbit) -> bool:
-    """Whether its flights are twice those of an orbit of half as many impacts."""
+    """Return True if the flights of the orbit repeat those of an orbit with half as many impacts."""
     half = orbit.impacts // 2
     return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
 
 
 @dataclass(frozen=True)
 class Continuation:
-    """An orbit as a function of A: its number of impacts, its period, and its itinerary.
+    """An orbit as a function of A: its number of impacts, its period and its itinerary.
 
-    `itinerary` are the numbers of the first 1, 2, … flights (itineraries.flights).
+    `itinerary` contains the itineraries, as numbers, of the first 1, 2, … flights (itineraries.flights).
     """
 
     B: float
@@ -50,7 +50,7 @@ class Continuation:
 
     @classmethod
     def of(cls, orbit: Orbit) -> Continuation:
-        """The branch through an orbit found at some A."""
+        """Return the branch through an orbit found at some A."""
         n = orbit.impacts
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
@@ -59,12 +59,12 @@ class Continuation:
 
     @property
     def parent(self) -> Continuation:
-        """The orbit of half as many impacts with the same itinerary, of one that is `doubled`."""
+        """The orbit with the same itinerary and half as many impacts, if the orbit is `doubled`."""
         half = self.impacts // 2
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
-        """The launch phases at A from which flights of this itinerary return; φ_up if the orbit rests."""
+        """Return the launch phases at A that return after flights of this itinerary; φ_up if the orbit rests."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
@@ -80,7 +80,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """The orbit at A, None where it does not exist; of several the most stable one."""
+        """Return the orbit at A, None if it does not exist. Of several, return that with the least |multiplier|."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
@@ -88,19 +88,20 @@ class Continuation:
         return min(found, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
-        """At A, of the first such orbit; NaN if there is none."""
+        """Return the multiplier of the first such orbit at A; NaN if there is none."""
         found = self.starts(A)
         return flights(found[0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
 
     def doubling(self, a: float, b: float) -> float:
-        """Where between a and b, at both of which it exists, its multiplier passes -1."""
+        """Return the A between a and b at which the multiplier passes -1. The orbit must exist at a and b."""
         stable = abs(self.multiplier(a)) < 1.0
         return bisect(lambda A: (abs(self.multiplier(A)) < 1.0) == stable, a, b)[0]
 
     def end(self, inside: float, outside: float) -> tuple[float, str, float]:
-        """(A, kind, last) of the bifurcation between two values of A; only `inside` has (as many) such orbits.
+        """Return (A, kind, last) of the bifurcation between two values of A.
 
-        `last` is the last A at which the orbit can be told in floats from the one it merges with or turns into.
+        There must be more such orbits at `inside` than at `outside`. `last` is the last A at which floats can
+        distinguish the orbit from the one that it merges with or becomes.
         """
         count = len(self.starts(inside))
         last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
@@ -115,7 +116,7 @@ class Continuation:
         return last, FOLD, last
 
     def _change(self, last: float, beyond: float) -> str:
-        """Why an orbit that rests has different itineraries at two neighbouring values of A."""
+        """Return the kind of bifurcation by which an orbit that rests changes between two neighbouring values of A."""
         one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
         psi, phi = one.window[0], other.window[0]
         for _ in range(self.impacts):
@@ -126,7 +127,7 @@ class Continuation:
         return BORDER_COLLISION
 
     def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
-        """(distance, kind, launch, breakpoint) of the launch closest to a breakpoint of the map."""
+        """Return (distance, kind, launch, breakpoint) for the launch closest to a breakpoint of the map."""
         system = ImpactMap(A, self.B)
         points, kinds, _ = system.pieces(self.period)
         return min(
@@ -137,7 +138,7 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Two values of A on either side of the parent's doubling, if it is close to A."""
+        """Return two values of A on both sides of the period doubling of the parent, None if it is not close to A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step
@@ -147,10 +148,11 @@ class Continuation:
         return None
 
     def _touching(self, A: float, launch: float) -> float:
-        """The bifurcation near A at which the flight from near `launch` just touches the obstacle.
+        """Find the bifurcation near A at which the flight from near `launch` just touches the obstacle.
 
-        On the side of the impact the distance of the launch from its breakpoint falls as the square of the distance
-        in A: it cannot be resolved long before A. The orbit whose impact is the touching itself is smooth in A.
+        On the side with the impact, the distance of the launch from its breakpoint falls as the square of the distance
+        in A, so that it is below float precision long before A reaches the bifurcation. The orbit on which the touching
+        itself is the impact is smooth in A.
         """
 
         def residual(a: float) -> float:
@@ -174,7 +176,7 @@ class Continuation:
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Neighbouring floats between `good`, where the condition holds, and `bad`, where it doesn't."""
+    """Return neighbouring floats between `good` and `bad`: the condition holds only at the first of them."""
     while True:
         middle = 0.5 * (good + bad)
         if middle in (good, bad):
@@ -186,7 +188,7 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
 
 
 def secant(f: Callable[[float], float], a: float, b: float) -> float:
-    """The zero of a smooth function close to a and b: until the steps no longer shrink."""
+    """Find the zero of a smooth function close to a and b. The search ends when the steps no longer shrink."""
     fa, fb = f(a), f(b)
     last = math.inf
     while fa != fb:

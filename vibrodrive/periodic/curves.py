@@ -1,13 +1,14 @@
 """The bifurcations of periodic orbits as curves in the plane (A, B).
 
-At several values of B the bifurcations over A are searched for (bifurcations.py). Each gives the condition that it
-satisfies (recognition.py), which is followed through the plane in both directions (tracing.py), unless a curve that
-was followed before passes through it. Where a curve ends inside the range, another condition holds as well and other
-curves begin: bifurcations are searched for a little to both sides of such a B, too, until no new curve is found.
+At several values of B the bifurcations over A are found (bifurcations.py). Each satisfies a condition (recognition.py),
+which is followed through the plane in both directions (tracing.py), unless an earlier curve passes through the
+bifurcation. If a curve ends inside the range, a second condition holds at its end and other curves begin there. So
+bifurcations are also searched for close to this B on both sides, until there is no new curve.
 
-A curve may cross the whole range of A between two neighbouring values of B. On every curve seen so far A grows with B,
-but less than in proportion. So one that is at A at the larger of the two values is not below A times their ratio at the
-smaller one: from there on it is sought at the smaller one, and cut at the lower end of the range afterwards.
+A curve may cross the range of A completely between two neighbouring values of B. On every curve known so far A grows
+with B, but less than in proportion. So a curve that passes A at the larger value of B is not below A times the ratio
+smaller B / larger B at the smaller value. The search at the smaller value therefore begins at the lower end of the
+range times this ratio, and the curves are cut at the lower end of the range afterwards.
 """
 
 from __future__ import annotations
@@ -32,18 +33,18 @@ from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.search import LEVEL, check_period, counted
 from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
 
-NUM = 17  # values of B at which bifurcations are searched for, unless given
+NUM = 17  # default number of values of B at which bifurcations are searched for
 MOST_NUM = 10_000
-BESIDE = 1e-4  # distance, in widths of the range, from the B at which a curve ends to those at which others may begin
-ON_CURVE = 1e-9  # distance in A, times `scale_of`, of a bifurcation from the curve that it belongs to, at most
-ONSET_POINTS = 65  # of the straight line A = 1 + B
+BESIDE = 1e-4  # distance of extra values of B from the end of a curve, in widths of the range
+ON_CURVE = 1e-9  # largest distance in A, times `scale_of`, of a bifurcation from the curve that it belongs to
+ONSET_POINTS = 65  # points of the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
-"""Shares of the first step in B at which bifurcations are sought, too, where the range reaches down to the level: with
-√B all curves but the onset draw together there."""
+"""Additional values of B, as shares of the first step in B, if the range begins at the level (B = 0): all curves except
+the onset converge there like √B."""
 
-LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # the A at which the touching orbit of B = 0 turns without sticking
-LEVEL_END = "level"  # end of a curve at that point
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # A from which the touching orbit of B = 0 reverses without sticking
+LEVEL_END = "level"  # name of the end of a curve at that point
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,14 +53,14 @@ class Curve:
 
     Attributes
     ----------
-    kind : as of a `Bifurcation`.
-    period, impacts : of the orbit, in excitation periods and a period; a touching counts as no impact.
+    kind : kind as in `Bifurcation`.
+    period, impacts : period of the orbit in excitation periods, and number of impacts in it; a touching is no impact.
     word : states of the orbit, as text.
-    side : of a border the end of the window that the impact meets, "beginning" or "end"; else "".
+    side : for a border, the end of the window at which the impact is, "beginning" or "end"; otherwise "".
     A, B : points along the curve, float64 (points,).
-    ends : why it ends at the first and the last of them: the name of the other condition that holds there, "edge" (of
-        the range), "level" (at B = 0), "closed", or "lost" (it could not be followed further).
-    meets : where it meets other curves of the list.
+    ends : reason for the end at the first and the last point: the name of a second condition that holds there, "edge"
+        (of the range), "level" (at B = 0), "closed", or "lost" (the curve could not be followed further).
+    meets : points at which it meets other curves of the list.
     """
 
     kind: str
@@ -81,7 +82,7 @@ class Curve:
         return f"<{self.kind}{self.side and f' ({self.side})'}: {orbit}; {A}, {B} ({len(self.A)} points); ends: {ends}>"
 
     def at(self, B: ArrayLike) -> np.ndarray:
-        """The A at which the curve passes a value of B, ascending: computed there, not interpolated.
+        """Compute, without interpolation, the values of A at which the curve passes a value of B, ascending.
 
         Parameters
         ----------
@@ -91,8 +92,8 @@ class Curve:
         Returns
         -------
         float64 array
-            of a number: empty where the curve does not reach, of several values where it turns back. Of an array: its
-            shape and one axis more, as long as the most values at any B, NaN behind the last.
+            for a number the values of A: none if the curve does not reach B, several if it turns back. For an array
+            its shape and one more axis, as long as the largest number of values at any B, padded with NaN.
 
         Raises
         ------
@@ -109,12 +110,12 @@ class Curve:
         return rows.reshape(*given.shape, rows.shape[1])
 
     def _passes(self, B: float) -> np.ndarray:
-        """The A at which the curve passes B, ascending."""
+        """Return the values of A at which the curve passes B, ascending."""
         found = [a for k in range(len(self.B) - 1) if (a := self.within(k, B)) is not None]
         return np.unique(found)
 
     def within(self, k: int, B: float) -> float | None:
-        """The A of the curve at B between its points k and k + 1; None if B does not lie between them."""
+        """Return the A of the curve at B between its points k and k + 1; None if B is not between their values."""
         first, last = self.B[k], self.B[k + 1]
         if not min(first, last) <= B <= max(first, last):
             return None
@@ -123,7 +124,7 @@ class Curve:
                 return float(self.A[i]) if B > 0.0 or self.kind in (ONSET, STICK) else None
         if self.condition is None:
             return onset(B)
-        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level orbits cannot be told apart
+        if np.isnan(self.points[[k, k + 1]]).any():  # rounding does not separate the orbits so close to the level
             return None
         return point_at(self.condition, self.points[k], self.points[k + 1], B)
 
@@ -131,31 +132,31 @@ class Curve:
 def curves(
     A: tuple[float, float] = (1.0, 4.0), B: tuple[float, float] = (0.0, 1.0), max_period: int = 2, *, num: int = NUM
 ) -> list[Curve]:
-    """The bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
+    """Compute the bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
 
-    A curve is found if it passes one of `num` values of B, or begins where one that does ends. Curves are followed
-    down to B = 1e-7 A: below, orbits cannot be told apart (see `orbits`). If the range begins on the level, B = 0,
-    those that lead to the point where the touching orbit changes, A = √(1 + π²/4), are drawn to it.
+    A curve is found if it passes one of `num` values of B, or if it begins at the end of a curve that is found. Curves
+    are followed down to B = 1e-7 A; below, rounding does not separate the orbits (see `orbits`). If the range begins at
+    B = 0, the curves that lead to the point A = √(1 + π²/4), at which the touching orbit changes, are extended to it.
 
     Parameters
     ----------
     A, B : two floats
-        ranges of the excitation amplitude and of the incline over friction, dimensionless, the smaller one first.
+        ranges of the excitation amplitude and of the incline over friction, dimensionless, the smaller value first.
     max_period : int
         longest period in excitation periods, 1 to 100.
     num : int
-        values of B, evenly spaced, at which bifurcations are sought, 2 to 10 000.
+        number of evenly spaced values of B at which bifurcations are searched for, 2 to 10 000.
 
     Returns
     -------
     list of Curve
-        by the A at which they end: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
+        ordered by the A at their ends: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
         method `at` that computes A at any B.
 
     Warns
     -----
     UserWarning
-        of a bifurcation that no curve was found through (docs/orbits.md).
+        for a bifurcation through which no curve was found (docs/orbits.md).
 
     Raises
     ------
@@ -164,7 +165,7 @@ def curves(
 
     Examples
     --------
-    Where the motion of one period doubles its period, on an incline of B = 0.1:
+    Period doubling of the motion of one period, on an incline of B = 0.1:
 
     >>> import vibrodrive as vd
     >>> found = vd.curves(A=(2.5, 2.7), B=(0.09, 0.11), max_period=1, num=2)
@@ -175,7 +176,7 @@ def curves(
     start, stop = check_range("B", B)
     limit = check_period("max_period", max_period)
     count = check_count("num", num, 2, MOST_NUM)
-    least = max(start, LEVEL * high)  # on the level there are no orbits to follow
+    least = max(start, LEVEL * high)  # no orbits can be followed on the level
     if not least < stop or high <= onset(least):
         return _onset_alone((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), low, limit)
@@ -191,7 +192,7 @@ def curves(
 
 
 def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
-    """The straight line A = 1 + B, as far as it lies in the range."""
+    """Return the part of the straight line A = 1 + B that is inside the range."""
     start, stop = max(B[0], A[0] - 1.0), min(B[1], A[1] - 1.0)
     if not start < stop:
         return []
@@ -200,14 +201,14 @@ def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
 
 
 class _Collection:
-    """The curves found so far, but for the onset."""
+    """Collection of the curves found so far, except the onset."""
 
     def __init__(self, box: Box, low: float, limit: int) -> None:
         self.box, self.low, self.limit = box, low, limit
         self.curves: list[Curve] = []
 
     def collect(self, values: list[float]) -> None:
-        """Follow every bifurcation at these values of B, and at those beside the ends of the curves."""
+        """Follow every bifurcation at these values of B and close to the ends of the curves."""
         searched: set[float] = set()
         low, high = self.box.B
         near = BESIDE * (high - low)
@@ -219,14 +220,14 @@ class _Collection:
             searched.update(values)
             ends = [float(c.B[i]) for c in self.curves for i, why in zip((0, -1), c.ends, strict=True) if why != EDGE]
             beside = [b for end in ends for b in (end - near, end + near) if low < b < high]
-            # ends of several curves at one point differ by rounding
+            # the ends of several curves at one point differ by rounding
             values = []
             for b in beside:
                 if not any(abs(b - other) < 0.1 * near for other in (*searched, *values)):
                     values.append(b)
 
     def search(self, B: float, low: float) -> None:
-        """Follow the bifurcations at one B, from A = low on, that lie on no curve yet."""
+        """Follow the bifurcations at one B, from A = low on, that are not part of a curve yet."""
         passed = [(curve.kind, a) for curve in self.curves for a in curve.at(B).tolist()]
         for found in bifurcations((low, self.box.A[1]), B, self.limit):
             near = ON_CURVE * scale_of(found.A)
@@ -238,10 +239,10 @@ class _Collection:
                 passed += [(curve.kind, a) for a in curve.at(B).tolist()]
 
     def follow(self, found: Bifurcation) -> Curve | None:
-        """The curve through a bifurcation."""
+        """Trace the curve through a bifurcation. Warns and returns None if there is none."""
         recognised = recognise(found)
         if recognised is None:
-            warnings.warn(f"no curve through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
+            warnings.warn(f"no curve found through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
             return None
         condition, seed = recognised
         points, ends = trace(condition, seed, self.box)
@@ -253,10 +254,11 @@ class _Collection:
 
 
 def _to_level(curve: Curve, least: float) -> Curve:
-    """The curve from A = √(1 + π²/4), B = 0 on, if it leads there as B falls to `least`.
+    """Extend a curve to the point A = √(1 + π²/4), B = 0, if it tends to this point as B falls to `least`.
 
-    There an orbit that touches without speed begins to turn round without sticking (flight.py). The distance of a
-    curve from it falls as B, or as its square root: to between a quarter and a half, if B does to a quarter.
+    At this point an orbit that touches without speed begins to reverse without sticking (flight.py). The distance of a
+    curve from this point is proportional to B or to √B: if B falls to a quarter, it falls to between a quarter and a
+    half.
     """
     assert curve.condition is not None
     first = min((0, -1), key=lambda i: curve.B[i])
@@ -273,7 +275,7 @@ def _to_level(curve: Curve, least: float) -> Curve:
 
 
 def _cut(curve: Curve, low: float) -> Iterator[Curve]:
-    """The parts of a curve at and above a value of A."""
+    """Yield the parts of a curve at and above the value `low` of A."""
     assert curve.condition is not None
     for points, ends in cut(curve.condition, curve.points, curve.ends, low):
         yield replace(curve, A=points[:, -2], B=points[:, -1], points=points, ends=ends)

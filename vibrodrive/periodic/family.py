@@ -1,4 +1,4 @@
-"""All orbits over a range of A, joined into branches between bifurcations."""
+"""All orbits over a range of A, joined to branches between bifurcations."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
-# distances from a bifurcation, times `scale_of`, of further values of A
+# distances of additional values of A from a bifurcation, times `scale_of`
 BESIDE = 1e-9
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a doubling or fold, where branches part like a square root
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, where branches separate like a square root
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One orbit over an interval of A without a bifurcation: as it is at the values A (n,), ascending."""
+    """One orbit over an interval of A without a bifurcation, at the ascending values A (n,)."""
 
     A: np.ndarray
     orbits: list[Orbit]
@@ -36,7 +36,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Every orbit of up to `max_period` periods at each A: on a grid, and on both sides of every bifurcation."""
+    """All orbits of up to `max_period` periods at each A: on a grid, and on both sides of every bifurcation."""
 
     A: np.ndarray
     B: float
@@ -45,7 +45,7 @@ class Family:
     bifurcations: list[Bifurcation]
 
     def branches(self) -> Iterator[Branch]:
-        """The orbits, joined while they keep their name and kind from one A to the next."""
+        """Yield the branches: orbits are joined as long as they have the same name and kind at successive A."""
         held: dict[tuple, list[int]] = defaultdict(list)
         rows: dict[tuple, list[Orbit]] = defaultdict(list)
         for i, there in enumerate(self.orbits):
@@ -62,7 +62,7 @@ class Family:
 
 
 def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3) -> Family:
-    """All orbits at the values `A` and beside every bifurcation between the smallest and the largest of them."""
+    """Compute all orbits at the values `A` and close to every bifurcation between the smallest and largest of them."""
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
         raise ValueError(bad("A", list(A), "at least two values"))
@@ -80,14 +80,14 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
 
 
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
-    """The section points (ξ, ξ') at τ = phase + 2πk, from the first impact on: float64 (period, 2)."""
+    """Compute the section points (ξ, ξ') at τ = phase + 2πk, from the first impact on: float64 (period, 2)."""
     start = float(orbit.phases[0])
     motion = simulate(A=orbit.A, B=orbit.B, tau0=start, transient=0, periods=orbit.period, section_phase=phase)
     return np.asarray(motion.section)
 
 
 def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
-    """One row of numbers for each A: the values of the orbit there, sorted, so that columns are curves."""
+    """Return one row for each A with the sorted values of the orbit, so that each column is a curve."""
     rows = [np.sort(values(orbit)) for orbit in branch.orbits]
     width = max(map(len, rows), default=0)
     return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])

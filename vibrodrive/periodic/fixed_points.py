@@ -1,16 +1,16 @@
-"""Launch phases that return to themselves after n flights: all of them, each bracketed.
+"""All launch phases that return to themselves after n flights, each found inside a bracket.
 
 On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone, falling
-for odd n, growing for even n. For odd n G(ψ) - ψ falls: one root or none, decided by its signs at the ends. For
-even n the cell is halved until each piece is decided:
+for odd n, growing for even n. For odd n G(ψ) - ψ falls, so there is one root or none, determined by the signs at the
+ends. For even n the cell is halved until the result is known for each piece:
 
-* no root, where the images of the ends, or the value in the middle and the slope, exclude one;
-* one root or none, decided by the signs, where the slope stays on one side of 1;
-* undecided, where G(ψ) - ψ is within rounding of zero and the slope of 1: a tangency (fold, doubling) as
-  close as floats can tell.
+* no root, if the images of the ends, or the value in the middle and the slope, exclude one;
+* one root or none, determined by the signs, if the slope is on one side of 1 throughout;
+* undecided, if G(ψ) - ψ differs from zero and the slope from 1 only by rounding: a tangency (fold, period doubling)
+  within the precision of floats.
 
 The slope on a piece is enclosed, not sampled: every time and phase in its formula is monotone in ψ, so
-the two ends bound it.
+the values at the two ends bound it.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
-SLACK = 1e-12  # widens every enclosure, relatively: far above the rounding of the terms in it
-NOISE = 2e-14  # of G(ψ) - ψ, phases being of order 1
+SLACK = 1e-12  # relative widening of every enclosure: far above the rounding of its terms
+NOISE = 2e-14  # rounding error of G(ψ) - ψ, as phases are of order 1
 
-ROWS = 64  # pieces of a cell waiting: halving a cell 53 times leaves at most 54
+ROWS = 64  # largest number of pieces that wait on the stack: 53 halvings of a cell leave at most 54
 
 
 class Work(NamedTuple):
-    """Arrays that `roots` works in: pieces waiting (ROWS, 2), slides of two flights (any, 3), and no slides (0, 3)."""
+    """Work arrays of `roots`: stack of pieces (ROWS, 2), slides of two flights (any, 3), empty slides (0, 3)."""
 
     stack: np.ndarray
     one: np.ndarray
@@ -43,7 +43,7 @@ class Work(NamedTuple):
 
 @inline
 def force_between(one, other, falling, A, B):
-    """Bounds of |H| over phases inside one half wave, where it has one peak in the middle."""
+    """Return bounds of |H| between two phases within one half wave, where |H| has one peak in the middle."""
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
     h_one = sign * (A * math.sin(one) - B)
@@ -56,7 +56,7 @@ def force_between(one, other, falling, A, B):
 
 @inline
 def cosine_between(low, high):
-    """Bounds of the cosine on [low, high]."""
+    """Return bounds of the cosine on [low, high]."""
     one, other = math.cos(low), math.cos(high)
     least, most = min(one, other), max(one, other)
     if math.floor((high - PI) / TWO_PI) > math.floor((low - PI) / TWO_PI):
@@ -68,7 +68,7 @@ def cosine_between(low, high):
 
 @part
 def slope_between(one, other, count, A, B):
-    """Bounds of |dG/dψ| between two phases whose flights have the slides `one` and `other`."""
+    """Return bounds of |dG/dψ| between two phases whose flights have the slides `one` and `other`."""
     low, high = 1.0, 1.0
     w_low, w_high, s_low, s_high = 0.0, 0.0, 0.0, 0.0
     falling = False
@@ -111,7 +111,7 @@ def slope_between(one, other, count, A, B):
 
 @part
 def bisect(a, ga, b, n, A, B, horizon, no_slides):
-    """The root of G(ψ) - ψ in [a, b], to neighbouring floats; ga is its value at a."""
+    """Return the root of G(ψ) - ψ in [a, b], to neighbouring floats; ga is the value at a."""
     while True:
         middle = 0.5 * (a + b)
         if middle <= a or middle >= b:
@@ -127,11 +127,11 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
 
 @jit(_nrt=False)
 def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
-    """All ψ in the cell (low, high) with G(ψ) = ψ, ascending, into `found`, as far as `steps` pieces of it go.
+    """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`; one call handles up to `steps` pieces.
 
-    `certain` is False for an undecided one. `under_way` int64 (2,) holds the number of pieces on the stack (-1 before
-    the first call) and of roots found. Returns whether the search is complete; if not, the next call continues it. If
-    all rows are full, `found` and `certain` must be enlarged before.
+    `certain` is False for an undecided root. `under_way` int64 (2,) contains the number of pieces on the stack (-1
+    before the first call) and of roots found. Returns True if the search is complete; if not, the next call continues
+    it. If all rows are full, `found` and `certain` must be enlarged before the next call.
     """
     low, high = cell
     stack, one, other, no_slides = work
@@ -188,8 +188,8 @@ def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
 
 
 def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-    """(ψ, certain) of all roots in the cell [low, high]."""
-    # a period holds one slide up and one down at most
+    """Return (ψ, certain) of all roots in the cell [low, high]."""
+    # a period contains at most one slide up and one down
     work = Work(np.empty((ROWS, 2)), np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3)), NO_SLIDES)
     found, certain = np.empty(64), np.empty(64, dtype=np.bool_)
     under_way = np.array([-1, 0])

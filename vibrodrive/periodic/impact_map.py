@@ -1,9 +1,9 @@
-"""The impact-phase map: at ε = 0 an ideally plastic impact leaves no memory of the motion before it except its time.
+"""The impact-phase map: at ε = 0 the motion after an ideally plastic impact depends only on the time of the impact.
 
-So the motion is a map of the circle, phase of an impact ↦ phase of the next one. Over the phases at which an
-impact is followed by a rest it is constant; over the rest, the window φ_up < φ < π - φ_up in which H > 1, it
-falls on every branch between breakpoints. Its derivative is continuous where a sticking appears or vanishes
-and at φ_up (there it is 0); the map jumps at π - φ_up and where a flight grazes the obstacle.
+So the motion is a map of the circle, phase of an impact ↦ phase of the next impact. The map is constant over the
+phases at which a rest follows the impact. Over the other phases, the window φ_up < φ < π - φ_up in which H > 1, it
+falls on every branch between breakpoints. Its derivative is continuous at phases at which a sticking appears or
+vanishes, and at φ_up, where it is 0. The map jumps at π - φ_up and at phases from which a flight grazes the obstacle.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
-HORIZON = 10_000  # excitation periods for which a flight is followed: the smaller B, the longer it may last
+HORIZON = 10_000  # longest flight that is computed, in excitation periods: the smaller B, the longer flights may be
 
 LANDINGS = 100
-"""Excitation periods within which a flight must land for its breakpoints to be sought, unless fewer are asked for.
-There is one for every number of periods that a flight may last, and those are about 0.1/B."""
+"""Longest flights, in excitation periods, whose breakpoints are listed by default. There is one breakpoint for each
+possible number of periods of a flight, about 0.1/B in total."""
 
-LARGEST_PHASE = 1e12  # beyond, a double has few digits left for the place in a period
+LARGEST_PHASE = 1e12  # a larger double has few digits for the phase within a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
 
-SLIDES_NAMED = 16  # of a flight that never lands
+SLIDES_NAMED = 16  # slides in the word of a flight that never lands
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
-    """The states of the flight launched at ψ, from UP to IMPACT; SLIDES_NAMED slides of one that never lands."""
+    """Return the states of the flight launched at ψ, from UP to IMPACT; if it never lands, of SLIDES_NAMED slides."""
     k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NO_SLIDES)
     slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
     flight(psi, A, B, HORIZON, NO_WORD, slides)
@@ -54,19 +54,19 @@ def states(psi: float, A: float, B: float) -> list[State]:
 
 
 def spell(word: list[State]) -> str:
-    """A word as text: "REST UP STICK DOWN IMPACT"."""
+    """Return a word as text, such as "REST UP STICK DOWN IMPACT"."""
     return " ".join(s.name for s in word)
 
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """The next impact after each of `start`; all arrays have its shape.
+    """The next impact after each of the phases `start`; all arrays have its shape.
 
     phase : phase of the next impact in [0, 2π); NaN if there is none.
-    periods : whole excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
+    periods : number of excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
     speed : impact speed |ξ'|.
-    derivative : d phase / d start, exact: 0 after a rest, else closed-form variation of the flight.
-    word : the states on the way, as text.
+    derivative : d phase / d start, exact: 0 after a rest, otherwise from the closed-form variation of the flight.
+    word : states from one impact to the next, as text.
     """
 
     start: np.ndarray
@@ -93,13 +93,14 @@ def _word_from(phi: float, A: float, B: float) -> str:
 
 
 class ImpactMap:
-    """φ ↦ next impact, for one A and B.
+    """The map from the phase φ of an impact to the next impact, for one A and B.
 
-    `window` are the phases between which an impact is followed by a launch at once (empty for A <= 1 + B,
-    where the mass never leaves). `breakpoints` (ascending, in the window including its ends) are where the
-    map is not smooth, with `kinds` "rest" (the rest after the impact begins or ends), "grazing" (a jump: the
-    flight just touches the obstacle) or "stick" (a sticking in the air appears or vanishes), and `words` of
-    the flights between them; the ones of flights of more than LANDINGS excitation periods are left out.
+    `window` contains the two phases between which a launch follows an impact without a rest. It is empty for
+    A <= 1 + B, where the mass never leaves the obstacle. `breakpoints` (ascending, in the window including its ends)
+    are the phases at which the map is not smooth. Their `kinds` are "rest" (the rest after the impact appears or
+    vanishes), "grazing" (a jump: the flight just touches the obstacle) and "stick" (a sticking in the air appears or
+    vanishes). `words` are the words of the flights between them. Breakpoints of flights of more than LANDINGS
+    excitation periods are left out.
     """
 
     def __init__(self, A: float, B: float = 0.1) -> None:
@@ -109,10 +110,10 @@ class ImpactMap:
         nothing = HALF_PI, HALF_PI, math.nan
         up, end, touching = launch_window(self.A, self.B) if self.moves else nothing
         self.window: tuple[float, float] = up, end
-        self.touching: float = touching  # the launch whose flight touches the obstacle without speed, if B = 0
+        self.touching: float = touching  # for B = 0 the launch whose flight touches the obstacle without speed
 
     def __call__(self, phi: ArrayLike) -> Impacts:
-        """The next impact after each of the phases `phi`, of any shape.
+        """Return the next impact after each of the phases `phi`, an array of any shape.
 
         Raises
         ------
@@ -148,18 +149,18 @@ class ImpactMap:
         return self.pieces(LANDINGS)
 
     def pieces(self, horizon: int) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
-        """(breakpoints, kinds, words) as far as flights of up to `horizon` excitation periods have them."""
+        """Return (breakpoints, kinds, words) of flights of up to `horizon` excitation periods."""
         if not self.moves:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        if not low <= high:  # A within rounding of 1 + B: a window without a float in it
+        if not low <= high:  # A is 1 + B within rounding: no float is inside the window
             return np.array([up, end]), ("rest", "rest"), (_word_from(up, self.A, self.B),)
         cells = intervals(low, high, 1, self.A, self.B, horizon)
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))
-            if before != after:  # else only the place of the impact differs: the map is smooth here
+            if before != after:  # otherwise only the period of the impact differs: the map is smooth here
                 phases.append(first)
                 kinds.append(kind_of_change(before, after))
                 words.append(spell(after))
@@ -180,13 +181,13 @@ class ImpactMap:
 
 
 def kind_of_change(before: list[State], after: list[State]) -> str:
-    """Why two neighbouring flights have different words: "grazing" if one ends where the other goes on."""
+    """Return why two neighbouring flights have different words: "grazing" if one ends earlier, otherwise "stick"."""
     one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
 def impact_map(A: float, B: float = 0.1) -> ImpactMap:
-    """The impact-phase map at ε = 0: from the phase of an impact to the phase of the next one.
+    """Return the impact-phase map at ε = 0, from the phase of an impact to the phase of the next one.
 
     Parameters
     ----------
@@ -196,8 +197,8 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
     Returns
     -------
     ImpactMap
-        to be called with phases in radians, an array of any shape; what it returns has arrays of that shape: phase,
-        periods, speed, derivative and word.
+        a function of phases in radians, an array of any shape. Its result has the arrays phase, periods, speed,
+        derivative and word of this shape.
 
     Raises
     ------
@@ -206,7 +207,7 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
 
     Examples
     --------
-    After an impact at phase 0 the mass rests first, after one at 1 it leaves the obstacle at once:
+    After an impact at phase 0 the mass rests first; after an impact at phase 1 it leaves the obstacle immediately:
 
     >>> import vibrodrive as vd
     >>> following = vd.impact_map(3.04)([0.0, 1.0])

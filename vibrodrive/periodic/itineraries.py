@@ -1,18 +1,18 @@
 """Itineraries of several flights, and the intervals of launch phases that share one.
 
-The terms (for flight, launch and window see flight.py):
+Terms (for flight, launch and window see flight.py):
 
 * a *letter* is one state (UP, DOWN, STICK, REST, IMPACT), or the mark WINDOW_PASSED,
 * the *word* of a flight is the sequence of its states, letter by letter, as a number (flight.LETTERS, WORDS),
-* the *itinerary* of a launch phase ψ is the words of the flights that follow from it, one after the other, and
-  after each impact how many windows have passed and whether the mass rests before the next launch,
-* a *cell* is an interval of launch phases that share one itinerary.
+* the *itinerary* of a launch phase ψ is the sequence of the words of its flights. After each impact it also contains
+  one mark for each window that has passed, and REST if the mass rests before the next launch,
+* a *cell* is an interval of launch phases with the same itinerary.
 
-Each decision that makes up an itinerary changes at most once as ψ grows, while those before it are unchanged
+Each decision in an itinerary changes at most once as ψ grows, as long as those before it are unchanged
 (flight.py; this also holds for several flights in a row, since a composition of monotone maps is monotone). So the
-phases with one itinerary form an interval, and equal itineraries at two phases mean the same itinerary between them:
-bisection wherever two ends differ finds every boundary, to neighbouring floats, without any sampling. Only an
-interval that contains no float can be missed.
+phases with one itinerary form an interval, and equal itineraries at two phases mean the same itinerary between them.
+Bisection between any two phases with different itineraries therefore finds every boundary, to neighbouring floats,
+without any sampling. Only an interval that contains no float can be missed.
 """
 
 from __future__ import annotations
@@ -27,33 +27,33 @@ from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import release_up
 from vibrodrive.periodic.flight import NO_WORD, append, flight, window_end
 
-FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launched at once, at rest, or not followed to an impact
+FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launch without a rest, rest, or no impact found
 
-WINDOW_PASSED = 6  # a letter of an itinerary beside the states: a window has passed
+WINDOW_PASSED = 6  # letter of an itinerary in addition to the states: a window has passed
 
-NO_SLIDES = np.empty((0, 3))  # passed where the slides of a flight are not to be recorded
+NO_SLIDES = np.empty((0, 3))  # argument for flights whose slides are not recorded
 
-DEPTH = 128  # halvings of an interval: down to neighbouring floats, wherever it lies
+DEPTH = 128  # largest number of halvings of an interval: enough for neighbouring floats everywhere
 
 
 class Pieces(NamedTuple):
-    """Arrays of `split`: ends of the pieces waiting and their itineraries (DEPTH, 2), and no slides (0, 3)."""
+    """Work arrays of `split`: stack of pieces by their ends, and itineraries there (DEPTH, 2); empty slides (0, 3)."""
 
     stack: np.ndarray
     names: np.ndarray
     no_slides: np.ndarray
 
 
-FEW = 64  # steps of the first slice: a step may take milliseconds where flights are long (B = 0)
+FEW = 64  # steps of the first slice: a step may take milliseconds if flights are long (B = 0)
 
 
 @jit(_nrt=False)
 def flights(psi, n, A, B, horizon, slides):
-    """Up to n flights in a row; fewer if the mass comes to rest or after `horizon` excitation periods in all.
+    """Compute up to n flights in a row; fewer if the mass rests, or if they last `horizon` excitation periods in total.
 
-    Returns (itinerary, periods, phase, slope, flown, fate, count): periods and phase are those of the last impact, or
-    of the launch that ends a rest, counted from the period of the first launch; the slope is d(last impact time)/dψ, 0
-    after a rest; `flown` flights with `count` slides end FLYING, RESTS or LOST.
+    Returns (itinerary, periods, phase, slope, flown, fate, count). `periods` and `phase` are those of the last impact,
+    or of the launch after a rest, counted from the period of the first launch. The slope is d(last impact time)/dψ, 0
+    after a rest. `flown` flights with `count` slides were computed; `fate` is FLYING, RESTS or LOST.
     """
     up, _ = release_up(A, B)
     end = window_end(up)
@@ -81,11 +81,11 @@ def flights(psi, n, A, B, horizon, slides):
 
 @jit(_nrt=False)
 def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
-    """Divide the interval `whole` (low, high) into those with one itinerary of n flights, in `steps` halvings at most.
+    """Divide the interval `whole` (low, high) into cells of n flights, with at most `steps` halvings.
 
-    `ends` float64 (rows, 2) receives the first and last float of each. `under_way` int64 (2,) holds the number of
-    pieces on the stack (-1 before the first call) and of intervals found. Returns whether the search is complete; if
-    not, the next call continues it. If all rows but one are full, `ends` must be enlarged before.
+    `ends` float64 (rows, 2) receives the first and last float of each cell. `under_way` int64 (2,) contains the number
+    of pieces on the stack (-1 before the first call) and of cells found. Returns True if the search is complete; if
+    not, the next call continues it. If all rows but one are full, `ends` must be enlarged before the next call.
     """
     low, high = whole
     stack, names, no_slides = pieces
@@ -130,7 +130,7 @@ def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
 
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
-    """[first, last] float of each interval of [low, high] with one itinerary of n flights, ascending."""
+    """Return the [first, last] float of each cell of n flights in [low, high], ascending."""
     ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 

@@ -1,4 +1,4 @@
-"""Where curves of bifurcations meet: one ends on another one, or both pass through each other."""
+"""Points at which curves of bifurcations meet: one curve ends on another, or both cross."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from vibrodrive.periodic.tracing import EDGE
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
-# distance in A and B, times `scale_of`, of two curves where they meet, at most: where they touch, the point is found
-# with the square root of the precision
+# largest distance in A and B, times `scale_of`, of two curves at a common point: if they touch, the accuracy of this
+# point is the square root of the rounding
 SAME_POINT = 1e-7
-TOUCHING = 1e-12  # distance in A, times `scale_of`, of two curves that coincide within rounding
+TOUCHING = 1e-12  # largest distance in A, times `scale_of`, of two curves that coincide within rounding
 
 
 class Meeting(NamedTuple):
-    """A point where a curve meets another one.
+    """A point at which a curve meets another curve.
 
-    A, B : where.
-    other : the place of the other curve in the list.
-    what : "end" if one of the two ends there, "crossing" if both go on.
+    A, B : parameters at the point.
+    other : index of the other curve in the list.
+    what : "end" if one of the two ends there, "crossing" if neither does.
     """
 
     A: float
@@ -37,7 +37,7 @@ class Meeting(NamedTuple):
 
 
 def with_meetings(found: list[Curve]) -> list[Curve]:
-    """The curves of a list, each with the points where it meets another of them."""
+    """Return the curves of a list, each with the points at which it meets other curves of the list."""
     meets: list[list[Meeting]] = [[] for _ in found]
     for (i, one), (j, other) in itertools.combinations(enumerate(found), 2):
         for A, B, what in _meetings(one, other):
@@ -47,7 +47,7 @@ def with_meetings(found: list[Curve]) -> list[Curve]:
 
 
 def _meetings(one: Curve, other: Curve) -> Iterator[tuple[float, float, str]]:
-    """(A, B, "end" or "crossing") of every point that two curves share."""
+    """Yield (A, B, "end" or "crossing") for every common point of two curves."""
     known: list[tuple[float, float]] = []
 
     def new(A: float, B: float) -> bool:
@@ -68,7 +68,7 @@ def _meetings(one: Curve, other: Curve) -> Iterator[tuple[float, float, str]]:
 
 
 def _passes(curve: Curve, A: float, B: float) -> bool:
-    """Whether a curve passes through a point, or ends there."""
+    """Return True if a curve passes through a point or ends there."""
     near = SAME_POINT * scale_of(A)
     if any(abs(curve.A[i] - A) < near and abs(curve.B[i] - B) < near for i in (0, -1)):
         return True
@@ -76,7 +76,7 @@ def _passes(curve: Curve, A: float, B: float) -> bool:
 
 
 def meeting_points(found: Sequence[Curve]) -> list[tuple[float, float, list[int]]]:
-    """(A, B, places of the curves in the list) of every point where two or more curves meet."""
+    """Return (A, B, indices of the curves in the list) for every point at which two or more curves meet."""
     points: list[tuple[float, float, set[int]]] = []
     for i, curve in enumerate(found):
         for m in curve.meets:
@@ -91,7 +91,7 @@ def meeting_points(found: Sequence[Curve]) -> list[tuple[float, float, list[int]
 
 
 def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
-    """Where two curves pass through each other, from one pair of their points to the next."""
+    """Yield the points at which two curves cross."""
     for k, j in zip(*np.nonzero(_overlap(one, other)), strict=True):
         low = max(min(one.B[k : k + 2]), min(other.B[j : j + 2]))
         high = min(max(one.B[k : k + 2]), max(other.B[j : j + 2]))
@@ -103,7 +103,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
             return math.nan if a is None or b is None else a - b
 
         first, last = apart(low), apart(high)
-        # a fold and the border it ends on run side by side, closer than rounding
+        # a fold and the border that it ends on coincide there within rounding
         if not first * last < 0.0 or min(abs(first), abs(last)) < TOUCHING * scale_of(one.A[k]):
             continue
         B = _zero(apart, low, high, first)
@@ -113,7 +113,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(one: Curve, other: Curve) -> np.ndarray:
-    """Which pairs of steps of two curves may cross: their boxes, a little enlarged, have a point in common."""
+    """Return True for each pair of steps of two curves that may cross, because their enlarged boxes overlap."""
 
     def spans(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
@@ -126,5 +126,5 @@ def _overlap(one: Curve, other: Curve) -> np.ndarray:
 
 
 def _zero(f: Callable[[float], float], low: float, high: float, first: float) -> float:
-    """Where f changes its sign between two values of B, at the first of which it is `first`."""
+    """Return the B between two values at which f changes its sign; `first` is f at the first of them."""
     return bisect(lambda b: (f(b) > 0.0) == (first > 0.0), low, high)[0]

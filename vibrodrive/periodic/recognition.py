@@ -1,9 +1,9 @@
-"""Which condition a bifurcation found by a search satisfies: its orbit taken apart into slides.
+"""Recognition of the condition that a bifurcation found by a search satisfies, from the slides of its orbit.
 
-The search reports the orbit on one side of the bifurcation, a little away from it. Every decision of it that is close
-to going the other way gives a candidate, and one is the bifurcation if its equations have a solution at the very A
-that the search found. What lies on both sides of one bifurcation is one condition: a touching counts as no impact
-where the mass goes on at once.
+The search reports the orbit on one side of the bifurcation, at a small distance from it. Every decision of the orbit
+that is close to its opposite gives a candidate condition. The candidate is the condition of the bifurcation if its
+equations have a solution at the A that the search found. The orbits on both sides of a bifurcation give the same
+condition: a touching counts as no impact if the motion continues without a rest.
 """
 
 from __future__ import annotations
@@ -24,12 +24,15 @@ from vibrodrive.periodic.itineraries import NO_SLIDES
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
-SAME = 1e-9  # distance in A, times `scale_of`, of a solution from the bifurcation that the search found, at most
-CLOSE = 0.05  # distance of a decision from going the other way, at most: at a grazing it changes as a square root
+SAME = 1e-9  # largest distance in A, times `scale_of`, of a solution from the bifurcation that the search found
+CLOSE = 0.05  # largest distance of a decision from its opposite; at a grazing it changes like a square root
 
 
 class Part(NamedTuple):
-    """One slide of an orbit as it is found: direction, beginning, times since τ = 0, whether it lands, ξ at its end."""
+    """One slide of an orbit: direction, kind of beginning, times since τ = 0, True if it lands, ξ and |ξ'| at its end.
+
+    `speed` is 0 unless the slide lands.
+    """
 
     falls: bool
     begun: int
@@ -41,7 +44,7 @@ class Part(NamedTuple):
 
 
 def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
-    """The condition of a bifurcation and its unknowns there; None if no condition has a solution there."""
+    """Return the condition of a bifurcation and the unknowns there; None if no condition has a solution there."""
     A, B = found.A, found.B
     solved = []
     for condition, ends in candidates(found.kind, found.orbit):
@@ -59,7 +62,7 @@ def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
 
 
 def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Conditions of this kind that the orbit is close to, the closest first, with the times at which slides end."""
+    """Yield the conditions of this kind that the orbit almost satisfies, closest first, with end times of slides."""
     rests = "REST" in orbit.word.split()
     parts = parts_of(orbit, rests)
     force = [orbit.A * math.sin(p.end) - orbit.B for p in parts]
@@ -87,7 +90,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
 
 
 def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
-    """The slides of one period, from the rest on if there is one, times counted from τ = 0."""
+    """Return the slides of one period, starting after the rest if there is one, with times from τ = 0."""
     A, B = orbit.A, orbit.B
     psi = ImpactMap(A, B).window[0] if rests else float(orbit.phases[0])
     at = psi
@@ -118,7 +121,7 @@ def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
 def _prescribed(
     kind: str, parts: Sequence[Part], rests: bool, critical: int, orbit: Orbit, period: int, doubled: bool = False
 ) -> tuple[Condition, list[float]]:
-    """The condition, with times counted from the period of the first launch."""
+    """Return the condition and the end times of its slides, counted from the period of the first launch."""
     turn = TWO_PI * math.floor(parts[0].begin / TWO_PI)
     up = math.asin(min(1.0, (1.0 + orbit.B) / orbit.A))
     down = math.pi + math.asin((1.0 - orbit.B) / orbit.A)
@@ -130,19 +133,19 @@ def _prescribed(
 
 
 def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
-    """The same period, begun with another part."""
+    """Return the same period, starting with the part at index `first`."""
     span = TWO_PI * orbit.period
     wrapped = [p._replace(begin=p.begin + span, end=p.end + span) for p in parts[:first]]
     return [*parts[first:], *wrapped]
 
 
 def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """With one period that ends with part i, after which the mass rests, and begins after the rest or where i ends."""
+    """Yield the condition for a rest after part i. The period begins after the rest of the orbit, or after part i."""
     there = list(parts[: i + 1])
     if not rests:
         first, *others = _rotated(parts, i + 1, orbit)
         there = [first._replace(begun=FROM_STICK), *others]
-    # until the rest after the last part ends, and the first part begins again
+    # from the first part to the end of the rest after the last part, when the first part begins again
     period = math.ceil((there[-1].end - there[0].begin) / TWO_PI - 1e-2)
     yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, period)
 

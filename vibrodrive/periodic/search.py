@@ -1,23 +1,23 @@
-"""Every periodic orbit of the undisturbed motion, stable or not, from the impact-phase map.
+"""All periodic orbits of the undisturbed motion, stable and unstable, from the impact-phase map.
 
-An orbit that ever rests is launched at φ_up, so there is one such orbit at most: it is followed, not searched for. The
-others launch at every impact; each gives a fixed point of the n-fold map on a cell of one itinerary, and
+After every rest the launch is at φ_up, so there is at most one orbit with a rest. It is followed, not searched for. All
+other orbits launch at every impact. Each gives a fixed point of the n-fold map on a cell of one itinerary, and
 every cell is searched with a bracket (itineraries.py, fixed_points.py). Since the map falls on every branch,
-an orbit of an odd number of impacts has a negative multiplier and can only lose its stability by period
-doubling, one of an even number a positive multiplier and can only do so in a fold.
+an orbit with an odd number of impacts has a negative multiplier and can lose its stability only by period
+doubling. An orbit with an even number has a positive multiplier and can lose its stability only in a fold.
 
-Not orbits of the map, and not listed: the mass that never leaves the obstacle (A <= 1 + B), or never returns to it
-(B = 0).
+A mass that never leaves the obstacle (A <= 1 + B) or never returns to it (B = 0) has no orbit of the map, and none is
+listed.
 
 **On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
-obstacle: it touches it once a period, without speed (flight.py). It is listed as "touching", not found by a
-search. Shifted up by any gap it is a periodic motion without impacts; launched later it lands with some speed;
-so it is neither stable nor unstable, and has no multiplier. `simulate` ends on it with TOO_CLOSE.
+obstacle: it touches the obstacle once a period, without speed (flight.py). It is listed as "touching" and needs no
+search. Shifted up by any gap it is a periodic motion without impacts, and after a later launch it lands with some
+speed. So it is neither stable nor unstable and has no multiplier. `simulate` ends on it with TOO_CLOSE.
 
-**Close to the level** an orbit that launches at every impact has a speed of about 10 B there, and each of its flights
-multiplies a difference of launches by some A/B. Its launch lies in an interval as wide as B/A over its multiplier:
-where that contains hardly a float (STEEPEST), and for B <= LEVEL A, rounding would decide which orbits there are, and
-they are left out.
+**Close to the level** an orbit that launches at every impact has an impact speed of about 10 B, and each of its flights
+multiplies a difference of launches by about A/B. Its launch is in an interval of width B/A divided by its multiplier.
+If this interval contains hardly any float (STEEPEST), and for B <= LEVEL A, rounding would determine which orbits
+exist. Such orbits are left out.
 """
 
 from __future__ import annotations
@@ -41,49 +41,50 @@ STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", 
 TOUCHING = "touching"
 
 LEVEL = 1e-7
-"""B/A up to which an orbit that launches at every impact cannot be told from one that touches without speed."""
+"""B/A up to which rounding does not separate orbits that launch at every impact from one that touches without speed."""
 
 STEEPEST = 1e13
-"""Times B/A: the multiplier from which on an orbit is left out, as rounding decides whether it is found."""
+"""This value times B/A is the multiplier from which an orbit is left out, because rounding would determine if it is
+found."""
 
 SAME_LAUNCH = 1e-8
-"""Launches of one orbit closer than this are one: rounding alone parts them by some 1e-15 A/B. The two halves of an
-orbit that has just doubled its period are this close only within 1e-15 of the bifurcation."""
+"""Distance below which launches of one orbit are equal: rounding separates equal launches by about 1e-15 A/B. The two
+halves of an orbit after a period doubling are this close only within 1e-15 of the bifurcation."""
 
-LONGEST_PERIOD = 100  # excitation periods: the cost of a search grows at least with its square
+LONGEST_PERIOD = 100  # in excitation periods: the cost of a search grows at least with its square
 
 MOST_ITINERARIES = 400_000
-"""Itineraries times periods that a search may have to look at: some ten seconds. Where the motion is irregular
-(A > 3.16 at B = 0.1) the number of itineraries grows exponentially: it doubles with every period at A = 5, and this
-allows 14 periods."""
+"""Largest number of itineraries times periods in a search, for about ten seconds. For irregular motion (A > 3.16 at
+B = 0.1) the number of itineraries grows exponentially: at A = 5 it doubles with every period, so that this limit allows
+14 periods."""
 
-FEW = 4  # phases that an orbit shows of itself
+FEW = 4  # largest number of phases in the text of an orbit
 
 
 def counted(impacts: int) -> str:
-    """“1 impact”, “2 impacts”."""
+    """Return "1 impact", "2 impacts" and so on."""
     return f"{impacts} impact" + ("" if impacts == 1 else "s")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
-    """One periodic orbit; the `period` orbits that differ by whole excitation periods only are one.
+    """One periodic orbit. Its shifts by 1, 2, … excitation periods, `period` motions in total, count as one orbit.
 
     Attributes
     ----------
-    period : whole excitation periods.
+    period : period in excitation periods.
     impacts : number of impacts in one period.
     phases, speeds : phase and impact speed |ξ'| of each impact in order, float64 (impacts,), smallest phase
         first.
-    gaps : whole excitation periods from each impact to the next, int64 (impacts,).
-    multiplier : derivative of the impacts-fold map, exact; its modulus decides on stability.
-    kind : "stable", "unstable", "superstable" (it rests, so neighbouring motions join it), "undecided" (a fold
-        or doubling closer than rounding can tell; then the phases are good to some 1e-7 only), or "touching"
-        (B = 0: its one impact has no speed, and it no multiplier: NaN).
-    word : the states of one period, after the first impact, as text.
-    A, B : where.
-    name : the word of each flight with the number of windows it spans, in a rotation that does not depend on
-        which impact is taken as the first: it is the same for all A up to the next bifurcation.
+    gaps : number of excitation periods from each impact to the next, int64 (impacts,).
+    multiplier : derivative of the impacts-fold map, exact; the orbit is stable if its modulus is below 1.
+    kind : "stable", "unstable", "superstable" (it rests, so neighbouring motions merge with it), "undecided" (a fold
+        or period doubling within rounding; then the accuracy of the phases is only about 1e-7), or "touching"
+        (B = 0: the impact has no speed, and the multiplier is NaN).
+    word : states of one period, after the first impact, as text.
+    A, B : parameters of the orbit.
+    name : words of the flights, each with the number of windows it spans, in a rotation that does not depend on the
+        choice of the first impact. The name is the same for all A up to the next bifurcation.
     """
 
     period: int
@@ -106,11 +107,11 @@ class Orbit:
 
 
 def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
-    """Every periodic orbit of up to `max_period` excitation periods at ε = 0, by period, impacts and phase.
+    """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 
-    The effort grows with the number of itineraries: milliseconds up to some eight periods in the paper's
-    range, ten seconds at most, from where on the search is refused. For B = 0 there is one orbit, "touching", at
-    every A > 1; for 0 < B <= 1e-7 A only an orbit that rests is listed.
+    The time grows with the number of itineraries. It is milliseconds for up to eight periods in the range of the
+    paper. A search of more than about ten seconds is refused. For B = 0 there is one orbit, "touching", at
+    every A > 1. For 0 < B <= 1e-7 A only an orbit that rests is listed.
 
     Parameters
     ----------
@@ -133,11 +134,11 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     Warns
     -----
     UserWarning
-        where a slip is likely: A <= 1 + B, or A above 100 and 100 B.
+        for values that are probably a mistake: A <= 1 + B, or A above 100 and 100 B.
 
     Examples
     --------
-    The two-periodic motion of the paper's Fig. 4, and an unstable one of one period beside it:
+    The stable motion of period 2 in Fig. 4 of the paper, and an unstable motion of period 1 at the same A:
 
     >>> import vibrodrive as vd
     >>> for orbit in vd.orbits(3.04, max_period=2):
@@ -152,7 +153,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
 
 
 def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
-    """`orbits` of checked arguments, without a warning."""
+    """Return the `orbits` for checked arguments, without a warning."""
     if not system.moves:
         return []
     if system.B == 0.0:
@@ -164,17 +165,17 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
 
 
 def check_period(name: str, value: object) -> int:
-    """Cast a longest period to seek. Raises TypeError or ValueError with the one sentence."""
+    """Cast the longest period of a search. Raises TypeError or ValueError with a message of one sentence."""
     return check_count(name, value, 1, LONGEST_PERIOD)
 
 
 def touching_orbit(system: ImpactMap) -> Orbit:
-    """The one orbit on the level."""
+    """Return the one orbit on the level (B = 0)."""
     return replace(trace_orbit(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
 
 
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """The orbit that rests, if its period is at most `limit`: none or one."""
+    """Yield the orbit that rests, if there is one with a period of at most `limit`."""
     up = system.window[0]
     _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NO_SLIDES)
     if fate == RESTS and periods <= limit:
@@ -182,7 +183,7 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 
 
 def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """All cells to be searched for orbits of up to `limit` periods. Raises ValueError if they are too many."""
+    """Return all cells to be searched for orbits of up to `limit` periods. Raises ValueError if they are too many."""
     if system.B <= LEVEL * system.A:
         return []
     most = MOST_ITINERARIES // limit
@@ -196,14 +197,14 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
 def itinerary_cells(
     system: ImpactMap, limit: int, only: Sequence[int] | None = None
 ) -> Iterator[tuple[float, float, int, int]]:
-    """(low, high, n, periods) of every interval of ψ with one itinerary of n flights and launches.
+    """Yield (low, high, n, periods) for every interval of ψ with one itinerary of n flights without a rest.
 
-    `only` those whose itineraries of 1, 2, … flights are the given numbers.
+    `only` restricts them to those whose itineraries of 1, 2, … flights are the given numbers.
     """
     A, B = system.A, system.B
     up, end = system.window
     low, high = math.nextafter(up, end), math.nextafter(end, up)
-    alive = [(low, high)] if low <= high else []  # A within rounding of 1 + B: a window without a float in it
+    alive = [(low, high)] if low <= high else []  # A is 1 + B within rounding: no float is inside the window
     for n in range(1, (limit if only is None else len(only)) + 1):
         above = alive
         alive = []
@@ -216,7 +217,7 @@ def itinerary_cells(
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """The orbits that launch at every impact, each from the cell of its smallest launch phase."""
+    """Yield the orbits that launch at every impact, each from the cell of its smallest launch phase."""
     for low, high, n, periods in cells_to_search(system, limit):
         for psi, certain in returning_launches(system, low, high, n, periods):
             if psi == min(launches(system, psi, n, periods)):
@@ -226,11 +227,11 @@ def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 def returning_launches(
     system: ImpactMap, low: float, high: float, n: int, periods: int
 ) -> Iterator[tuple[float, bool]]:
-    """(ψ, certain) of every launch phase in the cell that returns after n flights, and not before."""
+    """Yield (ψ, certain) for every launch phase in the cell that returns after n flights, and not before."""
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):
         others = launches(system, psi, n, periods)[1:]
-        # flights of an orbit of fewer impacts lead back to the very root before the n-th
+        # an orbit of fewer impacts returns to the same root before the n-th flight
         if not any(
             abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
         ):
@@ -238,7 +239,7 @@ def returning_launches(
 
 
 def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]:
-    """The n launch phases of the orbit through ψ."""
+    """Return the n launch phases of the orbit through ψ."""
     phases = [psi]
     for _ in range(n - 1):
         phases.append(flights(phases[-1], 1, system.A, system.B, periods, NO_SLIDES)[2])
@@ -246,7 +247,7 @@ def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
-    """The orbit of n impacts through the launch phase ψ."""
+    """Compute the orbit of n impacts through the launch phase ψ."""
     A, B = system.A, system.B
     up, end = system.window
     phases, speeds, gaps, words = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64), []
@@ -265,9 +266,9 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         phase = float(step.phase)
         speeds[(i + 1) % n] = step.speed
     if any(State.REST in word for word in words):
-        multiplier = 0.0  # whatever the slopes of its other flights
+        multiplier = 0.0  # exactly, independent of the slopes of its other flights
     late = (phases >= end).astype(np.int64)
-    spans = gaps + np.roll(late, -1) - late  # counted from launch to launch: a rest may last over the turn 2π
+    spans = gaps + np.roll(late, -1) - late  # from launch to launch, as a rest may begin before 2π and end after it
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
     first = int(np.argmin(phases))
     words = words[first:] + words[:first]
@@ -287,7 +288,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
 
 
 def kind_of(multiplier: float) -> str:
-    """Stability by the multiplier."""
+    """Return the stability that follows from the multiplier."""
     if multiplier == 0.0:
         return SUPERSTABLE
     return STABLE if abs(multiplier) < 1.0 else UNSTABLE

@@ -1,9 +1,9 @@
 """A curve of solutions followed through the plane (A, B), by a predictor along its tangent and Newton's method.
 
-Steps are taken along the curve in the space of all unknowns (pseudo-arclength), so that it may turn back in B or in
-A. Where one of the motion's margins vanishes, or the curve leaves the box, it ends: that point is found as a zero
-along the last step. So is every point at which B turns back, so that B is monotone between neighbouring points and
-one value of B between them belongs to exactly one point of the curve.
+The steps follow the curve in the space of all unknowns (pseudo-arclength), so that the curve may turn back in B or in
+A. The curve ends at the point at which a margin of the motion vanishes or the curve leaves the box. This point is found
+as a zero along the last step. Every point at which B turns back is found in the same way, so that B is monotone between
+neighbouring points, and each value of B between them belongs to exactly one point of the curve.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Margin, newton
 
-LONGEST = 1.0 / 48.0  # step, in widths of the box and radians of the times
-SHORTEST = 1e-9  # step: a curve that cannot be followed further is left there
+LONGEST = 1.0 / 48.0  # longest step, in widths of the box and radians of the times
+SHORTEST = 1e-9  # shortest step: a curve that would need a shorter one ends as "lost" or at a vanishing margin
 NEAR = LONGEST / 50.0  # longest step across the end of a curve
-ROUNDING = 1e-10  # margins that are this little below zero are zero
-FAR = 0.2  # share of a step by which its prediction may be wrong
-MOST_POINTS = 20_000  # of one curve
+ROUNDING = 1e-10  # rounding of margins: a margin above minus this value counts as not negative
+FAR = 0.2  # largest error of a prediction, as a share of the step
+MOST_POINTS = 20_000  # largest number of points of one curve
 
 EDGE, LOST, CLOSED = "edge", "lost", "closed"
-"""Ends of a curve beside a vanishing margin: the edge of the box, a place where no solution is found, or none."""
+"""Ends of a curve other than a vanishing margin: the edge of the box, a point beyond which no solution is found, or no
+end, because the curve is closed."""
 
 
 class Box(NamedTuple):
@@ -39,7 +40,7 @@ class Box(NamedTuple):
         return [Margin(EDGE, value) for value in inside]
 
     def onto_edge(self, u: np.ndarray) -> np.ndarray:
-        """A point within rounding of an edge, put on it."""
+        """Return the point, moved exactly onto an edge if its distance is within rounding."""
         u = u.copy()
         for k, edges in ((-2, self.A), (-1, self.B)):
             for edge in edges:
@@ -49,7 +50,7 @@ class Box(NamedTuple):
 
 
 def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray, tuple[str, str]]:
-    """Points (m, S + 2) of the whole curve through a solution `seed` inside the box, and why it ends at both ends."""
+    """Return points (m, S + 2) of the curve through a solution `seed` inside the box, and the reasons for its ends."""
     forward, last = _Walk(condition, box).go(seed, 1.0)
     if last == CLOSED:
         return np.array(forward), (CLOSED, CLOSED)
@@ -64,7 +65,7 @@ class _Walk:
     def __init__(self, condition: Condition, box: Box) -> None:
         self.condition = condition
         self.box = box
-        # a step along the curve counts A and B in widths of the box, times in radians
+        # the length of a step measures A and B in widths of the box, times in radians
         self.scale = np.ones(len(condition.slides) + 2)
         self.scale[-2:] = box.A[1] - box.A[0], box.B[1] - box.B[0]
 
@@ -72,7 +73,7 @@ class _Walk:
         return self.condition.margins(u) + self.box.margins(u)
 
     def tangent(self, u: np.ndarray, along: np.ndarray | None) -> np.ndarray:
-        """The direction of the curve at u, of unit length in scaled unknowns; that of `along`, if given."""
+        """Return the unit tangent of the curve at u in scaled unknowns, pointing along `along`, if given."""
         _, slopes = self.condition.linearised(u)
         direction = np.linalg.svd(slopes * self.scale)[2][-1]
         if along is None:
@@ -80,12 +81,12 @@ class _Walk:
         return direction if direction @ along >= 0.0 else -direction
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray) -> np.ndarray | None:
-        """The point of the curve across from u, at right angles to the tangent."""
+        """Return the point of the curve nearest to u in the plane through u perpendicular to the tangent, or None."""
         row = tangent / self.scale
         return newton(self.condition, u, row, float(row @ u))
 
     def go(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
-        """The points from the seed on, and why they end."""
+        """Return the points from the seed on, and the reason for the end."""
         points = [seed]
         tangent = sign * self.tangent(seed, None)
         start, step = tangent, 0.25 * LONGEST
@@ -100,7 +101,7 @@ class _Walk:
                 continue
             turned = self.tangent(there, tangent)
             if min(m.value for m in self.margins(there)) <= 0.0:
-                # a long step may have passed more than the end, and what lies behind it makes no sense
+                # a long step may have passed more than one end, and the equations have no meaning beyond the first
                 stop = self.first_end(here, there, tangent) if step < NEAR else None
                 if stop is None:
                     step *= 0.25
@@ -123,18 +124,18 @@ class _Walk:
         return points, LOST
 
     def why_here(self, u: np.ndarray) -> str:
-        """The margin that vanishes at a point beyond which the curve cannot be followed."""
+        """Return the name of the margin that vanishes at a point beyond which the curve cannot be followed, or LOST."""
         least = min(self.margins(u), key=lambda m: m.value)
         return least.what if least.value < ROUNDING else LOST
 
     def passes(self, seed: np.ndarray, start: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
-        """Whether the seed lies on the step from here to there."""
+        """Return True if the seed is on the step from `here` to `there`."""
         before, behind = (float(start @ ((u - seed) / self.scale)) for u in (here, there))
         length = float(np.linalg.norm((there - here) / self.scale))
         return before < 0.0 <= behind and float(np.linalg.norm((there - seed) / self.scale)) <= length
 
     def add_turn(self, points: list[np.ndarray], there: np.ndarray, tangent: np.ndarray, turned: np.ndarray) -> None:
-        """Add a point, and before it the one at which B turns back, if it does on the way."""
+        """Add a point. If B turns back on the way to it, add the turning point first."""
         here = points[-1]
         if tangent[-1] * turned[-1] < 0.0 and not np.array_equal(here, there):
 
@@ -147,7 +148,7 @@ class _Walk:
         points.append(there)
 
     def first_end(self, here: np.ndarray, there: np.ndarray, tangent: np.ndarray) -> tuple[np.ndarray, str] | None:
-        """Where the first margin vanishes between two points of the curve, and which; None if it is not found."""
+        """Return the point between two others at which the first margin vanishes and its name; None if not found."""
         for k, margin in enumerate(self.margins(there)):
             if margin.value > 0.0:
                 continue
@@ -165,13 +166,13 @@ class _Walk:
     def zero(
         self, f: Callable[[np.ndarray], float], here: np.ndarray, there: np.ndarray, tangent: np.ndarray
     ) -> np.ndarray | None:
-        """The point of the curve between two others at which f changes its sign, None if it does not."""
+        """Return the point of the curve between two others at which f changes its sign, None if it does not."""
 
         return zero_on(lambda share: self.corrected(here + share * (there - here), tangent), f)
 
 
 def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], float]) -> np.ndarray | None:
-    """The point at(share), 0 <= share <= 1, where f changes its sign (Illinois rule); None if it does not."""
+    """Return the point at(share), 0 <= share <= 1, at which f changes its sign; None if it does not. Illinois rule."""
     low, high = 0.0, 1.0
     first, last = at(low), at(high)
     if first is None or last is None:
@@ -204,9 +205,10 @@ def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], 
 
 
 def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float) -> float | None:
-    """The A of the curve at B, which lies between those of two neighbouring points; None if it is not found.
+    """Return the A of the curve at a value of B between those of two neighbouring points; None if it is not found.
 
-    Where B hardly changes along the curve, a guess at B may lead anywhere: B is approached along the curve first.
+    If B hardly changes along the curve, Newton's method at this B may converge to a distant point. Then the point is
+    found by a search along the curve instead.
     """
     found = _solution_at(condition, here, there, -1, B)
     if found is not None and _lies_between(found, here, there):
@@ -223,7 +225,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
 
 
 def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
-    """Whether a point lies across from the step between two others, not further away than its quarter."""
+    """Return True if a point projects onto the step between two others and is within a quarter of its length."""
     way = there - here
     length = float(np.linalg.norm(way))
     share = float((u - here) @ way) / length**2
@@ -233,7 +235,7 @@ def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
 def cut(
     condition: Condition, points: np.ndarray, ends: tuple[str, str], low: float
 ) -> Iterator[tuple[np.ndarray, tuple[str, str]]]:
-    """The parts of a path on which A >= low, each with why it ends."""
+    """Yield the parts of a path with A >= low, each with the reasons for its ends."""
     inside = points[:, -2] >= low
     part: list[np.ndarray] = []
     first = ends[0]
@@ -257,7 +259,10 @@ def cut(
 def _solution_at(
     condition: Condition, here: np.ndarray, there: np.ndarray, place: int, value: float
 ) -> np.ndarray | None:
-    """The solution with a value of one unknown (A in place -2, B in -1), from a guess between two points."""
+    """Return the solution with a given value of the unknown at index `place` (A: -2, B: -1), None if not found.
+
+    The first guess is between the two points.
+    """
     row = np.zeros(len(here))
     row[place] = 1.0
     guess = here + (value - here[place]) / (there[place] - here[place]) * (there - here)

@@ -1,8 +1,8 @@
-"""Why 6×2π (Fig. 12): a grid Δτ closes, nearly, after q excitation periods if p·Δτ ≈ q·2π.
+"""Explain the period 6×2π of Fig. 12: a grid Δτ nearly repeats after q excitation periods if p·Δτ ≈ q·2π.
 
-After a plastic impact the motion depends on its instant alone, and on a fixed grid that instant is a grid point. So
-a disturbed motion is a sequence of phases kΔτ mod 2π, and it can nearly repeat only after a number of periods
-after which the grid itself does. The best such numbers are the convergents of the continued fraction of Δτ/2π.
+After a plastic impact the motion depends only on the instant of the impact. On a fixed grid this instant is a grid
+point, so a disturbed motion is a sequence of phases kΔτ mod 2π. It can nearly repeat only after a number of periods
+after which the grid nearly repeats. The best such numbers are the convergents of the continued fraction of Δτ/2π.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TWO_PI = Fraction("6.28318530717958647692528676655900576839433879875021")
 
 
 class Convergent(NamedTuple):
-    """`steps`·Δτ = `periods`·2π + `miss`."""
+    """Approximation of excitation periods by grid steps: `steps`·Δτ = `periods`·2π + `miss`."""
 
     steps: int
     periods: int
@@ -27,9 +27,9 @@ class Convergent(NamedTuple):
 
 
 def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
-    """The continued-fraction convergents p·Δτ ≈ q·2π with 1 <= q <= `longest`, in order of growing p.
+    """Return the convergents p·Δτ ≈ q·2π of the continued fraction with 1 <= q <= `longest`, in order of growing p.
 
-    No smaller number of periods comes closer to a grid point.
+    No smaller number of periods than q comes closer to a grid point.
     """
     check_count("longest", longest, 1)
     step = Fraction(check("dtau", dtau))
@@ -50,16 +50,19 @@ def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
 
 
 def closing(dtau: float, longest: int) -> np.ndarray:
-    """Distance of m·2π from the nearest grid point, m = 1 … `longest`: float64 (longest,). Predicted."""
+    """Return the distance of m·2π from the nearest grid point, m = 1 … `longest`: float64 (longest,).
+
+    It predicts the result of `returning`.
+    """
     m = np.arange(1, longest + 1)
     return np.abs(m * (2 * math.pi) - dtau * np.rint(m * (2 * math.pi) / dtau))
 
 
 def returning(section: np.ndarray, longest: int) -> np.ndarray:
-    """How far a motion is from itself m periods later, m = 1 … `longest`: float64 (longest,). Measured.
+    """Measure the distance of a motion from itself m periods later, m = 1 … `longest`: float64 (longest,).
 
-    `section` is float64 (periods, 2) with more than `longest` periods. The median over time of the
-    distance is taken, which single transient motions in between do not reach.
+    `section` is float64 (periods, 2) with more than `longest` periods. The distance is a median over time, so that
+    single transients within the record do not change it.
     """
     section = np.asarray(section, dtype=np.float64)
     return np.array([np.median(np.abs(section[m:] - section[:-m]).max(axis=1)) for m in range(1, longest + 1)])

@@ -1,7 +1,7 @@
-"""What must be kept of a disturbed motion, as a text: "impacts", "word" or "rho < x", joined by "and".
+"""Criteria on disturbed motions as text: "impacts", "word" or "rho < x", or several of them joined by "and".
 
-What each means stands in structure.py (`keeps`); of "impacts", in main_impacts.py; "rho" is the distance from the
-orbit as a curve here (orbit_curve.py), not that of section points. The motions are computed in evaluate.py.
+"impacts" is defined in main_impacts.py, "word" in structure.py. "rho" is here the distance of a motion from the orbit
+as a curve (orbit_curve.py), not the distance of section points. evaluate.py computes the motions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ NEAR = re.compile(r"rho\s*<\s*(\S+)")
 
 
 class Criterion(NamedTuple):
-    """names: of the answers of a Structure; k3: what the distance from the orbit as a curve stays below."""
+    """Criterion on disturbed motions.
+
+    names : attributes of a Structure that must be true.
+    k3 : upper bound of the distance from the orbit as a curve.
+    """
 
     text: str
     names: tuple[str, ...]
@@ -26,14 +30,14 @@ class Criterion(NamedTuple):
 
     @property
     def needs_switches(self) -> bool:
-        """Whether the main impacts and the section do not tell."""
+        """True if the switches are required in addition to the main impacts and the section."""
         return "word" in self.names or math.isfinite(self.k3)
 
 
 def parse_criterion(text: str | Criterion) -> Criterion:
-    """Read a criterion on disturbed motions; a Criterion is returned as it is.
+    """Parse a criterion on disturbed motions. A Criterion is returned unchanged.
 
-    Raises TypeError or ValueError with one sentence.
+    Raises TypeError or ValueError with a message of one sentence.
     """
     if isinstance(text, Criterion):
         return text

@@ -1,7 +1,7 @@
-"""Disturbed motions by the hundred, each judged as it is computed: what the search for limits asks for.
+"""Computation and evaluation of the many disturbed motions that a search for limits requests.
 
-All motions of a request are points of one sweep whose kernels write down sections and main impacts. Where switches are
-needed one by one, the motion is followed alone.
+All motions of a request are points of one sweep, whose kernels record sections and main impacts. If a criterion needs
+the individual switches, each motion is computed separately.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
-BATCH_BYTES = 48 << 20  # sections and impacts of the motions computed together, at most; as much again is being judged
+BATCH_BYTES = 48 << 20  # largest size of the sections and impacts of a batch; up to two batches exist at a time
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Motion:
-    """One motion: its section points (periods, 2), its main impacts, and how to have it with all its switches."""
+    """One motion: its section points (periods, 2), its main impacts, and a function that computes all its switches."""
 
     section: np.ndarray
     impacts: np.ndarray
@@ -44,28 +44,31 @@ class Motion:
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """The same motion, followed alone."""
+        """The same motion with all its switches, computed at the first access."""
         return self._followed()
 
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
-        """Whether it keeps all that the criterion names."""
+        """Return True if the motion satisfies the criterion."""
         switches = self.trajectory.switches if criterion.needs_switches else None
         if not keeps(base, self.section, self.impacts, criterion.names, switches):
             return False
         return math.isinf(criterion.k3) or self.distance(base, criterion.k3) < criterion.k3
 
     def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
-        """Its distance from the orbit as a curve, or one above `enough`."""
-        assert base.curve is not None, "the curve is computed where it is asked for"
+        """Return the distance of the motion from the orbit as a curve; if above `enough`, a lower bound above it."""
+        assert base.curve is not None, "the curve is computed if the criterion has a k3"
         return curve_distance(base.curve, self.trajectory, enough=enough)
 
     def judge(self, base: ReferenceOrbit) -> Structure:
-        """All that its section and impacts say."""
+        """Compare the motion with the orbit in all attributes of a Structure."""
         return judge(base, self.section, self.impacts, self.trajectory.switches if base.word else None)
 
 
 class Evaluator:
-    """Computes the motions at points of a plan under disturbances of one kind. A context: it ends its threads."""
+    """Computation of the motions at points of a plan under disturbances of one kind.
+
+    As a context manager it ends its threads.
+    """
 
     def __init__(self, plan: Plan, disturbance: str, threads: int) -> None:
         self._plan = plan
@@ -82,7 +85,7 @@ class Evaluator:
         self._ahead.shutdown()
 
     def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | None]:
-        """The orbits on which the undisturbed motions at these points settle; None where one does not."""
+        """Return the orbits on which the undisturbed motions at these points settle; None for each that does not."""
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
         points[:, COLUMNS.index("dtau")] = math.nan
@@ -102,9 +105,10 @@ class Evaluator:
         ask: Callable[[ReferenceOrbit, Motion], T],
         one_by_one: bool = False,
     ) -> list[list[T]]:
-        """ask(orbit, motion) for each (number of a point, its orbit, disturbances): a list for each of them.
+        """Return the results of ask(orbit, motion), one list for each request.
 
-        one_by_one: each motion is followed alone, as many at a time as there are threads: its switches are needed.
+        A request is (number of a point, its orbit, disturbances). If `one_by_one`, each motion is computed separately
+        with its switches, as many at a time as there are threads.
         """
         bases = [base for _, base, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
@@ -118,13 +122,13 @@ class Evaluator:
         return [[next(found) for _ in values] for _, _, values in requests]
 
     def _alone(self, point: np.ndarray) -> Motion:
-        """A disturbed motion with all its switches."""
+        """Compute a disturbed motion with all its switches."""
         trajectory = self._follow(point, self._plan.settings)
         section = np.where(trajectory.status == Status.BUDGET, np.nan, trajectory.section)
         return Motion(section, trajectory.impacts, lambda: trajectory)
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
-        """The motions at these points, in order; while some are looked at the next are computed."""
+        """Yield the motions at these points, in order. While the caller evaluates a batch, the next is computed."""
         most = max(1, BATCH_BYTES // (settings.periods * (16 + 2 * 32)))
         parts = [points[at : at + most] for at in range(0, len(points), most)]
         tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]
@@ -150,7 +154,7 @@ class Evaluator:
 
 
 def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
-    """What of the structure is lost, in words."""
+    """Return a text that names the lost parts of the structure."""
     reasons = []
     if "impacts" in criterion.names and not found.impacts and found.gaps:
         reasons.append("impacts in another order")
@@ -169,7 +173,7 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
 
 
 def _became(usual: Sequence[int], now: Sequence[int]) -> str:
-    """What has become of gaps between impacts, from those of a cycle and which there are now."""
+    """Return a text that compares the gaps between impacts now with the usual ones, those of the orbit's cycle."""
     said = f"gaps {_listed(usual)} became {_listed(now)}"
     if list(now) != sorted(set(usual)):
         return said

@@ -1,7 +1,7 @@
-"""Where the usual methods fail: every switch of a motion compared with the certified path.
+"""Failures of the usual methods: comparison of every switch of a motion with the certified path.
 
-At each switch of a fixed or Muller motion the certified path starts anew from the very same state, and the next
-switches of the two are compared. So a failure affects no later comparison. The method's switch is
+At each switch of a motion with the method `fixed` or `muller`, a certified motion starts from exactly the same state,
+and the next switches of both are compared. So a failure affects no later comparison. The switch of the method is
 
     missed   more than Δτ after the certified one, and another transition: the true switch was passed over
     late     more than Δτ after it, but the same transition: a zero was passed over and a later one taken
@@ -33,12 +33,12 @@ from vibrodrive.model.states import State
 KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
-AHEAD = 2  # periods the certified path is followed from a restart: no sticking or rest that ends at all is longer
-ROWS = 8  # certified switches looked at after one: an impact, or a start within rounding of a boundary, takes extra
+AHEAD = 2  # periods of the certified path after each start: every sticking or rest that ends is shorter
+ROWS = 8  # certified switches recorded after each start: an impact or a start very close to a boundary adds some
 
 
 class SwitchCounts(NamedTuple):
-    """How the switches of one motion were found: how many were looked at (judged), and how many failed in each way."""
+    """Numbers of the switches of one motion: all that were compared (judged), and the failures of each kind."""
 
     judged: int
     missed: int
@@ -47,9 +47,9 @@ class SwitchCounts(NamedTuple):
 
 
 def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The certified switches that end `states`, begun at τ from ξ at rest: period, phase and next state of each.
+    """Return period, phase and next state of the certified switches that end `states`, begun at τ from ξ at rest.
 
-    tau, xi float64 (n,), states int64 (n,); results int64, float64, int64 (n,). The period is -1 where there is none.
+    tau, xi float64 (n,), states int64 (n,); results int64, float64, int64 (n,). The period is -1 if there is no switch.
     """
     points = np.repeat(plan.points(0, 1), len(tau), axis=0)
     for name, values in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
@@ -62,17 +62,17 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
 
 
 def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """How far behind the certified switch the method's is, and whether it is the same transition, for each switch.
+    """Return the delay of each switch behind the certified one, and whether both are the same transition.
 
-    float64 and bool (n,): inf and False where the certified path has no further switch. Never negative but for rounding
-    and `tol`: no method finds a zero before the first.
+    float64 and bool (n,): inf and False if the certified path has no further switch. Except for rounding and `tol` no
+    delay is negative, because no method finds a zero before the first.
     """
     s = plan.settings
     rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches
     judged = np.flatnonzero(rows["after"][:-1] != State.IMPACT)
     row, following = rows[judged], rows[judged + 1]
     at_obstacle = (row["after"] == State.REST) | (row["before"] == State.IMPACT)
-    # a slide found over late may have sunk below the obstacle: the next state is then judged just above it
+    # a slide whose end was found late may have passed below the obstacle: the next state then starts just above it
     xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
     tau = TWO_PI * row["period"] + row["phase"]
     period, phase, to = next_switches(plan, tau, xi, row["after"].astype(np.int64))
@@ -82,7 +82,7 @@ def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarr
 
 
 def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
-    """Hold every switch of the one motion of a plan (method fixed or muller) against the certified path."""
+    """Compare every switch of the one motion of a plan (method fixed or muller) with the certified path."""
     behind, same = compared(plan, halt)
     in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
     kinds = ~in_time & ~same, ~in_time & same, in_time & ~same
@@ -92,9 +92,9 @@ def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
 def failures_of_methods(
     plan: Plan, periods: int, threads: int | None = None
 ) -> Generator[tuple[int, int, SwitchCounts], None, None]:
-    """(method, point, counts) for every point of a plan and both methods, `periods` excitation periods of each.
+    """Yield (method, point, counts) for every point of a plan and both methods, over `periods` excitation periods.
 
-    In the order of methods and points, computed by `threads` threads, all by default.
+    The order is that of methods and points. `threads` threads compute them, all by default.
     """
     halt = Halt()
 
@@ -104,7 +104,7 @@ def failures_of_methods(
         return count_failures(motion, halt)
 
     tasks = [(m, at) for m in range(len(METHODS)) for at in range(plan.n_points)]
-    # what comes first compiles: in this thread, where Ctrl-C is answered meanwhile
+    # the first motions compile the kernels; they run in this thread, which responds to Ctrl-C
     first = {m: count(m, 0) for m in range(len(METHODS))}
     pool = ThreadPoolExecutor(check_threads(threads))
     try:

@@ -1,12 +1,12 @@
 """The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
 
-A loss in ε has a narrow edge: kept below, lost above, and in between, looked at finely, sometimes in turn (A = 3.9,
-B = 0.6: kept and lost alternate from 2.45e-3 to 2.54e-3). A loss in Δτ has none: structure is lost at isolated values
-first and comes back, because a grid may happen to resolve all switches of this orbit, or to miss some. So a limit is
-a band with two ends, the first loss and the last value kept.
+In ε the loss has a narrow edge: the structure is kept below it and lost above it. Within the edge, on a fine scale,
+kept and lost values sometimes alternate (A = 3.9, B = 0.6: from 2.45e-3 to 2.54e-3). In Δτ the loss has no such edge:
+the structure is lost at isolated values first and is kept again above them, because a grid may by chance resolve all
+switches of this orbit or miss some. So a limit is a band with two ends, the first loss and the last value kept.
 
-Many searches run at the same time: each yields the disturbances it needs an answer for next, and the motions of all of
-them are computed as one sweep (evaluate.py).
+Many searches run at the same time. Each yields the disturbances that it needs next, and one sweep computes the motions
+of all searches (evaluate.py).
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from vibrodrive.stability.structure import ReferenceOrbit, Structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
-AXES = ("A", "B", "eta")  # of limits
+AXES = ("A", "B", "eta")  # possible axes of limits
 NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
-SEEN = 4  # times that a record must hold the period of the orbit: its first and last impacts are not judged
-PERIODS = 1500  # recorded for a limit, unless given
-AT_A_TIME = 256  # searches carried on at the same time: the batches stay long as more and more of them end
+SEEN = 4  # shortest record, in periods of the orbit: the first and last impacts of a record are not compared
+PERIODS = 1500  # default length of the record
+AT_A_TIME = 256  # searches at the same time: enough for long batches even after most of them have ended
 EXPLAINED_AT_A_TIME = 32  # limits whose motions on both sides are computed in one batch
 
 
@@ -49,10 +49,10 @@ class Found:
     method: str
 
     def as_velocity(self, value: float) -> float:
-        """The amplitude of the velocity that a value of the disturbance adds to the motion, dimensionless.
+        """Return the amplitude of the velocity that a value of the disturbance adds to the motion, dimensionless.
 
-        A disturbance ε sin ητ of the excitation is a velocity of amplitude εηA. A switch found late by Δτ is one of the
-        order Δτ, as accelerations are of the order 1.
+        A disturbance ε sin ητ of the excitation adds a velocity of amplitude εηA. A delay Δτ of a switch changes the
+        velocity by the order of Δτ, because accelerations are of the order 1.
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
 
@@ -64,18 +64,18 @@ class Limit(Found):
     Attributes
     ----------
     A, disturbance, method, criterion
-        the arguments.
+        arguments of the search.
     B, eta
-        those of the motion.
+        parameters of the motion.
     k2 : float
-        the first loss: smallest disturbance found at which the criterion fails, bisected; an upper bound where
-        `kept_below` is 0, as the smallest value tried was lost; inf if none was found up to `searched_to`, NaN if the
-        undisturbed motion has no period (or, over many A, one longer than half the record).
+        first loss: the smallest disturbance found at which the criterion fails, refined by bisection. It is an upper
+        bound if `kept_below` is 0, because then the smallest value tried was lost. It is inf if no loss was found up
+        to `searched_to`, and NaN if the undisturbed motion has no period or, over axes, if the record is too short.
     kept_below : float
-        largest disturbance below k2 that was kept in the bisection; 0 if none was.
+        largest disturbance below k2 that was kept in the bisection; 0 if there is none.
     last_kept : float
-        largest value kept together with its lower neighbour on the grid (a single one kept among losses is chance);
-        `kept_below` if nothing is kept above k2.
+        largest value kept together with its lower neighbour on the grid, because a single value kept between losses
+        may be chance; `kept_below` if no such value is above k2.
     share_kept : float
         share of the values tried between k2 and last_kept that are kept; 0 if there are none.
     searched_to : float
@@ -83,9 +83,9 @@ class Limit(Found):
     n : int
         period of the undisturbed orbit in excitation periods, 0 if it has none.
     kept, lost : Structure or None
-        at kept_below and at k2.
+        structures at kept_below and at k2.
     how : str
-        how it was lost, in words.
+        description of the loss, or the reason why there is no k2.
     """
 
     criterion: str
@@ -106,7 +106,7 @@ class Limit(Found):
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless as ξ', one unit for both disturbances: k2·η·A in ε, k2 in Δτ."""
+        """k2 as a velocity amplitude, dimensionless like ξ' and comparable for ε and Δτ: k2·η·A in ε, k2 in Δτ."""
         return self.as_velocity(self.k2)
 
     @property
@@ -116,12 +116,12 @@ class Limit(Found):
 
     @property
     def rho_kept(self) -> float:
-        """Largest distance from the orbit at kept_below, of one disturbed motion; NaN if it is not known."""
+        """Largest distance of one disturbed motion from the orbit at kept_below; NaN if it is not known."""
         return self.kept.rho if self.kept is not None else math.nan
 
     @property
     def rho_lost(self) -> float:
-        """Largest distance from the orbit at k2, of one disturbed motion; NaN if it is not known."""
+        """Largest distance of one disturbed motion from the orbit at k2; NaN if it is not known."""
         return self.lost.rho if self.lost is not None else math.nan
 
 
@@ -154,20 +154,21 @@ def limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless as all that follows.
+        excitation amplitude, dimensionless like all parameters.
     disturbance : "eps" or "dtau"
-        physical, eq. (9), or numerical (§5).
+        physical disturbance, eq. (9), or numerical disturbance (§5).
     method : "certified", "muller" or "fixed", optional
-        how switches are found in the disturbed motion: "certified" by default for ε, "fixed" for Δτ, for which
-        "certified" is refused. The undisturbed motion is always certified and has ε = 0.
+        method that finds the switches of the disturbed motion: by default "certified" for ε and "fixed" for Δτ, for
+        which "certified" is not allowed. The undisturbed motion is always certified and has ε = 0.
     criterion : str, optional
-        what must be kept: "impacts" (the main impacts follow each other as the orbit's), "word" (the states between
-        them) or "rho < x" (x being k₃, the distance from the orbit as a curve), or some of them joined by "and".
+        properties that must be kept: "impacts" (the main impacts follow each other as in the orbit), "word" (the
+        states between them are those of the orbit) or "rho < x" (the distance from the orbit as a curve is below x,
+        the k₃ of §1), or several of them joined by "and".
     eps, dtau : float
-        the one that is sought is left out. `dtau` is needed where ε is sought on a grid; `eps` disturbs the motion
-        whose limit in Δτ is sought.
+        value of the other disturbance; the one named by `disturbance` is left out. For a limit in ε, `dtau` is needed
+        by the methods with a grid. For a limit in Δτ, `eps` disturbs the motion in addition.
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
-        as in `simulate`, of each disturbed motion.
+        as in `simulate`, for each disturbed motion.
     threads : int, optional
         threads to use; all by default.
 
@@ -179,17 +180,18 @@ def limit(
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed; also if `periods` are fewer than four times
-        the period of the undisturbed motion: too few to see whether its structure is kept.
+        in one sentence with the key, its value and the allowed values; also if `periods` is less than four times the
+        period of the undisturbed motion, too short a record to compare the structure.
 
     Warns
     -----
     UserWarning
-        where a slip is likely: A <= 1 + B, so that nothing leaves the obstacle, ε above 0.1, or A above 100 and 100 B.
+        for values that are probably a mistake: A <= 1 + B, so that the mass never leaves the obstacle, ε above 0.1, or
+        A above 100 and 100 B.
 
     Examples
     --------
-    How large the disturbance ε may be at A = 1.5, over few periods:
+    Limit of ε at A = 1.5, over few periods:
 
     >>> import vibrodrive as vd
     >>> k = vd.limit(1.5, "eps", transient=50, periods=50)
@@ -200,7 +202,7 @@ def limit(
     """
     plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
     search = _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads))
-    slips.warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    slips.warn_of_slip([slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
     with kinds.above("a line while it lasts")("limit"):
         ((_, found),) = search.run(strict=True)
     return found
@@ -213,20 +215,23 @@ def each_limit(
     criterion: str | Criterion = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
-    """Limits over axes of A, B and η, as they are found: (number of the point, Limit).
+    """Yield (number of the point, Limit) for limits over axes of A, B and η, as they are found.
 
-    `arguments` are those of `limit` for the motion. The points are those of the product of the axes, in the order in
-    which the arguments are written, the last one running fastest. Where `periods` are too few to decide, the Limit
-    says so in `how`, without a number. A Criterion may name what `parse_criterion` refuses.
+    `arguments` are those of `limit` for the motion. The points form the product of the axes in the order of the
+    arguments; the last axis varies fastest. If `periods` is too small at a point, the numbers of its Limit are NaN and
+    `how` gives the reason. A Criterion may contain names that `parse_criterion` does not allow.
     """
     plan = plan_over_axes(arguments, disturbance, method)
     return _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
-    """The plan of `limit` or `unique_limit`, from the arguments as written; `hint` ends the refusal of axes."""
+    """Return the plan of `limit` or `unique_limit` from the arguments as written.
+
+    `hint` is the end of the message that refuses axes.
+    """
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
-        raise TypeError(bad(disturbance, written[disturbance], "left out, as it is what is sought"))
+        raise TypeError(bad(disturbance, written[disturbance], "left out, because its limit is computed"))
     if not hasattr(written["A"], "__len__"):
         check("A", written["A"])
     own = ("disturbance", "method", "criterion", "threads")
@@ -237,51 +242,51 @@ def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: obje
 
 
 def plan_over_axes(arguments: Mapping[str, Any], disturbance: object, method: object) -> Plan:
-    """The plan of limits over axes."""
+    """Return the plan of limits over axes."""
     return plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
 
 
 def plan_disturbed(
     arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str
 ) -> Plan:
-    """The checked plan of disturbed motions; its value of the disturbance is a placeholder."""
+    """Return the checked plan of disturbed motions; its value of the disturbance is a placeholder."""
     name = check_disturbance(disturbance)
     if method is None:
         method = "fixed" if name == "dtau" else "certified"
     plan = make_plan({"periods": PERIODS, **arguments, "method": method, name: 1e-3})
     refuse_axes(plan, axes, hint)
     if name == "dtau" and plan.settings.method == choices.Method.CERTIFIED:
-        raise ValueError(bad("method", "certified", "fixed or muller: the certified path has no Δτ to disturb it"))
-    size.rows_that_fit(plan.settings.periods, 0)  # refuses what does not fit the memory
+        raise ValueError(bad("method", "certified", "fixed or muller for a limit in dtau: certified has no grid"))
+    size.rows_that_fit(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
     return plan
 
 
 def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
-    """Raise TypeError for an axis that is not among the allowed ones."""
+    """Raise TypeError for an axis that is not allowed."""
     for name, values in plan.axes.items():
         if name not in allowed:
             raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{hint}"))
 
 
 def slipping(plan: Plan) -> tuple[float, float, float, float]:
-    """A, B, ε and η of the one point of a plan."""
+    """Return A, B, ε and η of the one point of a plan."""
     A, B, eps, eta = (plan.scalars[name] for name in ("A", "B", "eps", "eta"))
     return A, B, eps, eta
 
 
 @dataclass
 class _Problem:
-    """One search under way."""
+    """One search in progress."""
 
-    index: int  # of the point in the plan
+    index: int  # number of the point in the plan
     base: ReferenceOrbit
     search: BandSearch
-    requested: np.ndarray  # the disturbances it needs an answer for
+    requested: np.ndarray  # disturbances that the search needs next
 
 
 @dataclass(frozen=True)
 class _Search:
-    """The arguments of `each_limit`, checked."""
+    """Searches at all points of a plan, with the checked arguments of `each_limit`."""
 
     plan: Plan
     disturbance: str
@@ -289,7 +294,7 @@ class _Search:
     threads: int
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """(number of the point, Limit) as they are found. strict: ValueError where the periods are too few."""
+        """Yield (number of the point, Limit) as they are found. If `strict`, too few `periods` raise ValueError."""
         plan = self.plan
         with Evaluator(plan, self.disturbance, self.threads) as evaluator:
             for start in range(0, plan.n_points, AT_A_TIME):
@@ -311,7 +316,7 @@ class _Search:
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """All these searches to their ends, at the same time."""
+        """Run all these searches to their ends, at the same time."""
         ended: list[tuple[_Problem, Band]] = []
         while active:
             requests = [(p.index, p.base, p.requested) for p in active]
@@ -329,13 +334,13 @@ class _Search:
                 ended = []
 
     def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """The Limits of finished searches, with the structures on both sides of the first loss."""
+        """Yield the Limits of finished searches, with the structures on both sides of the first loss."""
 
         def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
             found = motion.judge(base)
             return found, explain_loss(self.wanted, base, motion, found)
 
-        # nothing is kept below some limits, and some are never reached: the motion at 0 stands for these
+        # replace sides that do not exist by the motion at 0: no value kept below the limit, or no loss found
         values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
         requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
@@ -350,7 +355,7 @@ class _Search:
             yield problem.index, self._limit(problem.index, **numbers, **sides)
 
     def _limit(self, index: int, **found: Any) -> Limit:
-        """The Limit at a point of the plan."""
+        """Return the Limit at a point of the plan."""
         at = self.plan.arguments(index)
         method = choices.Method(self.plan.settings.method).name.lower()
         return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, **found)

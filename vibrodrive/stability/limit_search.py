@@ -1,7 +1,7 @@
-"""The search for a limit: which disturbances to try next, given which were kept.
+"""The search for a limit: choice of the next disturbances from the results of the previous ones.
 
-A search is a generator: it yields the disturbances to be tried and is sent back, for each, whether the structure was
-kept. So the disturbances requested by many searches can be computed together.
+A search is a generator. It yields the disturbances to be tried and receives for each of them True if the structure was
+kept. So the disturbances of many searches can be computed together.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 
 from vibrodrive.model.parameters import bad
 
-INTERIOR = 7  # values between two neighbours of the grid in a round of bisection, which are computed together
-ROUNDS = 2  # of bisection: they narrow a step of the grid 64-fold
-BEYOND = 2.0  # multiple of the last value kept up to which the search goes on before nothing more is held to be kept
+INTERIOR = 7  # values between two neighbours of the grid, computed together in one round of bisection
+ROUNDS = 2  # rounds of bisection: together they narrow a step of the grid by a factor of 64
+BEYOND = 2.0  # multiple of the first loss or last value kept, whichever is larger, at which the search ends
 
 
 class Grid(NamedTuple):
-    """The values of a disturbance that are tried."""
+    """Grid of the values of a disturbance that are tried."""
 
     value: Callable[[int], float]
     decade: int  # indices per factor of ten
     floor: float
     top: float
-    batch: int  # values requested at a time: enough to keep all cores busy, few beyond what is needed
+    batch: int  # values requested at a time: enough to use all cores, with few unnecessary ones
 
 
 def _geometric(k: int) -> float:
@@ -34,18 +34,18 @@ def _geometric(k: int) -> float:
 
 
 def _round_values(k: int) -> float:
-    """…, 0.001, 0.0011, …, 0.0099, 0.01, 0.011, …: two digits, as one would choose a step."""
+    """Return value k of …, 0.001, 0.0011, …, 0.0099, 0.01, 0.011, …: two digits, like a step chosen by hand."""
     return float(f"{10 + k % 90}e{k // 90 - 4}")
 
 
 GRIDS = {
-    "eps": Grid(_geometric, 16, 1e-12, 1.0, 4),  # a narrow edge needs no finer grid than 1.15
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses do
+    "eps": Grid(_geometric, 16, 1e-12, 1.0, 4),  # a ratio of 1.15 is fine enough for a narrow edge
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses need a finer grid
 }
 
 
 def check_disturbance(disturbance: object) -> str:
-    """Return a name in GRIDS. Raises TypeError or ValueError for anything else."""
+    """Return the disturbance if it is a name in GRIDS. Raises TypeError or ValueError otherwise."""
     if not isinstance(disturbance, str) or disturbance not in GRIDS:
         kind = ValueError if isinstance(disturbance, str) else TypeError
         raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
@@ -56,7 +56,7 @@ BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
-    """The first value lost, the largest kept below it, the last kept; what of the values between is kept."""
+    """Band of a limit: first value lost, largest value kept below it, last value kept, share kept between the ends."""
 
     lost: float
     kept_below: float
@@ -66,7 +66,7 @@ class Band(NamedTuple):
 
 
 def search_band(grid: Grid) -> BandSearch:
-    """Yield disturbances, be sent whether each was kept, until both ends of the band are known."""
+    """Yield disturbances and receive for each True if it was kept, until both ends of the band are known."""
     first = 0
     while not (yield np.array([grid.value(first)]))[0]:
         if grid.value(first) <= grid.floor:
@@ -74,7 +74,7 @@ def search_band(grid: Grid) -> BandSearch:
         first -= 2 * grid.decade
     kept = {first: True}
     loss: int | None = None
-    last = first  # of two neighbours kept
+    last = first  # largest value kept together with its lower neighbour
     top = first
     while grid.value(top + 1) <= grid.top:
         if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):
@@ -98,7 +98,7 @@ def search_band(grid: Grid) -> BandSearch:
 
 
 def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
-    """Narrow (kept, lost) around the first loss between them."""
+    """Return (kept, lost), narrowed to the first loss between a kept and a lost value."""
     for _ in range(ROUNDS):
         inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]
         kept = yield inner

@@ -1,4 +1,4 @@
-"""Limits over one or two axes of A, B and η, as the object that `vd.limits` returns and that a file of them holds."""
+"""Limits over one or two axes of A, B and η: the object that `vd.limits` returns and that a file of limits contains."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))  # disturbance and path of each
-FINE = 1500  # values of A of the bifurcation diagram
-SHOWN = 120  # periods of it recorded at each
+CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))  # disturbance and method of each curve
+FINE = 1500  # values of A in the bifurcation diagram
+SHOWN = 120  # periods recorded at each value of A in the bifurcation diagram
 K2, K1, KU = "k2", "k1", "ku"
 
 
 class Quantity(NamedTuple):
-    """One kind of limit over axes: its curves (disturbance and path) and its numbers.
+    """One kind of limit over axes: its curves (disturbance and method) and its numbers.
 
-    numbers : the float64 variables over curve and axes, dimensionless, and their meanings. Their names are those of
-        attributes of a Limit, StartLimit or UniqueLimit.
-    last : the number that ends the band above the limit, "" if there is none.
+    numbers : names and meanings of the dimensionless float64 variables over curve and axes. The names are attributes
+        of a Limit, StartLimit or UniqueLimit.
+    last : name of the number at the upper end of the band above the limit, "" if there is none.
     """
 
     curves: tuple[tuple[str, str], ...]
@@ -45,7 +45,7 @@ class Quantity(NamedTuple):
     last: str = ""
 
 
-# by the name of the number that each is about
+# keyed by the name of the limit itself
 QUANTITIES = {
     K2: Quantity(
         CURVES,
@@ -87,18 +87,21 @@ QUANTITIES = {
 
 
 def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[str, float]:
-    """The numbers of a limit, by the names of its quantity."""
+    """Return the numbers of a limit by the names of its quantity."""
     return {name: getattr(found, name) for name in QUANTITIES[quantity].numbers}
 
 
 def check_quantity(quantity: object, criterion: str | None) -> str:
-    """The criterion of limits of a quantity: "impacts" unless given for k2, "" for the others, which have none."""
+    """Return the criterion of limits of a quantity: for k2 "impacts" by default, "" for the others.
+
+    Raises ValueError for an unknown quantity, a bad criterion, or a criterion for another quantity than k2.
+    """
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
     if quantity == K2:
         return parse_criterion(IMPACTS if criterion is None else criterion).text
     if criterion is not None:
-        raise ValueError(bad("criterion", criterion, f"left out: it belongs to {K2}, not to {quantity}"))
+        raise ValueError(bad("criterion", criterion, f"left out: only {K2} has a criterion, not {quantity}"))
     return ""
 
 
@@ -110,7 +113,7 @@ def each_of(
     criterion: str = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
-    """Limits of a quantity over axes, as they are found: (number of the point, limit)."""
+    """Return an iterator of (number of the point, limit) over limits of a quantity, as they are found."""
     if quantity == K1:
         return each_start_limit(arguments, disturbance, threads)
     if quantity == KU:
@@ -120,30 +123,30 @@ def each_of(
 
 @dataclass(frozen=True, repr=False)
 class Limits(Stored):
-    """Limits over axes: what `limits`, and `load` of a file of limits, return.
+    """Limits over axes, as `limits` returns them, and `load` for a file of limits.
 
-    Arrays are over (curve, axes…), also `n`, the period of the undisturbed orbit.
+    Arrays have the shape (curve, axes…), also `n`, the period of the undisturbed orbit.
 
     Attributes
     ----------
     axes : dict of str to float64 array
-        one or two of A, B and eta, in the order of the dimensions.
+        values of one or two of A, B and eta, in the order of the dimensions.
     fixed : dict of str to float
-        those of A, B and eta that are no axis.
+        values of those of A, B and eta that are no axis.
     numbers : dict of str to float64 array
-        by the names in QUANTITIES.
+        values by the names in QUANTITIES.
     done, how
-        what has been computed, and what was lost at k2, or why there is no k2.
+        True if a limit is computed, and a text that describes the loss at k2 or gives the reason why there is no k2.
     criterion : str
-        what is kept below k2; "" for k1 and ku.
+        criterion that holds below k2; "" for k1 and ku.
     quantity : "k2", "k1" or "ku"
-        the kind of limit: the name of the first of its numbers.
+        kind of limit: the name of the first of its numbers.
     fine, diagram : float64 array (fine A), (fine A, periods), or None
-        ξ' of the undisturbed motion, over A alone.
+        ξ' of the undisturbed motion, if A is the only axis.
     shared : dict
         parameters and settings that all points share, by name.
     mm_s : float or None
-        mm/s that a dimensionless velocity of 1 is, for a scene in SI units.
+        velocity in mm/s of a dimensionless velocity of 1, for a scene in SI units.
     """
 
     file_kind = "limits"
@@ -164,14 +167,14 @@ class Limits(Stored):
 
     @property
     def A(self) -> np.ndarray:
-        """The values of A, if it is the one axis; ValueError if not."""
+        """The values of A. Raises ValueError unless A is the only axis."""
         if list(self.axes) != ["A"]:
             raise ValueError(bad("axes", ", ".join(self.axes), "A only"))
         return self.axes["A"]
 
     @property
     def curves(self) -> tuple[tuple[str, str], ...]:
-        """Disturbance and path of each curve."""
+        """Disturbance and method of each curve."""
         return QUANTITIES[self.quantity].curves
 
     @property
@@ -180,16 +183,16 @@ class Limits(Stored):
         return self.numbers[self.quantity]
 
     def known(self, name: str = "") -> np.ndarray:
-        """The limits, or another of the numbers, where a limit > 0 was found; NaN elsewhere."""
+        """Return the limits, or the numbers of the given name, where a limit > 0 was found; NaN elsewhere."""
         found = self.done & np.isfinite(self.values) & (self.values > 0)
         return np.where(found, self.numbers[name or self.quantity], np.nan)
 
     def last(self) -> np.ndarray:
-        """The ends of the bands above the limits where they are known, NaN elsewhere."""
+        """Return the upper ends of the bands above the limits where they are known, NaN elsewhere."""
         return self.known(QUANTITIES[self.quantity].last)
 
     def ratio(self) -> np.ndarray:
-        """k2(Δτ), switches on the grid, over k2(ε) ηA: float64 (axes…); NaN where either is missing."""
+        """Return k2(Δτ) of the method "fixed" divided by k2(ε) ηA: float64 (axes…); NaN where either is missing."""
         V = self.known("velocity")
         return V[1] / V[0]
 
@@ -199,19 +202,19 @@ class Limits(Stored):
         return float(self.done.mean())
 
     def plot(self, kind: Literal["map"] | None = None, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """The limits as velocity amplitudes over the longer axis and, of both kinds, their ratio.
+        """Draw the limits as velocity amplitudes over the longer axis and, if ε and Δτ have limits, their ratio.
 
         Parameters
         ----------
         kind : "map", optional
-            over two axes: k₂ in ε as a colour in their plane.
+            draws k₂ in ε as a colour in the plane of two axes.
         ax : matplotlib Axes or sequence of them, optional
-            where to draw, one for each panel; a new figure unless given.
+            axes to draw in, one for each panel; by default those of a new figure.
 
         Returns
         -------
         Figure
-            which shows itself in a notebook; `savefig` writes it.
+            a notebook displays it; `savefig` writes it.
 
         Raises
         ------
@@ -239,7 +242,7 @@ class Limits(Stored):
 
 
 def curve_facts(found: Limits, c: int) -> dict[str, Any]:
-    """How far a curve is, and from where to where its limits go: as values of the disturbance, and as velocities."""
+    """Return the progress of a curve and the range of its limits, as values of the disturbance and as velocities."""
     disturbance, method = found.curves[c]
     facts = {
         "disturbance": disturbance, "method": method, "computed": int(found.done[c].sum()), "of": found.done[c].size,
@@ -289,23 +292,23 @@ def limits(
     Parameters
     ----------
     A, B, eta : float or sequence of float
-        one or two of them are axes, in the order in which they are written.
+        one or two of them are axes, in the order of the arguments.
     disturbance : "eps" or "dtau", optional
-        both unless given: ε with certified switches and Δτ with "fixed" and with "muller". What is not asked for is
-        not computed: NaN.
+        by default both: ε with certified switches, and Δτ with "fixed" and with "muller". The limits of the other
+        disturbance are not computed and are NaN.
     criterion, eps, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget, threads
-        as in `limit`. `eps` disturbs the motions whose limit in Δτ is sought, `tol` acts after Muller's method.
+        as in `limit`. `eps` acts only on the motions of the limits in Δτ, `tol` only on those of the method "muller".
 
     Returns
     -------
     Limits
-        numbers (k2, velocity, … by name, over (curve, axes…)), n, done, how; as `load` returns them of a file of
-        `vibrodrive limits`.
+        with numbers (k2, velocity, … by name, over (curve, axes…)), n, done and how. `load` returns the same object
+        for a file of `vibrodrive limits`.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed, before anything is computed.
+        in one sentence with the key, its value and the allowed values, before any computation.
 
     Examples
     --------
@@ -319,7 +322,7 @@ def limits(
     plan = make_plan({"periods": PERIODS, **common})
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta (`limit` is for a point)"))
+        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta; for a point use `limit`"))
     if disturbance is not None:
         check_disturbance(disturbance)
     searches = {
@@ -347,5 +350,5 @@ def limits(
 
 
 def undisturbed_diagram(common: Mapping[str, Any], A: np.ndarray, threads: int | None) -> np.ndarray:
-    """ξ' of the undisturbed motion over A, SHOWN periods of it: float64 (A, SHOWN)."""
+    """Compute ξ' at SHOWN section points of the undisturbed motion, over A: float64 (A, SHOWN)."""
     return collect(make_plan({**common, "A": A, "eps": 0.0, "periods": SHOWN}), threads).section[..., 1]

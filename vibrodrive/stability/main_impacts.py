@@ -1,15 +1,16 @@
-"""Whether a disturbed motion lands as the undisturbed orbit does: order judged at the impacts, on no section.
+"""Comparison of the impacts of a disturbed motion with those of the undisturbed orbit, without a section.
 
-An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods, at known phases and speeds and
-known whole numbers of periods apart: a cycle. A disturbed motion keeps this structure if there is a speed, the same for
-its whole record, that divides its main impacts from its touches such that
+An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods. Their phases and speeds and the
+integer numbers of periods between them, the gaps, form a cycle. A disturbed motion keeps this structure if one speed
+for the entire record separates its main impacts from its touches such that
 
-gaps    the former are the same whole numbers of periods apart, cyclically;
-order   the one of the m that is nearest in phase and speed advances by one from each of them to the next.
+gaps    the main impacts have the same gaps, cyclically;
+order   from each main impact to the next, the impact of the cycle nearest in phase and speed advances by one.
 
-Touches are slower than `SHARE` of the orbit's slowest main impact. That the dividing speed is not prescribed beneath
-that bound is what makes the answer independent of it: with a given one, every motion is lost in which some impact comes
-out slower, though nothing else happened (docs/stability.md has both tables).
+Every touch must be slower than `SHARE` times the slowest main impact of the orbit. Below this bound the separating
+speed is free, so that the result does not depend on it. With a fixed separating speed, a motion would count as lost as
+soon as one of its impacts were slower than that speed, even without any other change (docs/stability.md has both
+tables).
 """
 
 from __future__ import annotations
@@ -22,20 +23,23 @@ import numpy as np
 from vibrodrive.jit.trig import TWO_PI
 
 SHARE = 0.1  # a touch is slower than this share of the speed of the orbit's slowest main impact
-LONGEST_PERIOD = 64  # looked for: subharmonics of higher order are not distinguished from irregular motion
+LONGEST_PERIOD = 64  # subharmonics of higher order are not distinguished from irregular motion
 
 SAME_POINT = 1e-7
-"""Points (of a section, or impacts in phase and speed) this close are the same: far above rounding, far below
-the width of any orbit; near a bifurcation a motion needs many transient periods to come so close."""
+"""Largest distance of equal points (section points, or impacts in phase and speed). It is far above rounding and far
+below the width of any orbit. Near a bifurcation a motion needs many transient periods until its points are so close."""
 
 BLURRED = 1e-4
-"""An orbit with points closer than this is not given a period: beside a period doubling a motion that still
-jumps to and fro about an orbit of period n looks like one of period 2n."""
+"""Least distance of different points of an orbit; an orbit with closer points counts as having no period. Close to a
+period doubling, a transient that alternates about an orbit of period n resembles an orbit of period 2n."""
 
 
 class ImpactCycle(NamedTuple):
-    """The main impacts of a periodic orbit, one cycle: `gaps` int64 (m,), periods from each to the next; phase, speed
-    float64 (m,)."""
+    """One cycle of the main impacts of a periodic orbit.
+
+    gaps : int64 (m,), periods from each main impact to the next.
+    phase, speed : float64 (m,).
+    """
 
     gaps: np.ndarray
     phase: np.ndarray
@@ -43,20 +47,20 @@ class ImpactCycle(NamedTuple):
 
     @property
     def n(self) -> int:
-        """The orbit's period in excitation periods."""
+        """Period of the orbit in excitation periods."""
         return int(self.gaps.sum())
 
 
 def impact_gaps(impacts: np.ndarray) -> np.ndarray:
-    """Whole excitation periods between successive impacts (rows of `Trajectory.impacts`): int64 (n - 1,)."""
+    """Return the gaps between successive impacts (rows of `Trajectory.impacts`): int64 (n - 1,)."""
     periods = np.diff(impacts["period"]) + np.diff(impacts["phase"]) / TWO_PI
     return np.rint(periods).astype(np.int64)
 
 
 def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
-    """The shortest cycle that the main impacts of an undisturbed motion repeat, or None.
+    """Return the shortest cycle that the main impacts of an undisturbed motion repeat, or None.
 
-    The first and the last are left out: which impact is main may be decided outside of the record.
+    The first and the last impact are left out, because faster impacts just outside the record may make them touches.
     """
     inner = impacts[1:-1]
     gaps = impact_gaps(inner)
@@ -76,9 +80,9 @@ def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
 def follow_cycle(
     cycle: ImpactCycle, impacts: np.ndarray, periods: int, ordered: bool = True, share: float = SHARE
 ) -> np.ndarray | None:
-    """Numbers of the main impacts, among those of a disturbed motion, that follow a cycle; None if none do.
+    """Return the indices of those impacts of a disturbed motion that follow a cycle; None if there is no such choice.
 
-    The first and the last are left out. `ordered`: order is asked for, not gaps alone.
+    The first and the last impact are left out. If `ordered`, the order is compared in addition to the gaps.
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
     speed = np.ascontiguousarray(inner["speed"])
@@ -92,19 +96,22 @@ def follow_cycle(
 
 
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
-    """The fastest impacts of a disturbed motion, in order: as many as the cycle has in so many excitation periods, and
-    all that are no touches."""
+    """Return the fastest impacts of a disturbed motion, in order of time.
+
+    They are as many as the cycle has in so many excitation periods, or all that are too fast for touches if these are
+    more.
+    """
     count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(no_touches(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
 
 
 def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
-    """Which of the impacts of a disturbed motion are too fast for touches: bool (n,)."""
+    """Return True for each impact of a disturbed motion that is too fast for a touch: bool (n,)."""
     return impacts["speed"] > share * cycle.speed.min()
 
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
-    """Whether all of these impacts, in turn, are those of a cycle."""
+    """Return True if all of these impacts follow a cycle."""
     m = len(cycle.gaps)
     first, last = impacts[0], impacts[-1]
     span = float(last["period"] - first["period"]) + (last["phase"] - first["phase"]) / TWO_PI
@@ -119,6 +126,6 @@ def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
 
 
 def nearest(cycle: ImpactCycle, impacts: np.ndarray) -> np.ndarray:
-    """Which impact of a cycle is nearest to each of `impacts`, in phase and speed: int64 (n,)."""
+    """Return the index of the impact of a cycle nearest to each of `impacts` in phase and speed: int64 (n,)."""
     phase = np.abs(impacts["phase"][:, None] - cycle.phase)
     return np.hypot(np.minimum(phase, TWO_PI - phase), impacts["speed"][:, None] - cycle.speed).argmin(axis=1)

@@ -1,15 +1,16 @@
-"""How far a start may be off, the k₁ of the definition in §1, at ε = 0.
+"""Largest error of the start that does not change the final solution, the k₁ of the definition in §1, at ε = 0.
 
-The definition asks for a bound on the error of the start below which the motion stays with the one it is compared with.
-Without a disturbance the n solutions of an n-periodic orbit are that orbit shifted by whole excitation periods, each
-attracting the starts around it. So a start may be off until it lies on the edge of another solution's basin, and k₁ is
-the distance of the nearest edge, along ξ, ξ' or τ. A motion that ends on any other orbit counts as lost, too.
+The definition requires a bound on the error of the start below which the motion stays close to the reference motion.
+Without a disturbance the n solutions of an n-periodic orbit are that orbit shifted by 0 … n - 1 excitation periods, and
+each attracts the starts in its basin. So an error of the start is harmless as long as the start remains in the basin,
+and k₁ is the distance of the nearest edge of the basin along ξ, ξ' or τ. A motion that ends on any other orbit counts
+as lost, too.
 
-A basin has slices of all widths: next to an edge they may follow each other ever closer (A = 3.1, 3.25). The edge is
-found by a scan, then in windows below the first value lost, finer each time, so that a slice the scan passed over is
-found where it belongs to a sequence that closes in on the edge. A slice on its own, narrower than the scan, is not:
-that is 2e-4 in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to an unstable orbit of
-the impact-phase map, as it has to (tests).
+A basin has slices of all widths. Next to an edge they may accumulate (A = 3.1, 3.25). The search for the edge is a
+scan, followed by finer and finer scans of windows below the first value lost. So a slice that the first scan missed is
+found if it belongs to a sequence that accumulates at the edge. A single slice narrower than the step of the scan, 2e-4
+in τ and 2e-4 A in ξ and ξ', is not found. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to an unstable orbit
+of the impact-phase map, as theory requires (tests).
 """
 
 from __future__ import annotations
@@ -35,21 +36,21 @@ Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 
 COORDINATES = ("xi0", "dxi0", "tau0")
 
-CLOSE = 0.5 * BLURRED  # section points within this are those of the same solution: two are further apart than BLURRED
-PHASES = 8  # section phases of which one is taken that separates all solutions
+CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
+PHASES = 8  # section phases that are tried; the first one that separates all solutions is used
 LINEAR = 2**15  # equal steps of the scan
-GEOMETRIC = 512  # steps that the first of them is divided into, as edges may be anywhere near the start
-SMALLEST = 1e-12  # deviation that differs from none
+GEOMETRIC = 512  # parts of the first step, as an edge may be very close to the start
+SMALLEST = 1e-12  # smallest deviation that is tried
 PIECE = 4096  # deviations computed at a time
-WINDOW = 64  # steps of a scan that the next, finer one goes back from the first value lost
+WINDOW = 64  # steps of a scan before the first value lost that the next, finer scan covers
 EXACT = 1e-13  # relative width at which the search for an edge ends
 
 
 class Edge(NamedTuple):
-    """Where, in one direction, starts begin to end elsewhere; as sizes of deviations.
+    """Edge of a basin in one direction from the start. All numbers are sizes of deviations.
 
-    kept : largest deviation found that ends on the same solution, with all that were tried below it.
-    lost : smallest one found that does not; inf if there is none up to `searched_to`.
+    kept : largest deviation found that, like all smaller ones tried, ends on the same solution.
+    lost : smallest deviation found that does not; inf if there is none up to `searched_to`.
     """
 
     kept: float
@@ -64,12 +65,12 @@ class StartLimit:
     Attributes
     ----------
     A, B, axis
-        the arguments.
+        arguments of the search.
     n : int
         period of the undisturbed orbit, 0 if it has none.
     below, above : Edge
-        the edges on both sides of the start: each with `kept`, the largest deviation found that ends on the same
-        solution, `lost`, the smallest that does not (inf if there is none), and `searched_to`.
+        edges on both sides of the start, each with `kept`, the largest deviation found that ends on the same solution,
+        `lost`, the smallest that does not (inf if there is none), and `searched_to`.
     """
 
     A: float
@@ -90,22 +91,22 @@ class StartLimit:
 
     @property
     def k1(self) -> float:
-        """The distance of the nearer edge; inf where none was found, NaN where there is no orbit."""
+        """The distance of the nearer edge; inf if none was found, NaN if there is no orbit."""
         return self.near.lost
 
     @property
     def kept_below(self) -> float:
-        """Largest deviation below k1 found to end on the same solution."""
+        """Largest deviation found below k1; it ends on the same solution."""
         return self.near.kept
 
     @property
     def searched_to(self) -> float:
-        """Largest deviation that was tried."""
+        """Largest deviation tried."""
         return max(self.below.searched_to, self.above.searched_to)
 
     @property
     def how(self) -> str:
-        """The finding in words."""
+        """Description of the result."""
         if self.n == 0:
             return NO_PERIOD
         edges = {"below": self.below.lost, "above": self.above.lost}
@@ -117,7 +118,7 @@ NOWHERE = Edge(math.nan, math.nan, math.nan)
 
 
 class Solution(NamedTuple):
-    """The undisturbed motion: arguments, and the points of its orbit by excitation period mod n, float64 (n, 2)."""
+    """The undisturbed motion: its arguments, and its section points by excitation period mod n, float64 (n, 2)."""
 
     arguments: dict[str, Any]
     points: np.ndarray
@@ -138,20 +139,20 @@ def start_limit(
     budget: int = 100_000,
     threads: int | None = None,
 ) -> StartLimit:
-    """Find how far one coordinate of the start may be off before the motion ends on another solution: k₁ (§1).
+    """Find the smallest error of one coordinate of the start with which the motion ends on another solution: k₁ (§1).
 
-    The motion is undisturbed (ε = 0, certified switches). τ0 is searched up to 2π either way, where for n > 1 each
-    start leads to another solution, ξ0 and ξ'0 up to 2π A, and ξ0 not below 0. Each edge is good to 1e-13 of the
-    deviation, or to the last bit of the coordinate.
+    The motion is undisturbed (ε = 0, certified switches). The search covers deviations of τ0 up to 2π in both
+    directions (a deviation of 2π leads to another solution if n > 1) and of ξ0 and ξ'0 up to 2π max(1, A), with
+    ξ0 >= 0. The accuracy of each edge is 1e-13 of the deviation, or the last bit of the coordinate.
 
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless as all that follows.
+        excitation amplitude, dimensionless like all parameters.
     axis : "xi0", "dxi0" or "tau0"
-        the coordinate of the start that is off.
+        the coordinate of the start that has an error.
     xi0, dxi0, tau0 : float
-        the start that the deviations are counted from.
+        the exact start, for which the deviation is 0.
     B, transient, budget
         as in `simulate`; the transient is at least 20 000 periods.
     threads : int, optional
@@ -165,16 +166,16 @@ def start_limit(
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        in one sentence with the key, its value and the allowed values.
 
     Warns
     -----
     UserWarning
-        as `limit`, where a slip is likely.
+        as `limit`, for values that are probably a mistake.
 
     Examples
     --------
-    How far the start may be off in time before the motion at A = 3.04 ends a period earlier or later:
+    Smallest error of the start in time with which the motion at A = 3.04 ends a period earlier or later:
 
     >>> import vibrodrive as vd
     >>> k = vd.start_limit(3.04, "tau0")
@@ -185,7 +186,7 @@ def start_limit(
         check("A", A)
     plan = _plan({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
     count = check_threads(threads)
-    slips.warn_of_slip([slipping(plan)], depth=3)  # of the caller, two functions above
+    slips.warn_of_slip([slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
     with kinds.above("a line while it lasts")("start_limit"):
         return nearest_other(plan.arguments(0), axis, count)
 
@@ -193,7 +194,7 @@ def start_limit(
 def each_start_limit(
     arguments: Mapping[str, Any], axis: str, threads: int | None = None
 ) -> Iterator[tuple[int, StartLimit]]:
-    """The limits k₁ over axes of A and B, in order: (number of the point, StartLimit)."""
+    """Return an iterator of (number of the point, StartLimit) over the limits k₁ on axes of A and B, in order."""
     plan = _plan(arguments, axis, ("A", "B"))
     count = check_threads(threads)
     return ((index, nearest_other(plan.arguments(index), axis, count)) for index in range(plan.n_points))
@@ -206,12 +207,12 @@ def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Pl
     plan = make_plan({**arguments, "method": choices.Method.CERTIFIED})
     refuse_axes(plan, axes, f": ε = 0 for a limit in {axis}" if axes else "")
     if plan.scalars["eps"] != 0.0:
-        raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: nothing else is disturbed"))
+        raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: only the start is changed"))
     return plan
 
 
 def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None = None) -> StartLimit:
-    """`start_limit` at a point, by the arguments of `simulate`; those of a disturbance and its grid are not used."""
+    """Return the `start_limit` at a point, from arguments of `simulate`; those of disturbance and grid are ignored."""
     solution = settled(arguments, threads)
     A, B = (check(name, arguments.get(name, names.PARAMETERS[name].default)) for name in ("A", "B"))
     if solution is None:
@@ -229,9 +230,9 @@ def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None =
 
 
 def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float = 0.0) -> Edge:
-    """The smallest deviation in (0, reach] for which `same` says no, narrowed down to EXACT of it or to `bit`.
+    """Find the smallest deviation in (0, reach] for which `same` is False, to an accuracy of EXACT of it or of `bit`.
 
-    same : takes ascending deviations (k,), gives bool (k,); it is asked for at most PIECE at a time.
+    same : function of ascending deviations (k,) that returns bool (k,); k is at most PIECE.
     """
     step = reach / LINEAR
     if step <= SMALLEST:
@@ -249,8 +250,8 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
     low = float(scan[at - 1]) if at else 0.0
     while high - low > max(EXACT * high, bit):
         finer = np.linspace(max(0.0, high - WINDOW * (high - low)), high, PIECE + 1)
-        lost = np.append(np.flatnonzero(~same(finer[1:-1])), PIECE - 1)  # `high` is known to be lost
-        if lost[0] == 0 and finer[0] > 0.0:  # lost as far back as the window: move it on
+        lost = np.append(np.flatnonzero(~same(finer[1:-1])), PIECE - 1)  # `high` is lost
+        if lost[0] == 0 and finer[0] > 0.0:  # even the first value of the window is lost: move the window down
             low, high = float(finer[1]) - (high - low), float(finer[1])
         else:
             low, high = float(finer[lost[0]]), float(finer[lost[0] + 1])
@@ -258,7 +259,7 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
 
 
 def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solution | None:
-    """The solution that the undisturbed motion ends on; None if it has no period or never moves."""
+    """Return the solution that the undisturbed motion ends on; None if it has no period or never moves."""
     kept = {name: value for name, value in arguments.items() if name in ("A", "B", "budget", "section_phase")}
     start = {name: arguments.get(name, names.PARAMETERS[name].default) for name in COORDINATES}
     long = max(SETTLING, arguments.get("transient", 0))
@@ -268,7 +269,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
     if orbit is None or motion.status == choices.Status.NEVER_LEAVES:
         return None
     n = orbit.n
-    # a section in which the orbit rests every time cannot tell its solutions apart
+    # at a phase at which the orbit always rests, all its solutions have equal section points
     phases = (exact["section_phase"] + TWO_PI / PHASES * np.arange(PHASES)) % TWO_PI
     sections = collect(make_plan(exact | {"section_phase": phases, "periods": WATCHED}), threads).section
     telling = np.flatnonzero(period(sections) == n)
@@ -284,7 +285,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
 
 
 def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None = None) -> np.ndarray:
-    """Whether motions whose starts are off by `deviations` (k,) in one coordinate end on this solution: bool (k,)."""
+    """Return True for each of `deviations` (k,) of one start coordinate that ends on this solution: bool (k,)."""
     n = len(solution.points)
     starts = solution.arguments[axis] + deviations
     found = collect(make_plan(solution.arguments | {axis: starts, "periods": n}), threads)
@@ -295,7 +296,7 @@ def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads
 
 
 def _first_section(tau0: float, section_phase: float) -> int:
-    """The excitation period (since τ = 0) of the first section instant after τ0."""
+    """Return the number of the excitation period, from τ = 0, of the first section instant after τ0."""
     period0, phase0, _ = turns(tau0, 0.0)
     if -1.0 < tau0 < 0.0 and phase0 == 0.0:  # as in kernels/setup.py
         return 0

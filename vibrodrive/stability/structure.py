@@ -1,17 +1,17 @@
-"""Orbital structure: yes/no answers and a distance, where the paper judges by eye (§1, §4).
+"""Orbital structure: four properties and a distance that replace the visual comparison of the paper (§1, §4).
 
 A disturbed motion is compared with the undisturbed n-periodic orbit at the same parameters:
 
-impacts  its main impacts follow each other as the orbit's: gaps and order (main_impacts.py)
-gaps     its main impacts are the same whole numbers of periods apart
-order    the section point nearest to it advances by one, cyclically, every period
-word     it passes the same states between main impacts
-ρ        the largest distance of its section points from the orbit's, best phase shift
+impacts  its main impacts have the gaps and the order of the orbit's (main_impacts.py)
+gaps     its main impacts have the gaps of the orbit's, the same integer numbers of periods between them
+order    the section point of the orbit that is nearest to the motion advances by one, cyclically, every period
+word     it passes through the same states between main impacts
+ρ        the largest distance of its section points from those of the orbit, for the best phase shift
 
-The first two belong to the motion. Order depends on where the section lies: beside an impact the section jumps, and
-bands that overlap in one section need not in another. Order and ρ follow from section points, so from stored results;
-the rest needs the impacts of a trajectory, for a section point doesn't show whether the mass has landed since the last
-one.
+Impacts, gaps and word do not depend on the section. Order depends on the phase of the section: near an impact the
+section points jump, and bands that overlap at one phase may be separate at another. Order and ρ follow from section
+points, so they can be computed from stored results. The other properties need the impacts of a trajectory, because a
+section point does not show whether the mass has landed since the last one.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ from vibrodrive.stability.main_impacts import (
 if TYPE_CHECKING:
     from vibrodrive.stability.orbit_curve import OrbitCurve
 
-SETTLING = 20_000  # transient periods of an undisturbed motion, at least: near a bifurcation it settles slowly
-WATCHED = 256  # periods of an undisturbed motion: enough to see the longest period (LONGEST_PERIOD) four times
+SETTLING = 20_000  # least transient of an undisturbed motion in periods: near a bifurcation it settles slowly
+WATCHED = 256  # recorded periods of an undisturbed motion: four times the longest period (LONGEST_PERIOD)
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceOrbit:
     """The undisturbed orbit.
 
-    points : float64 (n, 2), section points ξ, ξ' in visiting order
-    cycle : its main impacts, None if the mass never lands
+    points : float64 (n, 2), section points ξ, ξ' in order of time
+    cycle : main impacts, None if the mass never lands
     word : states between successive main impacts, one cycle of tuples
-    curve : the orbit as a curve (orbit_curve.py), where distances from it are asked for
+    curve : the orbit as a curve (orbit_curve.py); None unless distances from it are required
     """
 
     points: np.ndarray
@@ -62,7 +62,7 @@ class ReferenceOrbit:
 
 @dataclass(frozen=True)
 class Structure:
-    """How a motion compares with an orbit of period n; `word` is None where the switches are not known."""
+    """Result of the comparison of a motion with an orbit of period n; `word` is None if the switches are not known."""
 
     n: int
     impacts: bool
@@ -73,14 +73,15 @@ class Structure:
     shift: int
 
     def kept(self, criterion: Sequence[str]) -> bool:
-        """Whether every answer named in `criterion` is yes."""
+        """Return True if every property named in `criterion` is kept."""
         return all(getattr(self, name) for name in criterion)
 
 
 def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> np.ndarray:
-    """Smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
+    """Return the smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
 
-    A period is claimed only if it is seen twice, and if its points are further apart than BLURRED.
+    The record must contain the period at least twice, and the points within a period must be further apart than
+    BLURRED.
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
@@ -94,10 +95,10 @@ def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SA
 
 
 def reference_orbit(motion: Any) -> ReferenceOrbit | None:
-    """The periodic orbit that a motion has settled on, or None if it has not repeated.
+    """Return the periodic orbit that a motion has settled on, or None if the motion does not repeat.
 
-    Without `switches` no word is known. The period is that of the impacts; where the mass never lands, that of the
-    section.
+    The word is empty for a motion without `switches`. The period is that of the impacts or, if the mass never lands,
+    that of the section.
     """
     cycle = impact_cycle(motion.impacts)
     n = cycle.n if cycle is not None else 0 if len(motion.impacts) else int(period(motion.section))
@@ -109,15 +110,15 @@ def reference_orbit(motion: Any) -> ReferenceOrbit | None:
 
 
 def order(points: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Whether the nearest of `points` (n, 2) to section (…, periods, 2) advances by one: bool (…)."""
+    """Return True where the nearest of `points` (n, 2) to section (…, periods, 2) advances by one: bool (…)."""
     nearest = _distances(points, section).argmin(axis=-1)
     return (np.diff(nearest, axis=-1) % len(points) == 1 % len(points)).all(axis=-1) & _finite(section)
 
 
 def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """ρ = max_k |x_k − p_(k+s mod n)| at its best shift s, and that s: float64 (…) and int64 (…).
+    """Return ρ = max_k |x_k − p_(k+s mod n)| at the shift s with the least ρ, and this s: float64 (…) and int64 (…).
 
-    s tells the n coexisting solutions apart: they are one orbit, shifted by whole excitation periods.
+    s identifies one of the n coexisting solutions: they are the same orbit, shifted by s excitation periods.
     """
     n = len(points)
     distance = _distances(points, section)
@@ -129,13 +130,13 @@ def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def words(switches: np.ndarray, rows: np.ndarray) -> list[tuple[State, ...]]:
-    """States entered from each of the impacts in `rows` of the switches up to the next one."""
+    """Return the states entered from each of the impacts in `rows` of the switches to the next one."""
     after = switches["after"]
     return [tuple(State(s) for s in after[a:b]) for a, b in pairwise(rows)]
 
 
 def repeats(sequence: Sequence[Any], cycle: Sequence[Any]) -> bool:
-    """Whether `sequence` is a piece of `cycle` repeated without end."""
+    """Return True if `sequence` is a part of the infinite repetition of `cycle`."""
     if len(cycle) == 0 or len(sequence) == 0:
         return len(cycle) == len(sequence)
     count = len(sequence)
@@ -150,7 +151,7 @@ def compare_structure(base: ReferenceOrbit, motion: Any) -> Structure:
 def judge(
     base: ReferenceOrbit, section: np.ndarray, impacts: np.ndarray, switches: np.ndarray | None = None
 ) -> Structure:
-    """Compare section points, impacts and, where they are known, switches of one motion with an orbit."""
+    """Compare section points, impacts and, if known, switches of one motion with an orbit."""
     rho, shift = deviation(base.points, section)
     return Structure(
         len(base.points),
@@ -170,16 +171,19 @@ def keeps(
     criterion: Sequence[str],
     switches: np.ndarray | None = None,
 ) -> bool:
-    """Whether a motion keeps all that `criterion` names; no more is looked at than that. `word` needs the switches."""
+    """Return True if a motion keeps all properties named in `criterion`. Only these are computed.
+
+    "word" needs the switches.
+    """
 
     def landing(ordered: bool) -> np.ndarray | None:
-        if base.cycle is None:  # it never lands
+        if base.cycle is None:  # the mass never lands
             return np.empty(0, np.int64) if len(impacts) == 0 else None
         return follow_cycle(base.cycle, impacts, len(section), ordered)
 
     def same_word() -> bool:
         rows = landing(False)
-        assert switches is not None, "the word is asked for where switches are known"
+        assert switches is not None, "the criterion word needs the switches"
         return rows is not None and repeats(words(switches, impacts["row"][rows]), base.word)
 
     answers: dict[str, Callable[[], bool]] = {
@@ -192,7 +196,7 @@ def keeps(
 
 
 def _cycle(sequence: Sequence[Any]) -> tuple[Any, ...]:
-    """Shortest cycle of which `sequence` is a piece, from its first element on."""
+    """Return the shortest cycle that begins with the first element of `sequence` and whose repetition contains it."""
     cycles = (tuple(sequence[:n]) for n in range(1, len(sequence) + 1))
     return next((cycle for cycle in cycles if repeats(sequence, cycle)), ())
 

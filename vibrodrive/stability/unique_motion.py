@@ -1,15 +1,15 @@
 """The disturbance from which all starts end on one motion: k_u (§5, Fig. 11).
 
-Without a disturbance the n solutions of an n-periodic orbit coexist, and the start decides which of them a motion ends
-on. A disturbance leaves them apart as long as it is small. From some size on it carries motions from one to another,
-and because a rest forgets all but the time, motions that once rest together are one from there on: then the start has
-no effect on what is left after a while.
+Without a disturbance the n solutions of an n-periodic orbit coexist, and the start determines the solution that a
+motion ends on. A small disturbance keeps the solutions separate. From a certain size on it moves motions from one
+solution to another. The state at the end of a rest depends only on the time, so two motions that rest at the same time
+are equal from then on. In the end one motion remains, which does not depend on the start.
 
-Nor is this size a sharp one, nor the last. At single steps Δτ above it several motions remain, and a larger ε may bring
-an order of its own with as many solutions (A = 3.04: two up to 2.03e-4, one up to 4e-4, three at 5e-4). Where motions
-merge slowly, several are left at the end of a short record (Δτ = 0.058: of 2500 periods, not of 5000).
+This size is neither sharp nor final. At single steps Δτ above it several motions remain. A larger ε may have a
+structure of its own with several solutions (A = 3.04: two up to 2.03e-4, one up to 4e-4, three at 5e-4). If motions
+merge slowly, several remain at the end of a short record (Δτ = 0.058: after 2500 periods, but not after 5000).
 
-Starts differ in ξ0 and ξ'0 and share τ0: a shift of τ0 would shift the grid, and so change the disturbance.
+Starts differ in ξ0 and ξ'0 and share τ0, because another τ0 would shift the grid and so change the disturbance.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
 
 COINCIDE = 1e-6
-"""Section points within this are those of one motion: in exact steps two motions that meet differ by rounding, some
-1e-12; on a fixed grid they meet to the bit, and no difference is allowed."""
+"""Largest distance of section points of one motion without a grid: two motions that merge differ by rounding, about
+1e-12. On a fixed grid merged motions are equal in every bit, and no difference is allowed."""
 
-SIDES = (5, 9, 17, 33)  # values of ξ0 and of ξ'0: the first lattice from which every solution is reached is taken
+SIDES = (5, 9, 17, 33)  # numbers of values of ξ0 and of ξ'0; the first lattice that reaches every solution is used
 
 
 def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """ξ0 and ξ'0, float64 (side,) each: even steps from 0, or from -A, up to A."""
+    """Return evenly spaced values of ξ0 from 0 to max(1, A), and of ξ'0 from -max(1, A) to it, float64 (side,) each."""
     top = max(1.0, A)
     return np.linspace(0.0, top, side), np.linspace(-top, top, side)
 
@@ -48,10 +48,10 @@ def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
 def starts_that_reach_all(
     arguments: Mapping[str, Any], threads: int | None = None
 ) -> tuple[int, int, tuple[np.ndarray, np.ndarray]]:
-    """(n, how many of the n solutions are reached without a disturbance, the lattice of starts that reaches them).
+    """Return (n, the number of the n solutions that are reached without a disturbance, the lattice of starts).
 
-    n is 0 if the undisturbed motion has no period. The lattice is the smallest of SIDES from which all are reached, or
-    the largest of them.
+    n is 0 if the undisturbed motion has no period. The lattice is the smallest one in SIDES that reaches all solutions,
+    or the largest one if none does.
     """
     solution = settled(arguments, threads)
     A = check("A", arguments["A"])
@@ -75,12 +75,12 @@ def ends_on_one(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Whether, at each value of a disturbance, motions from many starts are one at the end of the record: bool (k,).
+    """Return True for each value of a disturbance at which motions from all starts have become one motion: bool (k,).
 
-    The last LONGEST_PERIOD periods of it are compared. `arguments` are those of `simulate` but for ξ0, ξ'0 and the
-    disturbance; method "fixed" for Δτ and "certified" for ε unless given. `starts` are values of ξ0 and of ξ'0, each
-    with each; by default those from which all solutions are reached without a disturbance. False, too, where a motion
-    was given up as chattering.
+    The last LONGEST_PERIOD periods of the records are compared. `arguments` are those of `simulate` without ξ0, ξ'0 and
+    the disturbance; by default the method is "fixed" for Δτ and "certified" for ε. `starts` are values of ξ0 and of
+    ξ'0, which are combined to a lattice; by default one that reaches all solutions without a disturbance. The result is
+    False if any motion has the status BUDGET.
     """
     check_disturbance(disturbance)
     xi0, dxi0 = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
@@ -89,7 +89,7 @@ def ends_on_one(
     whole = check_count("transient", point["transient"], 0) + check_count("periods", point["periods"], 1)
     compared = min(LONGEST_PERIOD, point["periods"])
     swept: dict[str, Any] = {disturbance: real_array(disturbance, values, "numbers"), "xi0": xi0, "dxi0": dxi0}
-    rest = {name: value for name, value in point.items() if name not in swept}  # axes lie in the order written
+    rest = {name: value for name, value in point.items() if name not in swept}  # the order of axes is that of the keys
     rest |= {"transient": whole - compared, "periods": compared}
     section = collect(make_plan(swept | rest), threads).section
     ends = section.reshape(len(section), -1, compared, 2)
@@ -104,15 +104,15 @@ class UniqueLimit(Found):
     Attributes
     ----------
     A, B, eta, disturbance, method
-        the arguments.
+        arguments of the search.
     ku : float
-        the smallest disturbance found from which all starts end on one motion, bisected; an upper bound where
-        `several_below` is 0; inf if several motions remain up to `searched_to`, 0 if there is one solution only, NaN
-        if the undisturbed motion has no period.
+        smallest disturbance found from which all starts end on one motion, refined by bisection. It is an upper bound
+        if `several_below` is 0, inf if several motions remain up to `searched_to`, 0 if there is only one solution, and
+        NaN if the undisturbed motion has no period.
     several_below : float
-        largest disturbance below ku with several motions in the bisection; 0 if none was found.
+        largest disturbance below ku at which the bisection found several motions; 0 if there is none.
     last_several : float
-        largest value at which, as at its lower neighbour on the grid, several motions remain.
+        largest value at which, and at its lower neighbour on the grid, several motions remain.
     share_several : float
         share of the values tried between ku and last_several at which several motions remain.
     searched_to : float
@@ -120,7 +120,7 @@ class UniqueLimit(Found):
     n : int
         number of solutions without a disturbance: the period of the orbit; 0 if it has none.
     how : str
-        the finding in words.
+        description of the result.
     """
 
     ku: float
@@ -137,7 +137,7 @@ class UniqueLimit(Found):
 
     @property
     def velocity(self) -> float:
-        """ku as a velocity amplitude, dimensionless as ξ': ku·η·A in ε, ku in Δτ."""
+        """ku as a velocity amplitude, dimensionless like ξ': ku·η·A in ε, ku in Δτ."""
         return self.as_velocity(self.ku)
 
     @property
@@ -171,11 +171,11 @@ def unique_limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless as all that follows.
+        excitation amplitude, dimensionless like all parameters.
     disturbance, method, eps, dtau
         as in `limit`.
     B, eta, tol, tau0, transient, periods, scan, budget
-        as in `simulate`, of each disturbed motion; ξ0 and ξ'0 are those of a lattice of starts. The last 64 recorded
+        as in `simulate`, for each disturbed motion; ξ0 and ξ'0 are those of a lattice of starts. The last 64 recorded
         periods are compared.
     threads : int, optional
         threads to use; all by default.
@@ -188,12 +188,12 @@ def unique_limit(
     Raises
     ------
     TypeError, ValueError
-        with one sentence naming the key, the value and what is allowed.
+        in one sentence with the key, its value and the allowed values.
 
     Warns
     -----
     UserWarning
-        as `limit`, where a slip is likely.
+        as `limit`, for values that are probably a mistake.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def unique_limit(
     """
     plan = limit.plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
-    slips.warn_of_slip([limit.slipping(plan)], depth=3)  # of the caller, two functions above
+    slips.warn_of_slip([limit.slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
     with kinds.above("a line while it lasts")("unique_limit"):
         return _unique_limit(plan, 0, disturbance, count)
 
@@ -214,7 +214,7 @@ def unique_limit(
 def each_unique_limit(
     arguments: Mapping[str, Any], disturbance: str, method: str | None = None, threads: int | None = None
 ) -> Iterator[tuple[int, UniqueLimit]]:
-    """The limits k_u over axes of A, B and η, in order: (number of the point, UniqueLimit)."""
+    """Return an iterator of (number of the point, UniqueLimit) over the limits k_u on axes of A, B and η, in order."""
     plan = limit.plan_over_axes(arguments, disturbance, method)
     count = check_threads(threads)
     return ((index, _unique_limit(plan, index, disturbance, count)) for index in range(plan.n_points))
@@ -238,9 +238,9 @@ def unique_from(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> Band:
-    """The band of k_u: `lost` is the first value at which all starts end on one motion, "kept" that several remain.
+    """Find the band of k_u: a value is kept if several motions remain, and lost if all starts end on one motion.
 
-    The values tried are those of k₂. Arguments as in `ends_on_one`.
+    The grid of values is that of k₂. Arguments as in `ends_on_one`.
     """
     check_disturbance(disturbance)
     starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
