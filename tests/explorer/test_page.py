@@ -523,8 +523,8 @@ def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, e
     monkeypatch.setattr(Aside, "call", ended)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
     tab.until("page.refused.includes('the process for exact work has ended')", "the reason for missing curves")
-    tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a picture without curves")
-    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion without curves")
+    tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a complete picture")
+    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion")
 
 
 def test_figures_come_from_the_package(tab, explorer):

@@ -51,7 +51,7 @@ def test_the_engine_and_the_map_agree_to_the_bit():
 
 @pytest.mark.jit
 def test_the_mass_moves_from_onset_on():
-    """At A = 1 + B static friction just holds, and at the next double it does not; the motions agree with that."""
+    """At A = 1 + B static friction just holds, and at the next double it does not; simulated motions agree."""
     for B in (0.0, 0.1, 1.0, 3.7):
         assert not moves(onset(B), B)
         assert moves(np.nextafter(onset(B), np.inf), B)

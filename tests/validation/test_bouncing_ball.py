@@ -12,7 +12,7 @@ import vibrodrive as vd
 from examples.bouncing_ball import DOCS, figure
 from vibrodrive.validation.bouncing_ball import MIDDLE, approach, laws, measure, table
 
-pytestmark = pytest.mark.jit  # thousands of flights for every B
+pytestmark = pytest.mark.jit  # about a thousand flights for every B
 
 
 @pytest.fixture(scope="module")
