@@ -178,7 +178,7 @@ def test_three_zeros_in_one_step():
 
 @pytest.mark.parametrize("tau0", np.linspace(0, 6, 13))
 def test_which_side_ends_a_stick(tau0):
-    """|H| passes 1 and -1 within a hundredth of a period: the side that H reaches first counts."""
+    """H passes 1 and -1 within a hundredth of a period: the side that it reaches first counts."""
     scene = {"A": 1.4, "B": 0.05, "eps": 1.2e-3, "eta": 31.0, "xi0": 20.0, "tau0": float(tau0)}
     found = check_decisions(scene, most=30)
     assert found.agrees
