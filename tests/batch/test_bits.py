@@ -1,4 +1,4 @@
-"""Results are equal to the bit: compiled or not, one thread or two, alone or batched, cut into blocks or not."""
+"""Results are bitwise equal: compiled or not, on one or two threads, single or batched, in one or several blocks."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_one_thread_equals_two_equals_one_by_one():
 @pytest.mark.jit
 @pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
 def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
-    """A kernel that returns after every pass, every instant, every piece gives what it gives in one go (slices.py)."""
+    """A kernel that returns after every pass, instant or piece (slices.py) gives the results of a single call."""
 
     def results():
         r = vd.sweep(**ARGUMENTS, **switching, threads=1)
@@ -103,7 +103,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Integers, float32, strided or Fortran-ordered input: one signature, cast at the boundary."""
+    """Integers, float32, strided and Fortran-ordered input is converted before the call: there is one signature."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single
@@ -138,7 +138,7 @@ print(len(formulas), sorted(twice))
 def test_no_formula_is_compiled_for_its_constants(tmp_path):
     """A constant as an argument would make Numba compile the formula, and all below it, a second time.
 
-    But where that is asked for, by the name of the argument.
+    Formulas that request this, by the name of the argument, are exceptions.
     """
     done = subprocess.run(
         [sys.executable, "-c", CONSTANTS],
@@ -167,7 +167,7 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
 )
 @pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
 def test_batched_equals_alone(method, section_phase):
-    """Level to steep, all kinds of start: ordinary switches computed in batches, others one by one; alone all are."""
+    """Single motions equal those of a sweep, which computes ordinary switches in batches, for any incline and start."""
     rng = np.random.default_rng(7)
     axes = {
         "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],

@@ -1,4 +1,4 @@
-"""Every column of a point is read by a kernel: a parameter that changes no result is no parameter."""
+"""Kernels read every column of a point: each parameter changes some result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks computed on a cluster: the same file, bit for bit, also when a worker dies."""
+"""Blocks computed on a cluster give the same file, bit for bit, also if a worker dies."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def wait_for_a_block(process, file):
 
 
 def digest(path):
-    """SHA-256 of all variables of a file, their chunks as they are stored; attributes hold the date."""
+    """Return the SHA-256 of all variables of a file, chunk by chunk as stored, without attributes."""
     found = hashlib.sha256()
     with h5py.File(path) as file:
         for name in sorted(file):
@@ -150,12 +150,12 @@ def test_a_client_computes_the_same_bits(cluster, local):
 
 
 @pytest.mark.jit
-@pytest.mark.slow("8 s: a worker is started, and loads the kernels, in the place of another")
+@pytest.mark.slow("8 s: a new worker replaces the killed one and loads the kernels")
 def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
     address, processes, folder = cluster
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = processes.pop()
-    worker.send_signal(signal.SIGSTOP)  # so that the block it is given is still to be computed when it dies
+    worker.send_signal(signal.SIGSTOP)  # so that its block is not finished when it dies
     process = command(tmp_path, "--dask", address)
     file = tmp_path / "c.h5"
     wait_for_a_block(process, file)
@@ -173,7 +173,7 @@ def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
 def test_stopped_on_a_cluster_and_resumed_at_home(cluster, local, tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = cluster[1][-1]
-    worker.send_signal(signal.SIGSTOP)  # so that not all blocks can be had before the signal
+    worker.send_signal(signal.SIGSTOP)  # so that not all blocks are finished before the signal
     try:
         process = command(tmp_path, "--dask", cluster[0])
         file = tmp_path / "c.h5"

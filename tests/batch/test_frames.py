@@ -1,4 +1,4 @@
-"""Trajectories, and lists of orbits, as tables of pandas."""
+"""Trajectories and lists of orbits as pandas DataFrames."""
 
 from __future__ import annotations
 

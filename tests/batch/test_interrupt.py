@@ -1,6 +1,6 @@
-"""Ctrl-C is answered wherever it comes, amid the work; nothing goes on behind it, and the session is unharmed.
+"""Ctrl-C stops any work; no computation continues in the background, and the session remains usable.
 
-Sweeps, motions and limits would take longer than LIMIT to their end. How soon it is answered: benchmarks/interrupt.py.
+Without it sweeps, motions and limits would take longer than LIMIT. benchmarks/interrupt.py measures the delay.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def compiled():
 
 
 def prepare() -> None:
-    """Compile everything, as the first call takes longer; and compute a motion to be had again after each Ctrl-C."""
+    """Compile everything, as first calls take longer; compute a motion to compare with after each Ctrl-C."""
     global MOTION
     MOTION = motion()
     MOTION.sample(1)
@@ -102,7 +102,7 @@ def interrupt(work) -> None:
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     faulthandler.dump_traceback_later(LIMIT, exit=True)
     callbacks = gc.callbacks[:]
-    gc.callbacks.clear()  # Python drops what is raised in one, and Hypothesis has one
+    gc.callbacks.clear()  # Python ignores exceptions raised in a callback; Hypothesis installs one
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -119,17 +119,17 @@ def test_ctrl_c_is_answered(name):
     before = threading.active_count()
     interrupt(CASES[name])
     ended = monotonic() + LIMIT
-    while threading.active_count() > before and monotonic() < ended:  # one may be at its very end
+    while threading.active_count() > before and monotonic() < ended:  # a thread may be about to end
         sleep(0.01)
-    assert threading.active_count() <= before  # one of an earlier test may have ended since
+    assert threading.active_count() <= before  # a thread of an earlier test may have ended
     used = process_time()
     sleep(0.1)
-    assert process_time() - used < 0.05, "nothing computes any more"
+    assert process_time() - used < 0.05, "no computation continues"
     assert motion() == MOTION
 
 
 def test_processes_of_an_executor_end_their_tasks_too():
-    """Those that compute a block, and those that have one waiting: the executor is free at once."""
+    """Both running and queued blocks end, so that the executor is free."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(abs, [1, 2]))
         interrupt(sweep(executor=pool))
@@ -156,7 +156,7 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
-    """It is answered at once, and the process ends without waiting for the compiler, or dying of it."""
+    """KeyboardInterrupt is raised immediately, and the process exits normally while the compiler is still running."""
     done = subprocess.run(
         [sys.executable, "-c", FIRST],
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},

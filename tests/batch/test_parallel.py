@@ -1,4 +1,4 @@
-"""A sweep is a loop of `numba.prange`: on every threading layer, from several threads, in forked children."""
+"""A sweep is a loop over `numba.prange`; it runs on every threading layer, from several threads, in forked children."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_brief_work_starts_no_thread(monkeypatch):
 
 @pytest.mark.jit
 def test_the_loop_is_a_prange():
-    """Compiled anew, for what Numba found out about its loops is not kept on disk."""
+    """The function is compiled again, because the cache of Numba does not store the diagnostics of its loops."""
     assert parallel.run_on_threads.targetoptions["parallel"]
     function = types.FunctionType(types.int64(types.int64))
     again = numba.njit(parallel=True)(parallel.run_on_threads.py_func)
@@ -129,7 +129,7 @@ print(child(lambda: total(10) == 45), flush=True)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
-    """Four threads at once, and a child. The user's own prange in a child ends it under GNU's OpenMP."""
+    """Sweeps run in four threads and in a forked child. With GNU OpenMP a prange of the user ends a forked child."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, layer],
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},
@@ -155,7 +155,7 @@ def test_arrays_of_another_kind_are_refused():
 
 
 class Failing(Executor):
-    """Its tasks fail, each the first so many times, as where a worker dies."""
+    """Executor whose tasks fail the first `times` times, as if their worker died."""
 
     def __init__(self, times):
         self.times, self.submitted = times, []
@@ -184,7 +184,7 @@ def test_a_block_is_submitted_again_three_times():
 
 
 def test_an_error_behind_ctrl_c_is_not_that_of_the_next_call():
-    """The thread lasts, but not what went wrong in it after nobody waited any more."""
+    """The thread is used again; an error in it after Ctrl-C does not appear in the next call."""
 
     class Pressed(Halt):
         @property

@@ -1,4 +1,4 @@
-"""What a sweep records beside its sections is, point by point, what single motions and other sweeps have."""
+"""Records of a sweep besides sections equal, point by point, those of single motions and of other sweeps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sweep over a scene in SI units gives the bits of the same A and B given directly, and draws them over its axes."""
+"""A sweep over a scene in SI units equals bitwise that over the same A and B, and is drawn over its own axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line: exit codes, one line for every complaint, what is imported when, what it writes."""
+"""The command line: exit codes, one line for each error, imports, and output."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ periods = 6
 
 @pytest.fixture
 def run(run):
-    """The command line, beside the configuration above."""
+    """Return the command line, in a directory with the configuration above."""
     Path("small.toml").write_text(SMALL)
     return run
 
 
 def fresh(code):
-    """Run Python code in a new process; returns what it prints."""
+    """Run Python code in a new process; return its output."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
@@ -218,7 +218,7 @@ def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
 
 
 def test_info_speaks_json(run, quick):
-    """What is no number is null there; a program need not read prose."""
+    """A missing number is null, so that a program can read the output."""
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
     fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5", "--json")
@@ -338,13 +338,13 @@ def test_a_real_sweep_equals_the_one_in_memory(run):
 
 @pytest.mark.jit
 def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
-    """The writer that computes it writes the bytes HDF5 would have written."""
+    """The writer computes it and so writes the same bytes as HDF5."""
     from vibrodrive.jit.fletcher import fletcher32
 
     random = np.random.default_rng(2)
     samples = [random.random((7, n)) for n in (1, 63, 64, 65, 1000)]
     samples += [np.zeros((3, 50)), np.full((5, 100), np.nan)]
-    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # less than a block, and more
+    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # less and more than a block
     with h5py.File(tmp_path / "x.h5", "w") as file:
         for k, values in enumerate(samples):
             data = file.create_dataset(str(k), data=values, chunks=values.shape, fletcher32=True)
@@ -353,9 +353,9 @@ def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
 
 @pytest.mark.jit
 def test_dry_run_writes_nothing_and_estimates_the_time(run):
-    """Against the time that sweeps take: tests/jobs/test_estimate.py."""
+    """tests/jobs/test_estimate.py compares the estimate with the real time."""
     options = ("--set", "A.num=1500", "--set", "transient=600", "--set", "periods=600", "--threads", "1")
-    run("sweep", "small.toml", "--set", "transient=1")  # the kernels are compiled
+    run("sweep", "small.toml", "--set", "transient=1")  # compiles the kernels
     code, out, _ = run("sweep", "small.toml", "-o", "t.h5", "--dry-run", *options)
     assert code == 0
     assert not Path("t.h5").exists()
@@ -450,7 +450,7 @@ def test_durations_as_a_person_says_them(seconds, words):
 @pytest.mark.jit
 @pytest.mark.slow("15 s: 60 000 points, in processes of their own")
 def test_memory_does_not_grow_with_the_sweep(run):
-    """60 000 points take no more than 60 MiB more than 2000, whose blocks are as large."""
+    """60 000 points need at most 60 MiB more than 2000 points with blocks of the same size."""
     peak = {}
     for points in (2000, 60_000):
         code = (
@@ -461,7 +461,7 @@ def test_memory_does_not_grow_with_the_sweep(run):
             "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
         )
         if not peak:
-            fresh(code)  # compiles, which takes memory of its own
+            fresh(code)  # compiles the kernels, which also needs memory
             Path(f"{points}.h5").unlink()
         peak[points] = int(fresh(code))
     assert peak[60_000] - peak[2000] < 60 * 1024

@@ -1,4 +1,4 @@
-"""Commands besides sweep: limits, orbits, failures, paper. Their numbers are tested where they are made."""
+"""Commands other than sweep: limits, orbits, failures, paper. Other tests check their numbers."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ max_period = 2
 
 @pytest.fixture
 def run(run):
-    """The command line, beside the configurations above."""
+    """Return the command line, in a directory with the configurations above."""
     Path("limits.toml").write_text(LIMITS)
     Path("orbits.toml").write_text(ORBITS)
     return run
@@ -111,7 +111,7 @@ def test_limits_of_a_scene_in_si_units_are_listed_in_mm_s(run):
     assert code == 0, err
     head, line, _ = out.splitlines()
     assert head.count(", mm/s") == 2
-    V, mm_s = (float(line.split()[k]) for k in (3, 6))  # after eta, n, k2(eps); V(fixed), k2(muller) between
+    V, mm_s = (float(line.split()[k]) for k in (3, 6))  # columns: eta, n, k2(eps), V(eps), V(fixed), k2(muller), mm/s
     scene = vd.Scene(a0=0.65e-3, omega0=150, mu=0.6, alpha=3.4)
     assert mm_s == pytest.approx(1e3 * scene.velocity(V), rel=1e-3)
     code, out, _ = run("info", "scene.h5")
@@ -214,7 +214,7 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
 
 
 def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
-    """A configuration may write down every number, as those of the explorer do."""
+    """A configuration may contain every number, like those written by the explorer."""
     judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
     assert capsys.readouterr().err == ""
     judge_idle(parse(IDLE))

@@ -1,4 +1,4 @@
-"""Files of every kind: none is destroyed by mistake, each says what it holds, and what cannot be used is refused."""
+"""Files of every kind are not replaced by mistake, describe their contents, and are refused if unusable."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ CONFIGS = {
     "failures": "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1]\n[model]\neps = 2e-4\n"
     "[run]\ntransient = 20\nperiods = 40\n",
 }
-"""A small configuration for each command that makes a result file."""
+"""A small configuration for each command that writes a result file."""
 
 COMMANDS = [*CONFIGS]
 
 
 @pytest.fixture
 def run(run):
-    """The command line, beside the configurations above."""
+    """Return the command line, in a directory with the configurations above."""
     for name, text in CONFIGS.items():
         Path(f"{name}.toml").write_text(text)
     return run
@@ -57,13 +57,13 @@ def run(run):
 
 @pytest.fixture
 def idle(monkeypatch):
-    """Nothing is computed: a command that begins to fails the test."""
+    """Let the test fail if a command begins a computation."""
 
     def begun(*arguments, **options):
         raise AssertionError("something is computed")
 
     def each(*arguments, **options):
-        """As `each_of`: arguments are checked at the call, limits computed when they are asked for."""
+        """Stand in for `each_of`, which computes limits during the iteration only."""
         yield begun()
 
     for name in (
@@ -74,13 +74,13 @@ def idle(monkeypatch):
 
 
 def a_sweep(path, blocks=None, text=CONFIGS["sweep"]):
-    """A file of a sweep, of blocks that cost nothing."""
+    """Write a file of a sweep, with simulated blocks."""
     fake.write(path, text, which=blocks)
     return Path(path)
 
 
 def foreign(path):
-    """An HDF5 file of another program, with names that occur here, too."""
+    """Write an HDF5 file of another program that uses some of our names."""
     with h5py.File(path, "w") as file:
         file["A"] = np.arange(3.0)
         file["section_xi"] = np.arange(6.0)
@@ -88,7 +88,7 @@ def foreign(path):
 
 
 def contents():
-    """What every file of the directory holds, and where links lead."""
+    """Return the contents of all files of the directory, and the targets of links."""
     there = {}
     for p in Path().iterdir():
         there[p.name] = os.readlink(p) if p.is_symlink() else p.read_bytes() if p.is_file() else p.stat().st_mode
@@ -110,7 +110,7 @@ def assert_refused(run, *arguments, words=()):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_asks_whether_it_may_write(run, idle, command):
-    """How it is answered: tests/store/test_place.py."""
+    """tests/store/test_place.py tests the decision itself."""
     Path("link.h5").symlink_to(f"{command}.toml")
     foreign("foreign.h5")
     os.mkfifo("pipe.h5")
@@ -208,7 +208,7 @@ def test_a_file_is_there_whole_or_not_at_all(tmp_path):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A file of every kind with its figures, as the commands make them."""
+    """Return a directory with a file of every kind and its figures, made by the commands."""
     folder = tmp_path_factory.mktemp("kinds")
     a_sweep(folder / "sweep.h5")
     for command in ("limits", "orbits", "failures"):
@@ -223,7 +223,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture
 def copied(run, made):
-    """The command line, beside copies of these files."""
+    """Return the command line, in a directory with copies of these files."""
     for path in made.glob("*.h5"):
         Path(path.name).write_bytes(path.read_bytes())
     return run
@@ -311,7 +311,7 @@ def test_atlas_is_the_former_name_of_failures(copied, idle):
     ("command", "told"), [("limits", "criterion=impacts"), ("orbits", "max_period=1"), ("failures", "periods=41")]
 )
 def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, monkeypatch, made, command, told):
-    """As sweeps always were: of the same configuration, nothing to do; of another, refused with what differs."""
+    """The same configuration computes nothing; another one is refused, and the message names the differences."""
 
     def begun(*arguments, **options):
         raise AssertionError("something is computed")
@@ -320,7 +320,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, m
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
     path, figure = Path(f"{command}.h5"), Path(f"{command}.png")
-    # what is written differently, or given anew, is the same
+    # a remark, or a default value given again, makes no other configuration
     Path(f"{command}.toml").write_text("# a remark\n" + CONFIGS[command])
     code, _, err = copied(command, f"{command}.toml", "--set", "B=0.1")
     assert code == 0, err
@@ -337,7 +337,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, m
 
 @pytest.mark.jit
 def test_periods_that_were_not_told_are_not_those_of_a_sweep(copied, idle):
-    """Limits have 1500 periods unless given, a sweep has 250."""
+    """By default limits have 1500 periods and a sweep has 250."""
     with h5py.File("failures.h5", "r+") as file:
         file.attrs["config"] = CONFIGS["failures"].replace("periods = 40", "")
         file.attrs["config_sha256"] = digest(file.attrs["config"])
@@ -377,7 +377,7 @@ def test_verify_finds_a_flipped_bit_in_any_kind(copied, command, name):
 
 @pytest.mark.jit
 def test_verify_finds_a_changed_word(copied):
-    """Texts of any length have no checksum of HDF5's: the file has one of its own."""
+    """HDF5 has no checksums for texts of variable length; so the file has a checksum of all contents."""
     path = Path("orbits.h5")
     path.write_bytes(path.read_bytes().replace(b"UP DOWN IMPACT", b"UP DOWM IMPACT"))
     code, _, err = copied("verify", str(path))
@@ -393,7 +393,7 @@ def test_a_kind_of_a_later_version_is_named(tmp_path):
             read(path)
 
 
-# names that lead nowhere, pipes, places where nothing can be written
+# links without a target, pipes, places that cannot be written
 
 
 def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
@@ -418,7 +418,7 @@ def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
 
 
 def test_a_configuration_may_come_from_the_shell(tmp_path):
-    """`vibrodrive sweep <(…)`: such a pipe has a writer."""
+    """`vibrodrive sweep <(…)` reads a pipe that has a writer."""
     out, into = os.pipe()
     os.write(into, CONFIGS["sweep"].encode())
     os.close(into)
@@ -430,7 +430,7 @@ def test_a_configuration_may_come_from_the_shell(tmp_path):
 
 @pytest.fixture
 def small_disk():
-    """No file may grow beyond 2000 bytes: to a program that is as a full disk."""
+    """Limit files to 2000 bytes, which has the same effect as a full disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, before[1]))
@@ -451,7 +451,7 @@ def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, small_disk):
     assert list(tmp_path.iterdir()) == []
 
 
-# a cluster that is not there
+# a cluster that does not exist
 
 
 @pytest.mark.parametrize(
@@ -472,7 +472,7 @@ def test_dask_without_its_extra_is_refused(run, idle, monkeypatch):
     assert_refused(run, "sweep", "sweep.toml", "--dask", "tcp://127.0.0.1:1", words=["pip install 'vibrodrive[dask]'"])
 
 
-# no axis left
+# sweeps without an axis
 
 
 @pytest.mark.integration

@@ -1,4 +1,4 @@
-"""Commands on sweeps whose parameters change together: computed, described, drawn or refused."""
+"""Commands for sweeps with parameters that change together: compute, describe, draw or refuse."""
 
 from __future__ import annotations
 

@@ -256,12 +256,12 @@ def test_a_long_wait_is_explained_until_it_is_over(tab, explorer, monkeypatch):
 
     monkeypatch.setattr("vibrodrive.explorer.work.compute_into", late)
     tab.choose("eps", "1e-4")
-    tab.until(lambda: "is compiled" in page_text(tab), "a note that a kernel is compiled")
+    tab.until(lambda: "compiles it" in page_text(tab), "an explanation of the delay")
     assert "complete" not in page_text(tab)
     released.set()
     tab.settle()
     assert "complete" in page_text(tab)
-    assert "is compiled" not in page_text(tab)
+    assert "compiles it" not in page_text(tab)
 
 
 def test_twenty_box_zooms_and_back(tab, explorer):
@@ -518,11 +518,11 @@ def test_curves_that_come_too_late_are_not_laid_over_another_view():
 
 def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, explorer, monkeypatch):
     def ended(aside, halt, function, *arguments):
-        raise RuntimeError("the process for exact work has ended")
+        raise RuntimeError("the process for exact results has ended")
 
     monkeypatch.setattr(Aside, "call", ended)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
-    tab.until("page.refused.includes('the process for exact work has ended')", "the reason for missing curves")
+    tab.until("page.refused.includes('the process for exact results has ended')", "the reason for missing curves")
     tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a complete picture")
     tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion")
 

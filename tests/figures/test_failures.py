@@ -1,4 +1,4 @@
-"""The failure map: what is none, what is little, and where nothing was there to judge."""
+"""Figure of a failure map: colours of no failure, of few failures, and of points without switches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vibrodrive.store.failures import FailureMap
 
 @pytest.fixture
 def found():
-    """Of 100 000 switches at each point none, 20 or 5000 missed; at the last value of A none was judged."""
+    """Failure map with 0, 20 or 5000 of 100 000 switches missed at each point; no switch at the last value of A."""
     shape = (len(METHODS), 4, 3)
     judged = np.full(shape, 100_000)
     judged[:, 3] = 0
@@ -29,12 +29,12 @@ def test_none_little_and_nothing_to_judge_look_different(found):
     ax = fig.axes[0]
     none, some = (mesh.get_array() for mesh in ax.collections)
     mesh = ax.collections[1]
-    assert none.mask[0].tolist() == [False, True, True, True], "white: none of those judged"
+    assert none.mask[0].tolist() == [False, True, True, True], "white: no failure among the switches judged"
     colour = {A: mesh.to_rgba(some[0, A]) for A in (1, 2)}
     assert some[0, 1] < LEAST < some[0, 2]
-    assert sum(colour[1][:3]) > sum(colour[2][:3]), "little is light"
+    assert sum(colour[1][:3]) > sum(colour[2][:3]), "a small share is light"
     assert 2.95 > sum(colour[1][:3]) > sum(mesh.to_rgba(LEAST)[:3]), "but neither white nor darker than LEAST"
-    assert some.mask[0].tolist() == [True, False, False, True], "where nothing is judged the hatched ground shows"
+    assert some.mask[0].tolist() == [True, False, False, True], "points without switches show the hatched ground"
     assert ax.patch.get_hatch()
     assert "no switch: the mass never moves" in {t.get_text() for t in fig.legends[0].get_texts()}
 

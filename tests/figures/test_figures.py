@@ -1,4 +1,4 @@
-"""Figures show what the data hold: ink where the values are, corners where the switches are."""
+"""Figures show the data: ink at the values, corners at the switches."""
 
 import math
 import subprocess
@@ -37,28 +37,28 @@ def results(section, status=None, **axes):
 
 @pytest.fixture
 def two_regimes():
-    """ξ' alternates between 1 and 2 below A = 3.1, fills [1, 2] evenly from there; ξ = 10 ξ'."""
+    """Sweep in which ξ' alternates between 1 and 2 for A < 3.1 and else fills [1, 2] evenly; ξ = 10 ξ'."""
     A = np.linspace(3.0, 3.2, 200)
     dxi = np.where(A[:, None] < 3.1, 1 + np.arange(PERIODS) % 2, 1 + (np.arange(PERIODS) * math.sqrt(2) % 1))
     return results(np.stack([10 * dxi, dxi], axis=-1), A=A)
 
 
 def image(ax):
-    """Ink (rows from below, columns) of a bifurcation panel, and the ordinate of each row's middle."""
+    """Return the ink (rows from below, columns) of a bifurcation panel, and the ordinates of the rows."""
     (drawn,) = ax.get_images()
     _, _, low, high = drawn.get_extent()
     return np.asarray(drawn.get_array()), low + (np.arange(PANEL_ROWS) + 0.5) / PANEL_ROWS * (high - low)
 
 
 def at(ax, value):
-    """The column of the image that a value of the axis has."""
+    """Return the column of the image at a value of the axis."""
     ink, _ = image(ax)
     start, stop, _, _ = ax.get_images()[0].get_extent()
     return round((value - start) / (stop - start) * (ink.shape[1] - 1))
 
 
 def inked(column, value):
-    """The values marked in a column of the image: a mark is two rows high."""
+    """Return the values marked in a column of the image; a mark is two rows high."""
     rows = np.flatnonzero(column)
     assert (np.diff(rows)[::2] == 1).all()
     return [round(v, 1) for v in value[rows][::2]]
@@ -125,15 +125,15 @@ def test_points_not_computed_are_white_and_counted(two_regimes):
 
 
 def seldom(n, where, k=16):
-    """A motion of period 2 over n values of A; those in `where` have one section point elsewhere, at 2.87."""
+    """Sweep with period 2 at n values of A; those in `where` have one other section point, at 2.87."""
     A = np.linspace(3.0, 3.2, n)
     dxi = np.broadcast_to(1.0 + np.arange(k) % 2, (n, k)).copy()
-    dxi[where, k // 2] = 2.87  # no tick of the ordinate lies there
+    dxi[where, k // 2] = 2.87  # not at a tick of the ordinate
     return results(np.stack([dxi, dxi], axis=-1), A=A)
 
 
 def pixels(figure, path, dpi):
-    """Colours (rows, columns, 3), 0 to 1, of every pixel of a figure once it is saved."""
+    """Return the colours (rows, columns, 3), 0 to 1, of all pixels of a saved figure."""
     return mpl.image.imread(style.save(figure, path, dpi))[..., :3]
 
 
@@ -149,7 +149,7 @@ def test_every_value_shows_however_many_there_are(n):
     assert runs == (600 if n > 600 else 1), "600 values side by side fill the panel"
     for line in (1.0, 2.0):
         drawn = ink[(value > line - 0.05) & (value < line + 0.05)].max(axis=0)
-        assert (drawn == 1.0).all(), "what repeats is drawn in full ink, without gaps"
+        assert (drawn == 1.0).all(), "values that repeat have full ink, without gaps"
 
 
 @pytest.mark.parametrize("dpi", [50, 250])
@@ -167,7 +167,7 @@ def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, d
 
 
 def test_values_closer_than_a_column_all_show():
-    """Spaced at will: a few hundred values within one thousandth of the axis."""
+    """The spacing may be uneven: here 300 values are within one thousandth of the axis."""
     crowd = results(np.ones((302, 16, 2)), A=np.concatenate([[3.0], np.linspace(3.1, 3.1002, 300), [3.2]]))
     crowd.section[1:301, :, :] += np.linspace(0, 1, 300)[:, None, None]
     (ax,) = figures.bifurcation(crowd).axes
@@ -236,7 +236,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 @pytest.fixture
 def falling():
-    """One period of a motion easily written down: ξ = 2 − τ until it lands at τ = 2, then rest."""
+    """One period of a simple motion: ξ = 2 − τ until the impact at τ = 2, then rest."""
     switches = np.array(
         [(0, 2.0, State.DOWN, State.IMPACT, 0.0, -1.0), (0, 2.0, State.IMPACT, State.REST, 0.0, 0.0)], SWITCH
     )

@@ -1,4 +1,4 @@
-"""Every figure has a public name, shows itself in a notebook, and is drawn into axes that are given."""
+"""Every figure has a public name, is displayed in a notebook, and can be drawn into given axes."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ FIGURES = {
     "limits": (2, lambda s, m, o, ax: vd.plot.limits(limits(), ax=ax)),
     "failures": (6, lambda s, m, o, ax: vd.plot.failures(failures(), ax=ax)),
 }
-"""Panels of each figure, and how it is drawn into axes."""
+"""Number of panels of each figure, and a function that draws it into axes."""
 
 
 @pytest.mark.jit
@@ -80,11 +80,11 @@ def test_a_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
     for ax in given:
         assert ax.lines or ax.images or ax.collections or ax.patches or ax.texts
     assert not [*spare.lines, *spare.images, *spare.collections, *spare.patches, *spare.texts]
-    assert not figure.legends, "what is around the axes is the caller's"
+    assert not figure.legends, "only the axes are drawn into; the rest of the figure belongs to the caller"
     figure.savefig(io.BytesIO())
     with pytest.raises(ValueError, match=r"must be (one|[0-9]) Axes"):
         draw(swept, motion, orbits, figure.subplots(1, panels + 1))
-    assert draw(swept, motion, orbits, None) is not figure, "and nothing of it stays behind"
+    assert draw(swept, motion, orbits, None) is not figure, "a later figure without axes is a new one"
 
 
 def test_every_figure_that_is_public_is_drawn_here():

@@ -1,4 +1,4 @@
-"""The figure of limits shows what is known, in its own units and in one, and ratios only where both are known."""
+"""The figure of limits shows known limits only, in their own and in common units, and ratios of two known limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibrodrive.stability.limits import KU, QUANTITIES, Limits
 
 
 def of(axes, k2, factor=100.0, mm_s=None, **options):
-    """Limits k2 (curve, axes…) of which all were computed; a velocity is `factor` times a value of ε."""
+    """Return limits k2 (curve, axes…), all computed; the velocity of a limit in ε is `factor` times its value."""
     scale = np.array([factor, 1.0, 1.0]).reshape(3, *(1,) * (k2.ndim - 1))
     numbers = {name: k2.copy() for name in QUANTITIES["k2"].numbers}
     numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
@@ -24,7 +24,7 @@ def of(axes, k2, factor=100.0, mm_s=None, **options):
 
 
 def drawn(ax):
-    """Lines of limits by their names."""
+    """Return the lines of limits by their labels."""
     return {line.get_label(): line.get_ydata() for line in ax.lines if line.get_label().startswith("$")}
 
 
@@ -48,11 +48,11 @@ def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
     eps, fixed, muller = drawn(top).values()
     assert np.flatnonzero(np.isnan(eps)).tolist() == [10]
     assert np.flatnonzero(np.isnan(fixed)).tolist() == [20]
-    assert np.isnan(muller).all(), "what was never lost has no limit to draw"
+    assert np.isnan(muller).all(), "a structure that was never lost has no limit"
     V = drawn(velocity)
     assert list(V) == list(drawn(top))[:2], "a switch that Muller's method finds is not late by Δτ"
     assert np.nanmax(np.abs(V[r"$k_2(\varepsilon)$"] - 1e-2)) < 1e-15
-    assert np.array_equal(list(V.values())[1], fixed, equal_nan=True), "a limit in Δτ is a velocity as it stands"
+    assert np.array_equal(list(V.values())[1], fixed, equal_nan=True), "a limit in Δτ is a velocity without conversion"
 
 
 def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
@@ -66,7 +66,7 @@ def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
 
 
 def test_what_is_not_computed_yet_is_no_reason_for_a_gap():
-    """Of what is not there yet the period is 0, as of a motion that has none."""
+    """The period is 0 both for a point not computed yet and for a motion without a period."""
     A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
     blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
     top = limits_figure(blank).axes[0].get_title(loc="right")
@@ -91,7 +91,7 @@ def test_the_note_on_ratios_says_where_nine_tenths_lie():
     A = np.linspace(1.5, 2.5, 101)
     k2 = np.stack([np.full(101, 0.01), np.linspace(0.2, 2.2, 101), np.ones(101)])
     ratio = limits_figure(of({"A": A}, k2, fine=A, diagram=np.ones((101, 5)))).axes[2]
-    assert ratio.get_title(loc="right") == "median 1.2, nine tenths in 0.3 to 2.1"
+    assert ratio.get_title(loc="right") == "median 1.2, 90 % between 0.3 and 2.1"
 
 
 def test_eta_alone_is_drawn_in_decades_and_b_is_not():
@@ -116,7 +116,7 @@ def test_the_longer_of_two_axes_is_the_abscissa_and_the_other_has_lines(swapped)
     if swapped:
         axes, k2 = {"eta": eta, "A": A}, k2.swapaxes(1, 2)
     fig = limits_figure(of(axes, k2))
-    assert len(fig.axes) == 2, "Δτ knows nothing of η: it has no panel of its own"
+    assert len(fig.axes) == 2, "limits in Δτ do not depend on η: they have no panel"
     velocity, ratio = fig.axes
     lines = drawn(velocity)
     assert list(lines) == ["$A = 2.4$", "$A = 2.8$", "$A = 3.04$"]
@@ -132,7 +132,7 @@ def test_over_b_both_kinds_have_a_panel():
     k2 = 1e-3 * np.ones((3, 9, 1)) * (1 + B)
     fig = limits_figure(of({"A": A, "B": B}, k2))
     assert len(fig.axes) == 3
-    assert [len(drawn(ax)) for ax in fig.axes] == [6, 6, 6], "six values of the other axis at most"
+    assert [len(drawn(ax)) for ax in fig.axes] == [6, 6, 6], "at most six values of the other axis"
     assert fig.axes[-1].get_xlabel() == "$B$"
 
 
@@ -142,7 +142,7 @@ def test_a_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
     k2 = 1e-3 * (1.0 + np.arange(3 * np.prod(list(axes.values())))).reshape(3, *axes.values())
     options = {"fine": values["A"], "diagram": np.ones((5, 4))} if list(axes) == ["A"] else {}
     fig = limits_figure(of(values, k2, mm_s=39.16, **options))
-    save(fig, tmp_path / "x.png")  # the second axis takes its range when it is drawn
+    save(fig, tmp_path / "x.png")  # drawing sets the range of the second axis
     second = [child for ax in fig.axes for child in ax.child_axes]
     assert {ax.get_ylabel() for ax in second} == {"$V$ in mm/s"}
     for ax in fig.axes:

@@ -1,4 +1,4 @@
-"""A map shows each point of a sweep once, where it lies, in a colour that says what it is, and what it leaves out."""
+"""A map shows each point of a sweep once, at its place, in the colour of its value; a note names the other points."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def plane():
 
 
 def cells(fig):
-    """(ends across, ends up, colours (rows, columns)) of the map."""
+    """Return the ends of the abscissa and of the ordinate of the map, and its colours (rows, columns)."""
     (image,) = fig.axes[0].images
     left, right, low, high = image.get_extent()
     colours = [["none" if v[3] == 0 else to_hex(v) for v in row] for row in image.to_rgba(image.get_array())]
@@ -51,12 +51,12 @@ def cells(fig):
 
 
 def told(fig):
-    """The note above the map."""
+    """Return the note above the map."""
     return fig.axes[0].get_title(loc="left").replace("\n", " ")
 
 
 def pixels(fig, dpi):
-    """Colours of the pixels of the map as it is drawn: (rows, columns), lowest row first."""
+    """Return the colours of the pixels of the drawn map: (rows, columns), lowest row first."""
     fig.dpi = dpi
     canvas = FigureCanvasAgg(fig)
     canvas.draw()
@@ -84,13 +84,13 @@ def test_axes_may_be_exchanged_and_come_in_any_order(plane):
 
 
 def lightness(colour):
-    """CIE L*, 0 to 100."""
+    """Return the lightness CIE L*, 0 to 100."""
     return 116.0 * float(np.dot(np.array(to_rgb(colour)) ** 2.2, (0.2126, 0.7152, 0.0722))) ** (1 / 3) - 16.0
 
 
 @pytest.mark.parametrize(("style", "apart"), [("screen", 0.0), ("print", 10.0)])
 def test_classes_stay_apart_in_grey(style, apart):
-    """The next one is darker; so much that it is seen at a glance where there is nothing but grey."""
+    """Each class is darker than the previous one; in print, which has only greys, by a clearly visible step."""
     light = np.array([lightness(c) for c in LOOKS[style].classes])
     assert (-np.diff(light) > apart).all()
     assert lightness(APART) - light[0] > apart
@@ -187,7 +187,9 @@ def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane,
     assert colours[1][0] == UNDER, "1e-3"
     assert colours[0][2] == OVER, "10"
     assert not {colours[0][1], colours[1][1]} & {UNDER, OVER}, "0.7, 1"
-    assert colours[0][0] == (to_hex(APART) if limits[0] == 5e-3 else UNDER), "0 is apart on a logarithmic scale"
+    assert colours[0][0] == (to_hex(APART) if limits[0] == 5e-3 else UNDER), (
+        "0 has its own colour on a logarithmic scale"
+    )
     bar = fig.axes[1]
     assert bar.get_yscale() == ("log" if limits[0] == 5e-3 else "linear")
     ends = [to_hex(p.get_facecolor()) for p in bar.patches if len(p.get_path().vertices) < 6]
@@ -201,7 +203,7 @@ def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane,
 
 
 def test_every_cell_is_where_its_values_are_and_the_rarest_of_a_pixel_is_shown():
-    """A line one cell wide and a lone cell are on a map of far more cells than pixels, at any resolution."""
+    """A line one cell wide and a single cell are visible on a map with more cells than pixels, at any resolution."""
     eps = np.geomspace(1e-6, 1e-2, 1500)
     period = np.ones((1500, 1500), np.int8)
     period[1237, :] = 2  # one value of A
@@ -272,7 +274,7 @@ def test_curves_lie_over_a_map_of_a_and_b(plane):
 
 
 def scene(x, y):
-    """Results over two axes of a scene; what is no axis has one value."""
+    """Return results over two axes of a scene; the other quantities have one value each."""
     fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
     axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}
@@ -286,7 +288,7 @@ def scene(x, y):
 
 
 class Straight(Curve):
-    """A curve whose A at any B is known."""
+    """Curve whose A is a known function of B."""
 
     def at(self, B):
         return np.array([1.0 + 20.0 * B])
@@ -317,7 +319,7 @@ def test_curves_that_do_not_reach_the_map_are_refused():
     far = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.3, 0.4]), ("edge", "edge"), ())
     with pytest.raises(ValueError, match=r"curves that reach B = 0\.099"):
         map_figure(scene("omega0", "a0"), curves=[far])
-    with pytest.raises(ValueError, match="this is alpha, mu"):
+    with pytest.raises(ValueError, match="the map over alpha, mu"):
         map_figure(scene("alpha", "mu"), x="alpha", curves=[far])
 
 

@@ -1,4 +1,4 @@
-"""Curves in the plane (A, B): what is drawn, and that the axes stay as they are."""
+"""Curves in the plane (A, B): the lines drawn, on axes that keep their limits."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_nothing_to_draw():
 
 
 def test_the_legend_has_the_kinds_in_view_only(curves):
-    """One of them crosses the view between two of its points."""
+    """The points of one curve are outside the view, but the line between them crosses it."""
     coarse = Curve("grazing", 1, 1, "REST", "", np.array([0.0, 4.0]), np.array([0.2, 0.2]), ("edge", "edge"), ())
     figure = curves_figure([*curves, coarse], (1.0, 1.15), (0.1, 0.3), 2)
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["onset", "grazing"]

@@ -1,4 +1,4 @@
-"""Two styles and two widths from one place: what differs, what must not, and what a journal asks for."""
+"""Two styles and two widths, defined in one place: differences, common properties, requirements of journals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vibrodrive.model.plan import make_plan
 
 @pytest.fixture
 def swept():
-    """An irregular motion over 40 values of A, one of them out of budget, of two values of ε."""
+    """Sweep of irregular motions over 40 values of A and two of ε; one point is out of budget."""
     plan = make_plan({"A": np.linspace(3.0, 3.2, 40), "eps": [0.0, 1e-4], "periods": 200})
     section = np.random.default_rng(3).uniform(0.0, 1.0, (40, 2, 200, 2))
     status = np.zeros(plan.shape, np.int8)
@@ -48,7 +48,7 @@ def test_print_is_black_and_white_and_the_screen_is_not(swept, tmp_path):
         assert np.ptp(pixels(figure, tmp_path / "x.png"), axis=-1).max() > 0.4
 
 
-# Machado, Oliveira, Fernandes (2009): what dichromats see, in linear RGB
+# colours as dichromats see them, in linear RGB: Machado, Oliveira, Fernandes (2009)
 BLIND = {
     "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
@@ -57,7 +57,7 @@ BLIND = {
 
 
 def lab(linear):
-    """CIE L*a*b* of linear sRGB (D65)."""
+    """Return CIE L*a*b* of linear sRGB (D65)."""
     to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     x, y, z = np.array(to_xyz) @ linear / np.array([0.9505, 1.0, 1.089])
     fx, fy, fz = (t ** (1 / 3) if t > (6 / 29) ** 3 else t / (3 * (6 / 29) ** 2) + 4 / 29 for t in (x, y, z))
@@ -66,7 +66,7 @@ def lab(linear):
 
 @pytest.mark.parametrize("eyes", BLIND)
 def test_the_first_curves_stay_apart_for_the_colour_blind(eyes):
-    """A distance of 10 is seen at a glance. (Line styles differ besides.)"""
+    """A colour distance of 10 is clearly visible. (The line styles also differ.)"""
     linear = [np.where((c := np.array(to_rgb(hue))) > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
               for hue, _ in LOOKS["screen"].lines[:4]]  # fmt: skip
     seen = [lab(np.clip(np.array(BLIND[eyes]) @ colour, 0, 1)) for colour in linear]
@@ -77,7 +77,7 @@ def test_the_first_curves_stay_apart_for_the_colour_blind(eyes):
 def test_no_two_curves_look_alike(style):
     lines = LOOKS[style].lines
     assert len(set(lines)) == len(lines) >= 6
-    assert len({pattern for _, pattern in lines[:4]}) == 4, "four are told apart without colour"
+    assert len({pattern for _, pattern in lines[:4]}) == 4, "four curves differ without colour"
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -203,7 +203,7 @@ def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_note_is_smaller_than_the_name_of_its_panel(width):
-    """By the same share in both widths."""
+    """The ratio of the sizes is the same for both widths."""
     with drawn_as(width=width):
         ax = new(height=2.0)[1][0, 0]
         letter(ax, 0, "name")

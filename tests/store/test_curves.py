@@ -1,4 +1,4 @@
-"""Files of curves: what is read is what was written, and others can read it, too."""
+"""Files of curves are read as they were written, also by other programs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FLIGHT = (Slide(False, FROM_STICK, 0, False), Slide(True, FROM_REVERSAL, 0, True
 
 
 def made():
-    """The onset, and a border of two unknown times; they cross twice."""
+    """Return the onset and a border with two unknown times, which cross twice."""
     line = np.linspace(0.0, 1.0, 4)
     points = np.arange(12.0).reshape(3, 4) / 7.0
     condition = Condition("border", FLIGHT, 1, True, 1)
@@ -82,7 +82,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
 
 
 def test_a_word_damaged_within_json_is_named(tmp_path):
-    """A flipped bit may leave valid JSON, with another key or a list of another length."""
+    """After a flipped bit the JSON may be valid, with another key or a list of another length."""
     for old, new in (("critical", "britical"), ("true, 2", "true. 2"), ("0, true", "0. true"), ("0, true]", "0]")):
         save(tmp_path / "c.h5", made(), ORIGIN)
         with h5py.File(tmp_path / "c.h5", "r+") as file:

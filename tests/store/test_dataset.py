@@ -1,4 +1,4 @@
-"""`Results.to_xarray` gives what xarray reads from the file of the same sweep; without xarray one line says so."""
+"""`Results.to_xarray` equals the Dataset that xarray reads from the file; without xarray it fails with one line."""
 
 from __future__ import annotations
 

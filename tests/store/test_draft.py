@@ -1,4 +1,4 @@
-"""A file appears whole or not at all, whoever writes it."""
+"""Every writer makes a file complete or not at all."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def a_figure(path):
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep, a_figure])
 def test_one_way_for_all(write, tmp_path, monkeypatch):
-    """All are written to the draft, renamed once, and leave nothing else; where that fails, nothing at all."""
+    """Every file is written to a draft, which is renamed once. If the renaming fails, no file remains."""
     renamed = []
 
     def refuse(source, target):
@@ -50,7 +50,7 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
         write(tmp_path / "x.h5")
     ((source, target),) = renamed
     assert source == draft_of(target)
-    assert caught.value.filename == str(target)  # the name that was given, not the draft's
+    assert caught.value.filename == str(target)  # the name given by the user, not that of the draft
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(drafts.os, "replace", replace)
     write(tmp_path / "x.h5")
@@ -58,7 +58,7 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
 
 
 def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
-    """Else a loss of power could leave an empty file in the place of an older one."""
+    """Without this order a loss of power could replace an older file by an empty one."""
     order, replace = [], os.replace
     monkeypatch.setattr(os, "fsync", lambda fd: order.append(os.fstat(fd).st_size))
     monkeypatch.setattr(os, "replace", lambda source, target: order.append("name") or replace(source, target))
@@ -97,7 +97,7 @@ def test_a_lock_may_be_given_back_twice(tmp_path):
 
 
 def test_a_lock_is_that_of_the_file_that_has_the_name(tmp_path, monkeypatch):
-    """Another process may put a new file in the place of the one that was just opened: nobody reads that any more."""
+    """Another process may replace the file after it was opened; a lock of the old file would be useless."""
     path, newer, take = tmp_path / "x", tmp_path / "newer", locks._lock
     path.touch()
     newer.touch()

@@ -1,4 +1,4 @@
-"""`vd.load` of every kind of file; equal runs make equal files of every kind; each tells a stranger what it holds."""
+"""Every kind of file: `vd.load` reads it, equal runs make equal files, and its attributes describe its contents."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_it_says_in_a_line_and_a_table_what_it_is(made, kind):
     assert "nan" not in repr(found) + table
 
 
-@pytest.mark.jit  # under orbits is what is simulated
+@pytest.mark.jit  # the orbits are drawn over a simulated sweep
 @each
 def test_it_draws_itself_also_into_given_axes(made, kind):
     found = vd.load(made)
@@ -133,7 +133,7 @@ def an_orbit(path):
 
 
 def test_orbits_of_another_incline_than_that_of_the_configuration_have_no_sweep(tmp_path):
-    """Nor do they take the A of that sweep for those that were searched."""
+    """The values of A searched are those of the file, not those of the configuration."""
     for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
         found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(test_netcdf.ORBIT, B=B)], []], [])
         orbits.save(tmp_path / name, found, Origin("[sweep]\nA = [2.0, 2.1]\n"), 0.0)
@@ -187,7 +187,7 @@ def test_a_failure_map_with_a_cell_that_was_not_written_is_found(kind, tmp_path)
 
 
 def test_every_place_exists():
-    """Of each kind, and of what lower floors call above them: a name in a string has no other check."""
+    """All names in strings exist: those of each kind, and those of functions that lower layers call in higher ones."""
     for kind in FILES.values():
         for place in (kind.reader, kind.faults, kind.recipe):
             assert not place or named(place)
@@ -197,7 +197,7 @@ def test_every_place_exists():
 
 
 def test_limits_tell_their_own_periods(tmp_path):
-    """Those of a sweep are 250 unless given, those of limits 1500."""
+    """By default a sweep has 250 periods and limits have 1500."""
     some_limits(tmp_path / "l.h5")
     with h5py.File(tmp_path / "l.h5") as file:
         assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "word")
@@ -221,7 +221,7 @@ def test_no_result_file_is_none_of_any_kind(tmp_path):
 
 
 def test_a_seal_is_of_names_shapes_types_and_values():
-    """Each of them alone tells two files apart; the order in which they were written does not."""
+    """A difference in any of these changes the seal; the order of writing does not."""
 
     def sealed(**arrays):
         with h5py.File("sealed", "w", driver="core", backing_store=False) as file:

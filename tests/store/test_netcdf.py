@@ -1,4 +1,4 @@
-"""All kinds of result files are laid out alike: named dimensions, units, long names, and checksums."""
+"""All kinds of result files have named dimensions, units, long names and checksums."""
 
 from __future__ import annotations
 

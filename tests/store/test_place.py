@@ -1,4 +1,4 @@
-"""May a file be written there? Answered in one place, before anything is computed."""
+"""One module decides whether a file may be written, before any computation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def a_sweep(name):
 
 
 def foreign(name):
-    """An HDF5 file of another program, with names that occur here, too."""
+    """Write an HDF5 file of another program that uses some of our names."""
     with h5py.File(name, "w") as file:
         file["A"] = np.arange(3.0)
         file["section_xi"] = np.arange(6.0)
@@ -62,7 +62,7 @@ def test_nor_does_its_draft():
 
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "x/../new.png", "there/new.png"])
 def test_two_new_files_of_one_name_are_one_file(spelling):
-    """Neither exists yet, and the second would replace the first."""
+    """Neither file exists yet; the second would replace the first."""
     Path("x").mkdir()
     Path("there").symlink_to(".")
     with pytest.raises(ConfigError, match="another file than the map"):
@@ -81,7 +81,7 @@ def test_only_result_files_are_replaced():
     Path("cut.h5").write_bytes(Path("foreign.h5").read_bytes()[:500])
     for name in ("precious.txt", "empty.h5", "foreign.h5"):
         refused(name, [name, "result files only"])
-    refused("cut.h5", ["cut.h5", "result files only"], overwrite=[True])  # else it may be a damaged one of ours
+    refused("cut.h5", ["cut.h5", "result files only"], overwrite=[True])  # else it may be a damaged result file
     check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
     check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
     with pytest.raises(ConfigError, match="this one holds a sweep: name another with -o"):

@@ -1,4 +1,4 @@
-"""What else than sections a file may hold: written, resumed, refused, found damaged and mended as sections are."""
+"""Records other than sections are written, resumed, refused, checked and repaired like sections."""
 
 from __future__ import annotations
 

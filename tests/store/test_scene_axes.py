@@ -1,4 +1,4 @@
-"""A sweep over quantities in SI units in its file: coordinates with units, resumed, refused, read back to the bit."""
+"""File of a sweep over quantities in SI units: coordinates with units, resuming, refusals, bitwise reading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The result file: what it looks like to others, resuming it, refusing it, and what damage does to it."""
+"""The result file: reading by other programs, resuming, refusals, and damage."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TEXT = "[sweep]\nA = {start = 3, stop = 3.25, num = 90}\neps = [0, 2e-4]\n# ξ\n
 
 def make(**changes):
     arguments = {"A": np.linspace(3, 3.25, 90), "eps": [0, 2e-4], "transient": 0, "periods": 12}
-    return replace(make_plan(arguments | changes), tiling=(20, 2))  # 5 blocks, the last one short
+    return replace(make_plan(arguments | changes), tiling=(20, 2))  # 5 blocks, the last one with fewer points
 
 
 def write(path, plan, which=None, **options):
@@ -44,7 +44,7 @@ def write(path, plan, which=None, **options):
 
 
 def assert_complete(path, plan):
-    """Every point of the file is what was computed for it, to the bit."""
+    """Every point of the file equals bitwise the computed one."""
     results = load(path)
     section = results.section.reshape(plan.n_points, -1, 2)
     for k, (start, stop) in enumerate(plan.blocks()):
@@ -56,7 +56,7 @@ def assert_complete(path, plan):
 
 
 def test_what_is_written_is_let_go_before_it_is_committed(path):
-    """Blocks are views of a wave; whoever keeps one keeps all of its memory."""
+    """Blocks are views of the array of a wave; a reference to one block keeps the memory of all."""
     plan = make()
     writer = open_writer(path, plan, Origin(TEXT, (), "A title"))
     wave = np.zeros((plan.n_points, 12, 2))
@@ -70,7 +70,7 @@ def test_what_is_written_is_let_go_before_it_is_committed(path):
 
 
 def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypatch):
-    """So it says of nothing that it is there before that is so, even if the power fails."""
+    """So even after a loss of power no block counts as computed before its data are written."""
     order, put, flush = [], Writer._put, h5py.File.flush
     monkeypatch.setattr(Writer, "_put", lambda self, k, name, values: order.append(name) or put(self, k, name, values))
     monkeypatch.setattr(h5py.File, "flush", lambda self: order.append("flush") or flush(self))
@@ -85,7 +85,7 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
 
 @pytest.mark.parametrize("sync", [True, False])
 def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
-    """The system is asked once, when all blocks are in the file; not where a signal leaves no time for that."""
+    """fsync is called once, after all blocks; not after a signal, which leaves no time for it."""
     asked = []
     monkeypatch.setattr(
         os, "fsync", lambda fd: asked.append((os.path.samestat(os.fstat(fd), os.stat(path)), look(path)))
@@ -99,7 +99,7 @@ def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
 
 
 def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
-    """A reader, or a process that is killed then, never meets a block that counts as computed and is blank."""
+    """So even after a kill no reader finds a blank block that counts as computed."""
     with h5py.File(finished) as file:
         chunk = file["margin"].id.get_chunk_info(1)
     damaged(finished, chunk.byte_offset + chunk.size // 2)
@@ -156,7 +156,7 @@ def test_results_of_a_file_that_grows_or_goes_are_shown_as_it_is(path, tmp_path)
     assert "22.2 % computed" in repr(results)
     write(path, plan)
     assert ", computed: " in repr(results)
-    assert results.computed == 1.0, "what is shown is not kept"
+    assert results.computed == 1.0, "the repr does not cache the share"
     gone = load(path)
     path.unlink()
     assert "not readable: A 3…3.25 (90)" in repr(gone)
@@ -201,13 +201,13 @@ def test_attributes_tell_where_it_comes_from(finished):
         assert file.attrs["config"] == TEXT
         assert file.attrs["config_sha256"] == hashlib.sha256(TEXT.encode()).hexdigest()
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
-        assert "created" not in file.attrs  # two runs give the same file
+        assert "created" not in file.attrs  # no date: equal runs give equal files
         assert "numba" in json.loads(file.attrs["versions"])
         assert all(file[v.name].fletcher32 for v in variables_of(make()))
 
 
 def test_what_all_points_share_lies_open(finished):
-    """A stranger reads B, eta, periods, … without knowing of plans; xarray passes them on."""
+    """Other programs read B, eta, periods, … as attributes without knowing plans; xarray passes them on."""
     plan = make()
     with xr.open_dataset(finished, engine="h5netcdf") as data:
         for name in ("B", "eta", "xi0", "dxi0", "tau0", "section_phase", "tol"):
@@ -215,7 +215,7 @@ def test_what_all_points_share_lies_open(finished):
         for name in ("transient", "periods", "budget"):
             assert data.attrs[name] == getattr(plan.settings, name)
         assert (data.attrs["method"], data.attrs["scan"], data.attrs["record"]) == ("certified", "skip", "section")
-        assert not {"A", "eps", "dtau"} & set(data.attrs)  # axes, and what no motion has
+        assert not {"A", "eps", "dtau"} & set(data.attrs)  # axes, and parameters without effect
         told = data.attrs["comment"]
         assert [name for name in plan.scalars if name not in ("eps", "dtau") and f"{name}: " not in told] == []
         assert "too_close: " in data.status.comment
@@ -251,14 +251,14 @@ def test_a_file_that_this_process_reads_is_not_written(finished):
 def test_two_runs_give_the_same_bytes(path, tmp_path):
     other = tmp_path / "other.h5"
     write(path, make())
-    write(other, make(), which=[3, 1])  # in another order, and in two goes
+    write(other, make(), which=[3, 1])  # in another order, in two runs
     write(other, make())
     assert path.read_bytes() == other.read_bytes()
     with h5py.File(path) as a, h5py.File(other) as b:
         for name in a:
             assert a[name][...].tobytes() == b[name][...].tobytes()
             offsets = [[d.id.get_chunk_info(i)[2] for i in range(d.id.get_num_chunks())] for d in (a[name], b[name])]
-            assert offsets[0] == offsets[1]  # laid out alike, whatever the order of writing
+            assert offsets[0] == offsets[1]  # the layout does not depend on the order of writing
 
 
 def test_a_sweep_of_one_point(path):
@@ -277,7 +277,7 @@ def test_a_sweep_of_one_point(path):
 @pytest.mark.parametrize(
     "arguments",
     [
-        {"A": np.linspace(1, 2, 7), "B": [0.1, 0.2, 0.3], "periods": 100_000},  # a point is a block
+        {"A": np.linspace(1, 2, 7), "B": [0.1, 0.2, 0.3], "periods": 100_000},  # one point per block
         {"A": np.linspace(1, 2, 3), "eps": [0.0], "B": np.linspace(0, 1, 700), "periods": 3},
         {"eps": [0.0], "A": [3.0], "periods": 1},
         {"A": np.linspace(1, 2, 3000), "periods": 1},
@@ -312,16 +312,16 @@ def test_an_unfinished_file_can_be_read(path):
     assert not np.isnan(results.section[done]).any()
     assert np.isnan(load(path).select(A=3.0).section).all()
     np.testing.assert_array_equal(load(path).select(A=plan.axes["A"][25], eps=0).section, results.section[25, 0])
-    with xr.open_dataset(path, engine="h5netcdf") as data:  # others see it, too
+    with xr.open_dataset(path, engine="h5netcdf") as data:  # other programs also see it
         assert np.isnan(data.section_xi.values[~done]).all()
 
 
 def test_what_is_half_written_is_not_read(path):
-    """Of an unfinished file only committed blocks are read, to their last point."""
+    """From an unfinished file only committed blocks are read, but these completely."""
     plan = make()
     write(path, plan, which=[1])
     with h5py.File(path, "a") as file:
-        for name in ("section_xi", "section_dxi"):  # of the block behind it, without their status
+        for name in ("section_xi", "section_dxi"):  # data of the next block, without its status
             file[name][40:60] = 1.0
     results = load(path)
     assert np.isnan(results.section[40:60]).all()
@@ -375,7 +375,7 @@ def test_resuming_computes_what_is_missing_and_keeps_the_rest(path):
 
 
 def test_a_file_keeps_its_own_blocks(path):
-    """A version that would cut the sweep differently goes on as the file was laid out."""
+    """A version with other block sizes resumes with the blocks of the file."""
     write(path, make(), which=[0])
     plan = replace(make(), tiling=None)
     assert plan.chunk == (90, 2)
@@ -449,7 +449,7 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
     before = finished.read_bytes()
 
     def fail(done, total):
-        assert finished.read_bytes() == before  # still there while the new one is laid out
+        assert finished.read_bytes() == before  # the old file exists while the new one is laid out
         if done > 10:
             raise KeyError
 
@@ -484,13 +484,13 @@ def damaged(path, offset, bit=0):
 
 
 def assert_complete_but_for(path, plan, block, variable):
-    """The array that a damaged variable is of lacks one block, which is named; all else is what was computed."""
+    """Only the array of the damaged variable lacks the block, which is named; all other values are as computed."""
     array = "section" if variable.startswith("section") else variable
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
         part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in (*ARRAYS, "status")}
     assert {str(w.message).split(": damaged, and left out of ")[1].split(":")[0] for w in told} == (
-        {array} if array != "status" else set(ARRAYS)  # without its mark a block counts as missing
+        {array} if array != "status" else set(ARRAYS)  # a block without a status counts as missing
     )
     for k, (start, stop) in enumerate(plan.blocks()):
         expected = fake.block(plan, k)
@@ -512,7 +512,7 @@ def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
     assert list(report.faults) == [block]
     assert variable in report.faults[block]
     assert f"block {block} (points {40 * block} to" in place(report.header.plan, block)
-    if variable != "checksum":  # which no reader needs
+    if variable != "checksum":  # readers do not use checksums of points
         assert_complete_but_for(finished, make(), block, variable)
     writer = open_writer(finished, make(), Origin(TEXT))
     writer.check()
@@ -525,7 +525,7 @@ def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
 
 
 def test_data_lost_under_their_status_are_found(finished):
-    """After a loss of power a status may have been kept and its data not: blanks, whose checksums fit."""
+    """After a loss of power a status may exist without its data: blank chunks, whose checksums are right."""
     plan = make()
     with h5py.File(finished, "a") as file:
         slab = tiles(plan)[2].slab
@@ -536,7 +536,7 @@ def test_data_lost_under_their_status_are_found(finished):
 
 @pytest.mark.parametrize("first", [41, 59])
 def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first):
-    """A status is written for a whole block: what is left of one is neither computed nor merely missing."""
+    """The status is written block by block, so a block with both kinds of points is damaged."""
     with h5py.File(finished, "a") as file:
         file["status"][first:60] = Status.NOT_COMPUTED
     for report in (verify(finished), look(finished)):
@@ -559,7 +559,7 @@ def test_chunks_that_changed_places_are_found(finished, names):
 
 @pytest.mark.integration
 def test_no_flipped_bit_anywhere_goes_unnoticed(finished):
-    """Either the file reads as before, or something complains; never other numbers."""
+    """Either the file is read as before, or an error or a warning occurs; other numbers never appear."""
     whole = load(finished)
     expected = {name: getattr(whole, name).tobytes() for name in ARRAYS}
     raw = finished.read_bytes()

@@ -1,7 +1,7 @@
-"""A sweep loses nothing to a kill, a full disk, a second writer or a signal, and says what it does.
+"""A sweep survives kills, a full disk, a second writer and signals without loss, with one line on stderr.
 
-The processes killed here run the real command line on blocks that cost nothing but time (tests.fake): what
-is tried is the writer, dozens of times. The last tests do the same to the kernels.
+The processes run the real command line with simulated blocks (tests.support.fake) that need no computation, so that
+the writer can be tested many times. The last tests use the kernels.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ A = {start = 3.0, stop = 3.25, num = 1030}
 transient = 0
 periods = 20
 """
-"""60 blocks, every other one short."""
+"""60 blocks; every second one has fewer points."""
 
 STAND_IN = """
 import sys, functools
@@ -54,7 +54,7 @@ main(sys.argv[1:])
 
 @dataclass
 class Scene:
-    """A directory with a configuration, and processes that compute it."""
+    """Directory with a configuration, and the processes that compute it."""
 
     folder: Path
     started: list[subprocess.Popen] = field(default_factory=list)
@@ -83,13 +83,13 @@ class Scene:
         return process.returncode, out, err
 
     def wait_for_blocks(self, process, count=1):
-        """Until the file is there and holds some blocks."""
+        """Wait until the file exists and holds `count` blocks."""
         limit = time.monotonic() + LIMIT
         while time.monotonic() < limit and process.poll() is None:
             if self.file.exists() and look(self.file).done.sum() >= count:
                 return
             time.sleep(0.005)
-        if process.poll() == 0:  # it was quick
+        if process.poll() == 0:  # it has finished already
             return
         raise AssertionError(f"no blocks: {process.poll()} {process.stderr.read() if process.poll() else ''}")
 
@@ -99,7 +99,7 @@ def scene(tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     found = Scene(tmp_path)
     yield found
-    for process in found.started:  # those of a test that has failed may be stopped, or last for hours
+    for process in found.started:  # after a failed test a process may be stopped, or run for hours
         process.kill()
         with process:  # closes its pipes
             pass
@@ -113,7 +113,7 @@ def contents(path):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """What a sweep that nobody disturbs computes."""
+    """Return the results of a sweep without interruption."""
     folder = tmp_path_factory.mktemp("undisturbed")
     (folder / "c.toml").write_text(CONFIG)
     code, _, err = Scene(folder).run(delay=0)
@@ -132,12 +132,12 @@ def assert_one_line(err, *words):
     "times", [6, pytest.param(24, marks=pytest.mark.slow("25 s: 24 kills, each of a new process"))]
 )
 def test_killed_at_random(scene, undisturbed, times):
-    """Whenever it is killed, what was committed is whole and stays; in the end nothing tells of the kills."""
+    """Committed blocks survive each kill undamaged; the final file equals that of an uninterrupted sweep."""
     random = np.random.default_rng()
     committed, struck = 0, 0
     while struck < times:
         process = scene.start(delay=0.02)
-        if struck % 4:  # in the midst of writing; else anywhere, the laying out included
+        if struck % 4:  # while blocks are written; else at any time, also during the layout
             while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
         time.sleep(random.uniform(0, 0.7))
@@ -231,7 +231,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
     assert process.returncode == 130
     report = verify(scene.file)
     assert report.sound
-    assert 0 < report.done.sum() < 60  # the flush was finished, the group committed
+    assert 0 < report.done.sum() < 60  # the flush was completed and the group committed
     assert_one_line(process.stderr, f"{report.done.sum()} of 60 blocks")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed
@@ -240,7 +240,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
 def test_two_writers_do_not_meet(scene, undisturbed):
     first = scene.start(delay=0.1)
     scene.wait_for_blocks(first)
-    first.send_signal(signal.SIGSTOP)  # it is still writing when the others have ended
+    first.send_signal(signal.SIGSTOP)  # so that it is still writing when the others end
     for options in ((), ("--overwrite",)):
         code, _, err = scene.run(*options)
         assert code == 2
@@ -284,7 +284,7 @@ def test_a_file_that_would_grow_too_large_is_refused_beforehand(scene):
 
 
 def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
-    """Writing beyond a limit on the size of files fails as on a full disk."""
+    """A limit on the size of files has the same effect as a full disk."""
     process = scene.start(delay=0.2)
     scene.wait_for_blocks(process, 3)
     process.kill()
@@ -331,7 +331,7 @@ eps = [0.0, 2e-4]
 transient = 10
 periods = 60000
 """
-"""24 points, each a block of its own or nearly so."""
+"""24 points, with one point or few points per block."""
 
 
 @pytest.mark.jit
@@ -358,11 +358,11 @@ def test_a_signal_does_not_wait_for_the_kernels(scene):
     (scene.folder / "c.toml").write_text(
         "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 1000000000\nperiods = 1\n"
     )
-    vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiled
+    vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiles the kernels
     process = scene.start(real=True)
     while not scene.file.exists() and process.poll() is None:
         time.sleep(0.01)
-    time.sleep(1.0)  # in the kernels by now: uninterrupted they take longer than LIMIT
+    time.sleep(1.0)  # the kernels run by now, and take longer than LIMIT
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130

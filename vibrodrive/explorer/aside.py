@@ -1,9 +1,8 @@
-"""Long exact work (orbits, bifurcations, limits) in a process of its own, which is killed where its result has become
-useless.
+"""Long exact searches (orbits, bifurcations, limits) in a separate process, which is killed to cancel them.
 
-These searches are loops in Python without a flag to look at. The process answers one call at a time and stays for the
-next one. After a kill another process starts at once and loads what it needs while the page is drawn. A process that
-is still loading, or compiling, is not killed: otherwise each click would begin the compilation again.
+These searches are Python loops that do not check a flag. The process handles one call at a time and then waits for the
+next one. After a kill a new process starts immediately and loads its modules while the page is drawn. A process that is
+still loading or compiling is not killed: otherwise each click would restart the compilation.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ from typing import Any, BinaryIO
 
 from vibrodrive.jit.slices import Halt, Halted
 
-LOOK_SECONDS = 0.02  # between looks at the flag while the other process computes
+LOOK_SECONDS = 0.02  # interval between checks of the flag while the other process computes
 
 Answer = tuple[bool, Any]
-"""True and the result of a call, or False and its exception."""
+"""(True, result of a call) or (False, its exception)."""
 
 
 class Aside:
-    """The other process, started when it is first needed. It begins with a call of `warm`."""
+    """Separate process, started at the first call. It first calls `warm`."""
 
     def __init__(self, warm: Callable[[], object]) -> None:
         self._warm = warm
@@ -37,7 +36,10 @@ class Aside:
         self._warming = self._closed = False
 
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return the result of a function, found by its name; raise its exception, or Halted once the flag is set."""
+        """Return the result of a function, which the process imports by name.
+
+        Raises the exception of the function, or Halted once the flag is set.
+        """
         self.start()
         if self._warming:
             self._next_answer(halt)
@@ -63,11 +65,11 @@ class Aside:
                 return answer
             self._kill()
             if not halt.called and not self._closed:
-                raise RuntimeError("the process for exact work has ended")
+                raise RuntimeError("the process for exact results has ended unexpectedly; the next request restarts it")
         raise Halted
 
     def start(self) -> None:
-        """Start the process, if it does not run, and let it warm up."""
+        """Start the process, unless it is running, and call `warm` in it."""
         if self._process is not None and self._process.poll() is not None:
             self._kill()
         if self._process is None and not self._closed:
@@ -76,7 +78,7 @@ class Aside:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-                start_new_session=True,  # Ctrl-C on the terminal is for the parent
+                start_new_session=True,  # so that Ctrl-C reaches the parent only
             )
             self._answers = queue.SimpleQueue()
             threading.Thread(target=_receive, args=(self._process.stdout, self._answers), daemon=True).start()
@@ -84,7 +86,7 @@ class Aside:
             self._send(self._warm, ())
 
     def close(self) -> None:
-        """End the process; none is started from now on."""
+        """End the process. No other one is started."""
         self._closed = True
         self._kill()
 
@@ -93,19 +95,19 @@ class Aside:
         if process is not None:
             process.kill()
             process.wait()
-            with suppress(OSError):  # of what was still to be written
+            with suppress(OSError):  # from data still in the buffer
                 process.stdin.close()  # type: ignore[union-attr]
 
     def _send(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         process = self._process
         if process is not None and process.stdin is not None:
-            with suppress(OSError, ValueError):  # it has ended: `call` hears of it from `_receive`
+            with suppress(OSError, ValueError):  # the process has ended; `call` gets None from `_receive`
                 pickle.dump((function, arguments), process.stdin)
                 process.stdin.flush()
 
 
 def _receive(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:
-    """Hand on the answers of the process, and None when it has ended."""
+    """Put the answers of the process into the queue, and None when it has ended."""
     with stream, suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
             answers.put(pickle.load(stream))
@@ -113,10 +115,10 @@ def _receive(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> Non
 
 
 def serve() -> None:
-    """The other process: answers the calls on its standard input until that is closed, or until its parent ends."""
+    """Main function of the separate process: answer calls from standard input until it closes or the parent ends."""
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no answer
+    os.dup2(2, 1)  # redirect the prints of libraries to stderr
     with suppress(EOFError):
         while True:
             try:

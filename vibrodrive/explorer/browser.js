@@ -1,44 +1,44 @@
-// What the page does in the browser: it asks for the next view when the last one is painted, keeps the address in step
-// with what is shown, and formats the numbers of the axes. Everything else is the server's.
+// Script of the page: it requests the next view when the last picture is painted, and updates the address. The server
+// does everything else.
 const page = {
-  busy: false, // a view has been asked for, and nothing of it painted yet
-  pending: false, // the view has changed since
-  known: {}, // values of widgets and ranges that have been dealt with: scripts hear of a change later than it is made
-  tapped: false, // another motion has been chosen since
-  settled: false, // what is painted is complete, and what was asked for last
-  begun: false, // the first view stands in the address: from now on each change of it is a step of "back"
-  over_plane: false, // a map is shown: when another mode has just been chosen, what the ranges hold is still of this one
-  waiting: 0, // timer of an address that is going to be kept
-  patience: 0, // ms that a newer view waits for the one under way
-  held: 0, // timer of diagrams that are not painted until their picture is there
-  due: false, // they are going to be painted
-  asked: 0, // number of the request for the picture that is wanted
-  answered: 0, // of that for the picture that is painted
-  whole: 0, // the same, if that is complete
+  busy: false, // a view has been requested and no picture of it is painted yet
+  pending: false, // the view has changed since that request
+  known: {}, // values of widgets and ranges already handled, since change events arrive late
+  tapped: false, // another motion has been selected since that request
+  settled: false, // the picture of the last request is painted and complete
+  begun: false, // the address contains the first view; from now on each change is a step of "back"
+  over_plane: false, // true if the ranges belong to a map; after a change of mode they still belong to the old mode
+  waiting: 0, // timer until the address is updated
+  patience: 0, // ms that a newer view waits for the running request
+  held: 0, // timer until diagrams are painted even without their picture
+  due: false, // a painting of the diagrams is scheduled
+  asked: 0, // number of the last request for a picture
+  answered: 0, // number of the request whose picture is painted
+  whole: 0, // the same if that picture is complete, else 0
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
-  scales: {}, // of both axes, as they are drawn
-  kept: {}, // ends of ranges as they were given
-  last: "", // the view asked for last
-  extra: {}, // fields of a view without a widget, where no range has them: at; the ends of colours, or of a map's ordinate
-  frames: [], latencies: [], // when pictures were painted, and how long after the movement that they show (ms)
-  heard: 0, // number of the news heard last
-  file: null, // what was downloaded last
-  words: "", // what is said about the motion that is followed
-  followed: NaN, // where that is on the axis
-  refused: "", // why the view asked for last is not shown
-  status: "", // what is said below the diagrams, but for COMPILING
-  slow: 0, // timer until that is said
+  scales: {}, // scales of both axes as drawn: linear or log
+  kept: {}, // ends of ranges as the server sent them
+  last: "", // the last view requested
+  extra: {}, // fields without widget and range: at, and the ends of the colours (map) or of y (diagram)
+  frames: [], latencies: [], // times at which pictures were painted, and their delay after the movement (ms)
+  heard: 0, // number of the last message processed
+  file: null, // the last file downloaded
+  words: "", // description of the selected motion
+  followed: NaN, // coordinate of that motion on the abscissa
+  refused: "", // error message of the last request
+  status: "", // status line below the diagrams, without COMPILING
+  slow: 0, // timer until COMPILING is shown
 };
 window.explorer = page;
-const STEADY = 100; // ms for which axes and lines wait for the picture that is to move with them
-const PATIENCE = 250; // ms that a newer view waits for an older one at most, where that before was painted
+const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
+const PATIENCE = 250; // value of `patience` at the start and after each painted picture
 page.patience = PATIENCE;
-const COMPILING = "computing …; what is used for the first time after an installation is compiled, for up to a minute";
-const SLOW = 1500; // ms without an answer after which that is said
-const REST = 300; // ms for which a view stands before it is a step of "back"
+const COMPILING = "computing …; the first use of a kernel after an installation compiles it (up to a minute)";
+const SLOW = 1500; // ms without an answer until COMPILING is shown
+const REST = 300; // ms without a change after which a view becomes a step of "back"
 
-// Where the mouse rests for a moment after it is pressed, or the page is busy then, Bokeh would hold that for a press, and
-// neither move the diagram with what follows nor call it a tap.
+// If the mouse rests after the button is pressed, or the page is busy then, Bokeh would detect a "press" gesture. The
+// following movement would then be neither a drag nor a tap.
 Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
@@ -51,7 +51,7 @@ const log = (name) => page.scales[name] === "log";
 const shown = (u, name) => (log(name) ? Math.pow(10, u) : u);
 const drawn = (v, name) => (log(name) ? Math.log10(v) : v);
 const span = (range, name, low, high) => {
-  // ends that nobody has moved are those that were given: the logarithm of a power has other last bits
+  // for unmoved ends return the numbers that the server sent: 10 ** log10(v) may differ from v in its last bits
   const kept = page.kept[range.id];
   if (kept && kept[0] === range.start && kept[1] === range.end) return {[low]: kept[2], [high]: kept[3]};
   return {[low]: shown(range.start, name), [high]: shown(range.end, name)};
@@ -78,15 +78,15 @@ page.send = () => {
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
   if (page.refused) say(page.refused = "", notice);
   clearTimeout(page.slow);
-  page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before a first picture it says so already
+  page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before the first picture LOADING is shown
   tell({view, only_motion});
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
 
-// Bokeh paints a diagram once for each picture, not once for each movement of the mouse: that takes longer.
+// Let Bokeh paint a diagram once for each picture and not for each movement of the mouse, which would be slower.
 const hold = () => {
   if (page.due) return;
-  for (const plot of [first, second]) plot.hold_render = plot.visible; // one that is hidden would be laid out anew
+  for (const plot of [first, second]) plot.hold_render = plot.visible; // on a hidden one this would trigger a layout
   clearTimeout(page.held);
   page.held = setTimeout(release, STEADY);
 };
@@ -101,7 +101,7 @@ const release = () => {
 const but_for_motion = (view) => JSON.stringify({...view, at: null});
 
 const tell = (message) => {
-  if (!("file" in message)) page.seq += 1; // what is under way is still wanted
+  if (!("file" in message)) page.seq += 1; // a file request does not replace the running one
   request.data = {message: [JSON.stringify({seq: page.seq, time: performance.now(), heard: page.heard, ...message})]};
 };
 
@@ -116,7 +116,7 @@ page.ask = (again) => {
   page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.sent)));
 };
 
-// Give up the view that is under way. Each in turn gets more time, or a slow machine would never finish one.
+// Replace the running request. Its successor gets twice the time, since a slow machine would otherwise finish none.
 const insist = () => {
   if (!page.pending) return;
   page.patience *= 2;
@@ -132,11 +132,11 @@ const free = () => {
 };
 
 page.command = (message) => {
-  if (!("file" in message)) Object.assign(page, {asked: 0, settled: false}); // what is under way is not that any more
+  if (!("file" in message)) Object.assign(page, {asked: 0, settled: false}); // the running request is obsolete
   tell({view: page.state(), ...message});
 };
 
-// Whether a value is another one than that dealt with last; then it is now.
+// Return true if a value differs from the one handled last, and record it as handled.
 const is_new = (name, value) => {
   const old = page.known[name];
   page.known[name] = value;
@@ -148,7 +148,7 @@ const set_field = (name, value) => {
   fields[name].value = value;
 };
 
-// Slider and field of one number hold the same value; a slider of orders of magnitude holds its logarithm.
+// Slider and field of a parameter have the same value; the sliders in `exponents` have its logarithm.
 page.slide = ({name, value: place}) => {
   if (!is_new("slider " + name, place)) return;
   const value = exponents.includes(name) ? Math.pow(10, place) : place;
@@ -179,7 +179,7 @@ page.fit_now = () => {
   page.ask(true);
 };
 
-// A whole view, from the server: into every widget and range, without a question for each.
+// Write a complete view from the server into all widgets and ranges, with a single request at the end.
 page.apply = (view) => {
   for (const [name, field] of Object.entries(fields)) {
     set_field(name, typeof field.value === "string" ? String(view[name]) : view[name]);
@@ -217,18 +217,18 @@ const arrange = () => {
   for (const [name, items] of Object.entries(only)) {
     for (const item of items) item.visible = name === fields.mode.value || name === fields.scene.value;
   }
-  for (const [name, field] of Object.entries(fields)) { // what lies along an axis is set by the window
+  for (const [name, field] of Object.entries(fields)) { // the window sets the parameters along the axes
     field.disabled = name === fields.x.value || (over_plane && name === fields.y.value);
     if (sliders[name]) sliders[name].disabled = field.disabled;
   }
 };
 
-// A frame has arrived: the next one is asked for at once, and computed while this one is painted. It can't overtake:
-// the browser takes its frames one after the other.
+// A frame has arrived: request the next one immediately, so that it is computed while this one is painted. The browser
+// processes frames in order, so the next one cannot be painted first.
 page.painted = () => {
   const head = JSON.parse(frame.data.head[0]), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) {
-    put_span(y_range, "", ...head.fit); // of a coarse picture the range may still grow
+    put_span(y_range, "", ...head.fit); // the range of a coarse picture may still grow
     page.fit = !head.complete;
     if (head.complete && !page.pending) page.last = but_for_motion(page.state());
   }
@@ -250,14 +250,14 @@ page.painted = () => {
 
 const settle = () => { page.settled = page.whole === page.asked && !page.pending; };
 
-// Past Bokeh's models: a change of theirs lays the whole page out anew.
+// Write texts directly into the page: a change of a Bokeh model would lay out the page again.
 const said = {};
 const say = (text, where = status) => {
   const place = said[where.id] !== text && Bokeh.index.find_one_by_id(where.id)?.shadow_el.querySelector(".bk-clearfix");
   if (place) place.innerHTML = said[where.id] = text;
 };
 
-// The address holds the view, a step of "back" for every one at which the mouse has rested.
+// Write the view into the address after REST ms, as a new step of "back".
 const remember = (address) => {
   clearTimeout(page.waiting);
   page.waiting = setTimeout(() => {
@@ -316,15 +316,16 @@ page.tap = (event) => {
 };
 
 page.lost = (gone) => {
-  say(gone ? "The explorer no longer answers. Start it again, and open the address that it prints." : "", notice);
+  say(gone ? "The explorer no longer answers. Restart it and open the address that it prints." : "", notice);
   if (!gone) { page.busy = false; page.ask(true); }
 };
 
-// A browser may keep a page that was left, for "back", with its connection open or cut: the address holds all of it.
+// A browser may keep a page that was left, for "back", with an open or closed connection. On return the page is
+// reloaded, and its address restores the view.
 window.addEventListener("pagehide", () => tell({left: true}));
 window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
 
-// The second diagram moves as the first one does, while it is there.
+// While the second diagram is visible, both move together.
 const mirror = (from, to) => {
   const moved = to.start !== from.start || to.end !== from.end;
   if (second.visible && moved) to.setv({start: from.start, end: from.end});

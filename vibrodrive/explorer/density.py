@@ -1,4 +1,4 @@
-"""Recorded values counted on the spots of an image, compiled: a frame has time for a quarter of a million of them."""
+"""Count of the recorded values in each pixel, compiled because a frame contains up to a quarter of a million."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from vibrodrive.jit.compile import jit
 
 @jit(_nrt=False)
 def paint(values, columns, low, high, table, counts, image):
-    """Darken the spots of an image on which values lie, and the spot above each: a line of one row would be too thin.
+    """Darken the pixels of an image that contain values, and the pixel above each: a line of one row is too thin.
 
     values : float64 (n, k)
-        the values of n columns; those outside [low, high) and NaN are left out.
+        values of n columns; NaN and values outside [low, high) are ignored.
     columns : int64 (n,)
-        their places in the image.
+        indices of these columns in the image.
     table : uint8 (k + 1,)
-        shade of a spot by the number of values on it.
+        shade of a pixel with 0, 1, … k values.
     counts : int64 (rows,)
-        for the kernel's own use.
+        workspace.
     image : uint8 (rows, all columns)
-        what is painted: of the columns named, every spot is set.
+        output; every pixel of these columns is set.
     """
     rows = image.shape[0]
     scale = rows / (high - low)

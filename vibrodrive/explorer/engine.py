@@ -1,7 +1,7 @@
-"""What all pages of a server share: the thread that computes, the process for exact work, and the pace.
+"""Resources that all pages of a server share: the worker thread, the process for exact results, and the pace.
 
-Nothing here imports Numba before the first page has been built: it takes the browser longer to load that page than the
-worker to load Numba and the kernels meanwhile.
+Numba is imported after the first page has been built. While the browser loads that page, the worker loads Numba and the
+kernels, which takes less time.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt
 
-WARMING = Slot(-1, Rank.EXPORT)  # of no page
-OPENING_SECONDS = 1.0  # for a page to be opened, and built before kernels are loaded
+WARMING = Slot(-1, Rank.EXPORT)  # page -1 does not exist
+OPENING_SECONDS = 1.0  # wait before the kernels are loaded, so that the first page can be opened and built
 
 
 class Client(Protocol):
-    """A page, as far as the engine knows it."""
+    """Interface of a page to the engine."""
 
     def failed(self, rank: Rank, error: BaseException) -> None:
-        """A task of this page broke off."""
+        """Handle the failure of a task of this page."""
 
 
 class Engine:
-    """What computes for the pages. `tasks` imports the module with `TASKS` and `warm_picture`, and with it Numba."""
+    """Computation for all pages. `tasks` imports the module with `TASKS` and `warm_picture`, and thereby Numba."""
 
     def __init__(
         self, threads: int | None, tasks: Callable[[], Any], imported: Callable[[], object] | None = None
@@ -41,7 +41,7 @@ class Engine:
         self.worker.request(WARMING, self._warm_unasked)
 
     def warm(self) -> None:
-        """Load what a first picture needs, now."""
+        """Load everything for the first picture without further delay."""
         self.worker.request(WARMING, self._warm)
 
     def _warm_unasked(self, halt: Halt) -> None:
@@ -66,7 +66,7 @@ class Engine:
 
 
 def _warm_exact() -> None:
-    """Load what exact work needs, in the process for it; and compile what the worker is to find compiled."""
+    """Load, in the separate process, the code for exact results; compile the kernels that the worker needs later."""
     from vibrodrive.explorer import exact, motion
 
     exact.warm()

@@ -1,6 +1,6 @@
-"""What is exact in a view, as plain data: periodic orbits and bifurcations, curves over the plane, limits.
+"""Exact results for a view, as plain data: periodic orbits and bifurcations, curves over the plane, limits.
 
-All of it is of the undisturbed motion, and is run by `Aside`, in the other process.
+Orbits, bifurcations and curves are those of the undisturbed motion. `Aside` runs these functions in a separate process.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.limit import limit
 
-VALUES = 60  # of A in a window, at which orbits are computed, beside those around its bifurcations
-SAME = 1e-6  # difference in phase, at most, of an impact of a motion from one of an orbit for the motion to be on it
+VALUES = 60  # number of A in a window at which orbits are computed; more are added near bifurcations
+SAME = 1e-6  # largest difference in impact phase between a motion and an orbit that count as equal
 
 
 class Line(NamedTuple):
-    """An orbit over A: values (n, several), a curve each."""
+    """Orbit over A. Each column of `values` (n, several) is a curve."""
 
     A: np.ndarray
     values: np.ndarray
@@ -31,7 +31,7 @@ class Line(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A bifurcation, and the values of its orbit there."""
+    """Bifurcation, with the values of the orbit at its A."""
 
     A: float
     values: np.ndarray
@@ -40,15 +40,15 @@ class Mark(NamedTuple):
 
 
 def warm() -> None:
-    """Load, or compile, what the functions below need."""
-    orbit_lines(2.58, 2.6, 0.1, 1, "xi", 0.0)  # with one bifurcation
+    """Load or compile the kernels of the functions below."""
+    orbit_lines(2.58, 2.6, 0.1, 1, "xi", 0.0)  # this window contains one bifurcation
     limit(1.5, transient=50, periods=50, threads=1)
 
 
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Line], list[Mark]]:
-    """All orbits and bifurcations between two values of A, as values of a quantity of diagrams."""
+    """Return all orbits and bifurcations between two values of A, in terms of a quantity of diagrams."""
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
     def values(orbit: Orbit) -> np.ndarray:
@@ -70,7 +70,7 @@ def orbit_lines(
 
 
 def phase_traces(branch: Branch) -> np.ndarray:
-    """Phases of the impacts as `traces` has them, but each curve that of one impact, and cut where it passes 2π."""
+    """Return the phases of the impacts over A. Each curve follows one impact and is cut where it passes 2π."""
     rows = [branch.orbits[0].phases]
     for orbit in branch.orbits[1:]:
         turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]
@@ -85,12 +85,12 @@ def phase_traces(branch: Branch) -> np.ndarray:
 def plane_curves(
     A: tuple[float, float], B: tuple[float, float], max_period: int
 ) -> list[tuple[str, int, np.ndarray, np.ndarray]]:
-    """The bifurcations of these orbits over a plane: kind, period, A and B along each."""
+    """Return the bifurcation curves of these orbits in a plane, each as kind, period, A and B along it."""
     return [(c.kind, c.period, c.A, c.B) for c in curves(A=A, B=B, max_period=max_period)]
 
 
 def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
-    """The multiplier of the orbit of this period with impacts at these phases; NaN where there is none."""
+    """Return the multiplier of the orbit with this period and these impact phases; NaN if there is none."""
     for orbit in orbits_of(ImpactMap(A, B), period):
         if orbit.period == period and len(phases):
             apart = np.abs(orbit.phases[:, None] - phases[None, :])
@@ -100,8 +100,8 @@ def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
 
 
 def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
-    """k₂ in ε of the motion with these arguments, the defaults of `limit` for what they leave out."""
+    """Return k₂ in ε of the motion with these arguments; the others have the defaults of `limit`."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a slip: the page shows the motion
+        warnings.simplefilter("ignore")  # no warning of slip: the page shows the motion itself
         k = limit(**arguments, disturbance="eps", threads=1)
     return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n}

@@ -1,4 +1,4 @@
-"""A view as a figure of the package."""
+"""Export of a view as a figure of the package."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from vibrodrive.model.results import Results
 
 
 def drawn(view: View, results: Results, kind: str) -> bytes:
-    """The figure that `vibrodrive sweep --plot` makes of the exported configuration: "png" or "pdf", as bytes."""
-    from vibrodrive.figures.bifurcation import bifurcation  # brings Matplotlib, for which the page does not wait
+    """Return the figure of `vibrodrive sweep --plot` for the exported configuration, "png" or "pdf", as bytes."""
+    from vibrodrive.figures.bifurcation import bifurcation  # imports Matplotlib; the page does not wait for it
     from vibrodrive.figures.map import map_figure
     from vibrodrive.figures.style import save
 

@@ -1,7 +1,7 @@
-"""Diagrams as images: a byte for each spot, which the page colours by a palette.
+"""Diagrams as images: one byte per pixel, which the page colours by a palette.
 
-The columns are those of the sweep and the rows lie between the ends of the ordinate. A column whose motion is still to
-be computed repeats the one before it, as wide as the grid is coarse.
+Each column of the image is a point of the sweep. The rows divide the range of the ordinate evenly. A column that is not
+yet computed repeats the last computed column to its left.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
 PICTURE_ROWS = 360
-SHADES = 64  # of ink, the first of them blank; a difference has three such scales, one after another
+SHADES = 64  # of ink; shade 0 is blank. The palette of a difference has three such scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-SLACK = 1  # rows between two spots that count as one: half a pixel decides on which of two rows it lies
+SLACK = 1  # rows by which two equal pixels may differ: rounding may move a value to the next row
 MARGIN = 0.04
 
 
 def values_of(results: Results, quantity: str) -> np.ndarray:
-    """The recorded values of a quantity: float64 (columns, values), NaN where there is none."""
+    """Return the recorded values of a quantity: float64 (columns, values), NaN where there is none."""
     if quantity in ("xi", "dxi"):
         found = results.section[..., ("xi", "dxi").index(quantity)]
     else:
@@ -33,7 +33,7 @@ def values_of(results: Results, quantity: str) -> np.ndarray:
 
 
 def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
-    """Range of all values, with a margin."""
+    """Return the range of all values, with a margin."""
     part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
     ends = []
     for results in part.results:
@@ -49,26 +49,26 @@ def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
 
 
 def palette_of(colours: np.ndarray) -> np.ndarray:
-    """Colours as the canvas of a page has them: uint32 (n,) of float64 (n, 3), red, green, blue from 0 to 255."""
+    """Convert colours, float64 (n, 3) with red, green, blue from 0 to 255, to the pixels of a canvas, uint32 (n,)."""
     red, green, blue = np.rint(colours.T).astype(np.uint32)
     return 255 << 24 | blue << 16 | green << 8 | red
 
 
 def ink_palette() -> np.ndarray:
-    """A scale from white to each of INKS, one after the other."""
+    """Return the scales from white to each of INKS, concatenated."""
     share = np.arange(SHADES)[:, None] / (SHADES - 1)
     return palette_of(np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS]))
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
-    """Put the ink of values (n, k), 0 to SHADES - 1 a spot, into columns of an image: uint8 (PICTURE_ROWS, columns)."""
+    """Draw values (n, k) into columns of an image uint8 (PICTURE_ROWS, columns), as shades 0 to SHADES - 1."""
     k = values.shape[1]
     table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
     paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(PICTURE_ROWS, np.int64), image)
 
 
 def _near(there: np.ndarray) -> np.ndarray:
-    """Spots with one of `there` (bool, rows by columns) within SLACK rows."""
+    """Return the pixels with a pixel of `there` (bool, rows by columns) within SLACK rows of the same column."""
     out = there.copy()
     for k in range(1, SLACK + 1):
         out[k:] |= there[:-k]
@@ -77,7 +77,7 @@ def _near(there: np.ndarray) -> np.ndarray:
 
 
 def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
-    """Both images of shades in one, each spot on the scale of who has it."""
+    """Merge two images of shades. The scale of a pixel shows which of the two has ink there."""
     alone = (chosen > 0) & ~_near(certified > 0)
     missing = (certified > 0) & ~_near(chosen > 0)
     out = np.maximum(chosen, certified)
@@ -87,7 +87,7 @@ def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
 
 
 def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.ndarray]:
-    """An image uint8 (PICTURE_ROWS, columns) for each way to find switches that the level has."""
+    """Return one image uint8 (PICTURE_ROWS, columns) for each method of the level."""
     done, rest = level.sweep.done, None
     there = done
     if level.sketch is not None:
@@ -105,6 +105,6 @@ def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.nd
 
 
 def _repeated(there: np.ndarray) -> np.ndarray:
-    """For each column the last one up to it that is there, for those before the first the first."""
+    """Return for each column the last available column up to it; before the first available one, that one."""
     at = np.maximum.accumulate(np.where(there, np.arange(len(there)), -1))
     return np.where(at < 0, np.argmax(there), at)

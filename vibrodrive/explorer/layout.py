@@ -1,4 +1,4 @@
-"""The models of the page: figures, widgets, and the few sources through which it and the server speak."""
+"""Bokeh models of the page: figures, widgets, and the data sources that connect it to the server."""
 
 from __future__ import annotations
 
@@ -21,17 +21,20 @@ from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # states of LASTING, then the excitation
 SLIDERS = ("B", "eps", "eta", "section_phase", "dtau", "A", "transient", "periods")
-EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
+EXPONENTS = ("dtau",)  # sliders of the decimal logarithm of their value
 PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
 WIDE, TALL, LOW = 900, 440, 280
-WORDS_TALL = 260  # fixed: with the height of its text, each click would lay out the page again
+WORDS_TALL = 260  # fixed, since a height that follows the text would lay out the page again at each click
 
 
 @dataclass
 class Page:
-    """Models that the server changes or listens to. `frame` and `other` (of the second diagram) have one image each."""
+    """Models that the server changes or observes.
+
+    `frame` contains the image of the first diagram, `other` that of the second.
+    """
 
     root: Any
     request: ColumnDataSource
@@ -47,8 +50,8 @@ class Page:
 
 
 BLANK: dict[str, Any] = {name: [0] for name in ("head", "image", "palette", "x", "y", "dw", "dh")}
-LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
-HINT = "A click on a diagram shows the motion there; on a map, the diagram."
+LOADING = "loading the kernels; the first run after an installation compiles them, which takes a few minutes"
+HINT = "A click on a diagram shows the motion at that point. A click on a map shows the diagram at that point."
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
 NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
 NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}
@@ -56,10 +59,10 @@ NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour"
 
 
 def build(document: Document, view: View, token: str) -> Page:
-    """All models for a view, and the scripts that join them in the browser."""
+    """Build all models for a view, and the scripts that connect them in the browser."""
     frame, other = (ColumnDataSource(BLANK) for _ in range(2))
     request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
-    # the second diagram has ranges of its own: one that is hidden would still be laid out anew whenever these move
+    # separate ranges for the second diagram: with shared ones Bokeh would lay it out at each move even while hidden
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
     inputs = _inputs(view)
     sliders = {name: _slider(name, view) for name in SLIDERS}
@@ -91,7 +94,7 @@ def build(document: Document, view: View, token: str) -> Page:
         "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
         "diagram": [inputs["quantity"], inputs["compare"], *lines],
     }
-    # as the page is going to arrange all that: each later change of it would lay out the page anew
+    # the same visibility as the script sets, since each later change would lay out the page again
     for name, items in only.items():
         for item in items:
             item.visible = name in (view.mode, view.scene)
@@ -125,15 +128,15 @@ def build(document: Document, view: View, token: str) -> Page:
     }  # fmt: skip
     _join(document, args, buttons)
     for shown in (one, two, x_range, y_range, x2, y2):
-        shown.syncable = False  # the server hears of a view as a whole
-    root.tags = [request, news, frame, other]  # what only scripts refer to is no part of a document otherwise
+        shown.syncable = False  # the script sends complete views to the server instead
+    root.tags = [request, news, frame, other]  # otherwise models used by scripts only are not part of the document
     document.title = "vibrodrive explore"
     document.add_root(root)
     return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
 
 
 def _join(document: Document, args: dict[str, Any], buttons: dict[str, models.Button]) -> None:
-    """Hand the models to the scripts, by the names used there, and connect every change to them."""
+    """Pass the models to the scripts, by the names used there, and connect every change to them."""
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
@@ -149,7 +152,7 @@ def _join(document: Document, args: dict[str, Any], buttons: dict[str, models.Bu
     args["frame"].js_on_change("data", _call("painted()"))
     args["news"].js_on_change("data", _call("hear()"))
     for shown in (args["first"], args["second"]):
-        for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
+        for click in (Tap, DoubleTap):  # two quick clicks on neighbouring columns give a DoubleTap
             shown.js_on_event(click, tapped)
     buttons["Back"].js_on_click(CustomJS(code="history.back()"))
     buttons["Fit"].js_on_click(_call("fit_now()"))
@@ -159,7 +162,7 @@ def _join(document: Document, args: dict[str, Any], buttons: dict[str, models.Bu
 
 
 def symbol(name: str) -> str:
-    """The symbol of the paper in letters that a page has, with the unit: pages take SI units, figures may show mm."""
+    """Return the symbol of the paper in Unicode, with the unit: SI units on the page, while figures may show mm."""
     if name not in NAMES:
         return name.replace("_", " ")
     row = NAMES[name]
@@ -168,7 +171,7 @@ def symbol(name: str) -> str:
 
 
 def _call(call: str) -> CustomJS:
-    """A call into browser.js, once that has run."""
+    """Return a callback that calls a function of browser.js, if that script has run."""
     return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
 
 
@@ -183,7 +186,7 @@ def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -
         min_border_bottom=50, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.center.clear()  # a grid would be drawn anew with every frame, under the image
+    p.center.clear()  # no grid: it would be redrawn with every frame
     p.axis.minor_tick_line_color = None
     p.xaxis.formatter, p.yaxis.formatter = format_x, format_y
     p.xaxis.ticker.desired_num_ticks = 6
@@ -191,25 +194,25 @@ def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -
 
 
 def _curve(motion: ColumnDataSource, x: str, y: str, width: int, **options: Any) -> Any:
-    """A small figure of two columns of a motion."""
+    """Return a small figure of two columns of a motion."""
     p = figure(width=width, height=250, **options)
     p.toolbar.logo = None
-    p.yaxis.major_label_orientation = "vertical"  # labels of constant width: else the page is laid out again
+    p.yaxis.major_label_orientation = "vertical"  # constant width, so that the page is not laid out again
     p.axis.minor_tick_line_color = None
-    p.center.clear()  # grids take a tenth of the time to the curves
+    p.center.clear()  # no grids: they take a tenth of the time from a click to the curves
     p.multi_line(x, y, source=motion, color="colour", line_width=1.5)
     return p
 
 
 def _legend() -> Div:
-    """The key to the colours of the curves."""
+    """Return the legend of the curves of a motion."""
     names = [*(state.name.lower() for state in LASTING), "sin τ (scaled)"]
     lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
     return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
 
 
 def _inputs(view: View) -> dict[str, Any]:
-    """A widget for every field of a view that is no range."""
+    """Return a widget for every field of a view except the ranges."""
     parameters = [(name, symbol(name)) for name in RANGES]
     choices = {
         "mode": ("mode", [DIAGRAM, MAP], 95),
@@ -221,7 +224,7 @@ def _inputs(view: View) -> dict[str, Any]:
         "y_scale": ("axis", [LINEAR, LOG], 80),
         "method": ("switches by", list(METHODS), 105),
         "compare": ("certified too", list(COMPARISONS), 110),
-        "scene": ("A and B", [(DIMENSIONLESS, "given"), (SI, "of a scene in SI units")], 165),
+        "scene": ("A and B", [(DIMENSIONLESS, "entered directly"), (SI, "from a scene (SI)")], 165),
     }
     state = view.state()
     found: dict[str, Any] = {

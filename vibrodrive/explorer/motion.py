@@ -1,4 +1,4 @@
-"""One motion of a diagram: its curves, coloured by state, and its description."""
+"""Motion at a point of a diagram: its curves, coloured by state, and its description."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import LASTING
 
-SHOWN = 12  # excitation periods drawn, at most
-POINTS = 100  # in an excitation period
-FAST = 8  # points in a period of the disturbance: with fewer, its ripple is lost, or drawn as a slow wave
-MOST_POINTS = 20_000  # of a curve: a motion with many switches a period is drawn over fewer periods
+SHOWN = 12  # largest number of excitation periods drawn
+POINTS = 100  # per excitation period
+FAST = 8  # points per period of the disturbance; with fewer its ripple disappears or is drawn as a slow wave
+MOST_POINTS = 20_000  # per curve; with many points per period fewer periods are drawn
 
 
 class Motion(NamedTuple):
-    """One motion, and its summary by the names of records.py."""
+    """Motion at `x`, with its summary by the names of records.py."""
 
     x: float
     trajectory: Trajectory
@@ -32,7 +32,7 @@ class Motion(NamedTuple):
 
 
 def nearest(view: View) -> tuple[float, Plan]:
-    """The value of x nearest to `view.at` that has a column, and the sweep of the one motion that it shows."""
+    """Return the x of the column nearest to `view.at`, and the plan of the motion of that column."""
     plan = view.plan()
     index = [0] * len(plan.shape)
     names = list(plan.axes)
@@ -44,7 +44,7 @@ def nearest(view: View) -> tuple[float, Plan]:
 
 
 def motion_at(view: View, halt: Halt) -> Motion:
-    """The motion at `view.at`, as `simulate` follows it. Raises Halted."""
+    """Return the motion at `view.at`, equal to that of `simulate`. Raises Halted."""
     x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)
@@ -52,9 +52,12 @@ def motion_at(view: View, halt: Halt) -> Motion:
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
-    """The curves: periods since the transient, ξ and ξ' of each of LASTING, NaN where it is another state; and, as ξ of
-    one more, sin τ in the lowest third of the range of ξ."""
-    from vibrodrive.figures.curves import curve  # brings Matplotlib, for which the page does not wait
+    """Return the curves as time (periods since the transient), ξ and ξ', one curve for each state of LASTING.
+
+    A curve is NaN during the other states. One further curve contains, as ξ, sin τ scaled to the lowest third of the
+    range of ξ.
+    """
+    from vibrodrive.figures.curves import curve  # imports Matplotlib; the page does not wait for it
 
     a = trajectory.arguments
     drawn = curve(trajectory, max(POINTS, math.ceil(FAST * a["eta"])) if a["eps"] > 0.0 else POINTS)
@@ -64,7 +67,7 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     ends = 2.0 * math.pi * rows["period"] + rows["phase"]
     first = rows["before"][0] if len(rows) else trajectory.sample(1).state[0]
     known = np.concatenate([[first], rows["after"]])
-    # at a switch a point belongs to the state before it and to the one after it
+    # a point at a switch belongs to both states, so that the curves join
     before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
     start = 2.0 * math.pi * a["transient"] + a["tau0"]
     here = [(before == state) | (after == state) for state in LASTING]
@@ -80,12 +83,12 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
 
 @functools.cache
 def warm() -> None:
-    """Load, or compile, what a motion and its curves need."""
+    """Load or compile the kernels of a motion and its curves."""
     lines(motion_at(View.read({"columns": 200, "at": View().low}), Halt()).trajectory)
 
 
 def words(motion: Motion, view: View) -> list[str]:
-    """Description of a motion, in lines of HTML."""
+    """Return the description of a motion, as lines of HTML."""
     t = motion.trajectory
     said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:

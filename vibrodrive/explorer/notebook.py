@@ -1,4 +1,4 @@
-"""`vd.explore`: the explorer in a notebook, or beside a session of Python."""
+"""`vd.explore`: the explorer in a notebook or from a Python session."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class Explored:
-    """A running explorer: a notebook shows it in a frame, `address` opens it in a browser, `close` ends it.
+    """Running explorer. A notebook shows it in a frame, `address` opens it in a browser, `close` ends it.
 
     Attributes
     ----------
     address : str
-        of its page, with the token, on this machine.
+        URL of its page on this machine, including the token.
     """
 
     def __init__(self, view: View, threads: int | None) -> None:
@@ -35,7 +35,7 @@ class Explored:
         self.address = self._explorer.address
 
     def close(self) -> None:
-        """End it."""
+        """End the explorer."""
         self._explorer.close()
         self._thread.join(2.0)
 
@@ -47,26 +47,27 @@ class Explored:
 
 
 def explore(config: str | PathLike[str] | None = None, *, threads: int | None = None) -> Explored:
-    """Explore diagrams with the mouse: in a notebook, or in a browser at the address that it returns.
+    """Show interactive diagrams in a notebook, or in a browser at the returned address.
 
     Parameters
     ----------
     config : path, optional
-        a configuration to begin with; a diagram over A unless given.
+        configuration of the first view; by default a diagram over A.
     threads : int, optional
-        threads to compute with; all by default.
+        number of threads of the computation; all by default.
 
     Returns
     -------
     Explored
-        with `address` and `close`. It serves this machine alone, until it is closed or the process ends.
+        has `address` and `close`. The page is reachable from this machine only, until `close` is called or the process
+        ends.
 
     Raises
     ------
     ConfigError, ValueError
-        with one sentence, if the configuration cannot be read or shown.
+        if the configuration cannot be read or shown; the message has one line.
     ModuleNotFoundError
-        where the extra `explore` is not installed.
+        if the extra `explore` is not installed.
 
     Examples
     --------
@@ -79,13 +80,13 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     if find_spec("bokeh") is None:
         raise ModuleNotFoundError("explore needs the extra: pip install 'vibrodrive[explore]'")
     view = View() if config is None else view_of(configuration.read(Path(config)))
-    from vibrodrive.explorer import tasks  # noqa: F401 - with Numba: of two threads that import it one may fail
+    from vibrodrive.explorer import tasks  # noqa: F401 - imports Numba; if two threads import it, one may fail
 
     return Explored(view, threads)
 
 
 def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
-    """Serve in this thread, with an event loop of its own: a notebook's is the notebook's."""
+    """Serve in this thread, with a separate event loop, since a notebook has its own."""
     from vibrodrive.explorer.server import Explorer
 
     try:

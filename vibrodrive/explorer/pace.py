@@ -1,17 +1,17 @@
-"""How fast motions are computed: what a frame, or a level, can afford follows from it."""
+"""Measured speed of the computation, from which the number of points of a frame or level follows."""
 
 from __future__ import annotations
 
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 
-FEWEST = 64  # points of a level, at least: as many as the kernels advance together
+FEWEST = 64  # points of a level, at least; as many as a kernel advances together
 
 
 class Pace:
-    """Excitation periods computed a second, as measured, for each kind of motion."""
+    """Measured number of excitation periods computed per second, for each kind of motion."""
 
-    FIRST = 5e5  # before anything has been measured
+    FIRST = 5e5  # before the first measurement
 
     def __init__(self) -> None:
         self._measured: dict[tuple[int, bool, bool], float] = {}
@@ -20,8 +20,8 @@ class Pace:
         return self._measured.get(self._kind(plan), self.FIRST)
 
     def learn(self, plan: Plan, points: int, seconds: float) -> None:
-        """Take what was just measured, half of it: a machine that others use is slower for a moment only."""
-        if points < FEWEST:  # that was the time of starting
+        """Average the old value and a new measurement, so that a short load by other programs has less effect."""
+        if points < FEWEST:  # mostly the time to start the threads
             return
         periods = points * length(plan)
         new = periods / max(seconds, 1e-4)

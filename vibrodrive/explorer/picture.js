@@ -1,6 +1,6 @@
-// Pictures, which lie under Bokeh's canvas; that is clear where they are. As glyphs, each new one would have axes, lines
-// and tools painted again, and each move of an axis the picture.
-const pictures = {}; // by diagram: the box of its frame, in it a canvas and a line, and what was drawn last
+// Pictures are separate canvases below Bokeh's canvas, which is transparent there. Bokeh glyphs would be slower: each
+// new picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
+const pictures = {}; // by diagram: a box over its frame with a canvas and a line, and the rectangle of the last picture
 
 const picture_of = (plot) => {
   if (pictures[plot.id]) return pictures[plot.id];
@@ -18,7 +18,7 @@ const picture_of = (plot) => {
   return pictures[plot.id] = {view, box, canvas, line, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
 };
 
-// Every picture lies where its data say, in whatever window is shown, and a line at the motion that is followed.
+// Move each picture to its data coordinates in the window shown, and the line to the x of the selected motion.
 const move_picture = (plot) => {
   const picture = picture_of(plot), {view, box, canvas, line, drawn} = picture;
   canvas.hidden = !drawn;
@@ -34,7 +34,7 @@ const move_picture = (plot) => {
   line.style.transform = `translate(${(page.followed - x_range.start) * across}px)`;
 };
 
-// Each spot of a picture is a number into its palette of RGBA; the first row is the lowest.
+// Each pixel of a picture is an index into its RGBA palette; the first row is the lowest.
 const draw_picture = (plot, data) => {
   const picture = picture_of(plot);
   if (!picture) return;
@@ -42,7 +42,7 @@ const draw_picture = (plot, data) => {
   if (!picture.pixels || canvas.width !== columns || canvas.height !== rows) {
     Object.assign(canvas, {width: columns, height: rows});
     picture.pixels = context.createImageData(columns, rows);
-    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // cells have no mean
+    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // cells stay sharp
   }
   const colours = new Uint32Array(picture.pixels.data.buffer), shades = data.image[0], palette = data.palette[0];
   for (let row = 0, k = 0; row < rows; row++) {

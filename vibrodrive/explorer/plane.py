@@ -1,4 +1,4 @@
-"""Maps as images: the colours of the package's own figures."""
+"""Maps as images, in the colours of the package's figures."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from vibrodrive.explorer.work import STRIDES, Level
 
 
 class Plane(NamedTuple):
-    """Numbers into a palette: uint16 (rows, columns), y upwards; the palette, as the canvas of a page has it; and what
-    its colours mean, as HTML."""
+    """Image of a map: palette indices uint16 (rows, columns) with y upwards, palette as for the canvas of a page, and
+    legend of the colours as HTML."""
 
     cells: np.ndarray
     palette: np.ndarray
@@ -20,8 +20,8 @@ class Plane(NamedTuple):
 
 
 def painted(level: Level, quantity: str, limits: tuple[float, float] | None = None) -> Plane:
-    """The picture of a quantity: coarse cells where points are still to be computed. `limits` as of `map_figure`."""
-    from matplotlib.colors import LogNorm, to_hex, to_rgb  # for which the page does not wait
+    """Return the image of a quantity, with coarse cells where points are missing. `limits`: see `map_figure`."""
+    from matplotlib.colors import LogNorm, to_hex, to_rgb  # imported here so that the page does not wait for it
 
     from vibrodrive.figures.colours import SHADES, paint
     from vibrodrive.figures.map import recorded
@@ -48,7 +48,10 @@ def painted(level: Level, quantity: str, limits: tuple[float, float] | None = No
 
 
 def _nearest(done: np.ndarray) -> np.ndarray:
-    """For each point of a plane the number of the last one before it, along both axes, that is done: int64 (flat)."""
+    """Return for each point of a plane the computed point that it copies: int64 indices (flat).
+
+    A missing point copies the computed point at or before it, along both axes, on the finest possible grid of STRIDES.
+    """
     rows, columns = np.indices(done.shape)
     source = np.arange(done.size).reshape(done.shape)
     there = done.copy()

@@ -1,9 +1,12 @@
-"""The server of the page: on this machine alone, for whoever knows the token.
+"""Server of the page, reachable from this machine only and protected by a token.
 
-Bokeh compares the origin of a websocket with a list. Here every request is judged, before anything answers it: its
-Host must be a name of this machine (a foreign name that resolves to it would let a foreign page in), its Origin, if it
-has one, must be this server, and what is no static file must bring the token. A websocket brings the signed session
-that the page with the token was given.
+Bokeh checks only the origin of a websocket. This server checks every request before any handler sees it:
+
+- The Host header must be a name of this machine. Otherwise a foreign page could gain access by a foreign name that
+  resolves to this machine.
+- The Origin header, if present, must be this server.
+- Every request except those for static files must contain the token. A websocket must also present the signed
+  session that the page with the token has received.
 """
 
 from __future__ import annotations
@@ -36,11 +39,11 @@ from vibrodrive.explorer.view import View
 ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
-"""Port of the page unless it is taken (1000 · 2π): a browser keeps the compiled scripts of a port for the next page."""
+"""Port of the page unless it is in use (1000 · 2π). At a fixed port a browser reuses the scripts that it stored."""
 
 
 class Refusal(RequestHandler):
-    """The answer to what is refused."""
+    """Handler of refused requests: status 403 and the reason."""
 
     def initialize(self, why: str) -> None:
         self.why = why
@@ -52,7 +55,7 @@ class Refusal(RequestHandler):
 
 
 class Guarded(BokehTornado):
-    """Bokeh's application behind a check of every request."""
+    """Bokeh application that checks every request."""
 
     def __init__(self, applications: Any, token: str, port: int, **options: Any) -> None:
         self.token = token
@@ -66,36 +69,38 @@ class Guarded(BokehTornado):
         return super().find_handler(request, **kwargs)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """What the page is made of, without Bokeh's tables, formulas and drawing by the graphics card."""
+        """Return the scripts of the page, without Bokeh's tables, formulas and WebGL."""
         return super().resources(absolute_url).clone(components=["bokeh", "bokeh-widgets"])
 
     def refusal(self, request: HTTPServerRequest) -> str:
-        """Why a request is refused, "" if it is not."""
+        """Return the reason to refuse a request, or "" to accept it."""
         if request.host not in self.hosts:
-            return "refused: this server answers to its own address only"
+            return "refused: wrong Host header; open the address that vibrodrive explore has printed"
         origin = request.headers.get("Origin") or request.headers.get("Sec-WebSocket-Origin")
         if origin is not None and origin.removeprefix("http://") not in self.hosts:
-            return "refused: a page of another origin has asked"
+            return "refused: the request comes from a page of another origin"
         if request.path.startswith("/static/") or request.path == "/favicon.ico":
             return ""
         given = b"".join(request.query_arguments.get("token", [])[:1])
         if not hmac.compare_digest(given, self.token.encode()):
-            return "refused: wrong token: replace it by the one in the address that vibrodrive explore has printed"
+            return "refused: wrong or missing token; use the token of the address that vibrodrive explore has printed"
         return ""
 
 
 class Prompt(HTTPServer):
-    """A server that sends what it has at once: a picture comes in several parts, and each small one would wait for the
-    browser to acknowledge the one before, 40 ms later."""
+    """Server that sends each part of a picture without delay (TCP_NODELAY).
+
+    Otherwise each small part waits until the browser has acknowledged the previous one, about 40 ms.
+    """
 
     def handle_stream(self, stream: IOStream, address: Any) -> None:
         stream.set_nodelay(True)
-        stream.set_nodelay = lambda value: None  # type: ignore[method-assign]  # else taken back after the first request
+        stream.set_nodelay = lambda value: None  # type: ignore[method-assign]  # else reset after a request
         super().handle_stream(stream, address)
 
 
 def _tasks() -> Any:
-    from vibrodrive.explorer import tasks  # brings Numba, for which a page does not wait
+    from vibrodrive.explorer import tasks  # imports Numba; the page does not wait for it
 
     return tasks
 
@@ -108,11 +113,11 @@ def _listening(port: int | None) -> socket.socket:
 
 
 class Explorer:
-    """A running explorer. `address` is what to open; `run` serves until it is interrupted, `close` ends it.
+    """Running explorer. `address` is its URL; `run` serves until `close` is called or the program is interrupted.
 
-    A page shows `view` unless its address says otherwise. `port` 0 is any that is free; None is PORT, or any if that is
-    taken. `imported` is called from another thread, perhaps repeatedly, when the code that computes has been imported.
-    Raises OSError for a port that is not available, ValueError if there are not so many threads.
+    A page shows `view` unless its address contains another one. `port` 0 means any free port; None means PORT, or any
+    free port if PORT is in use. `imported` is called from another thread, possibly several times, after the numerical
+    code has been imported. Raises OSError if the port is not available, ValueError for too many threads.
     """
 
     def __init__(
@@ -122,10 +127,10 @@ class Explorer:
         threads: int | None = None,
         imported: Callable[[], object] | None = None,
     ) -> None:
-        for chatty in ("bokeh", "tornado"):  # what users are to know is said on the page
+        for chatty in ("bokeh", "tornado"):  # messages for users appear on the page
             logging.getLogger(chatty).setLevel(logging.ERROR)
         if threads is not None:
-            from vibrodrive.batch.sweep import check_threads  # brings Numba, for which the page does not wait
+            from vibrodrive.batch.sweep import check_threads  # imports Numba; the page does not wait for it
 
             check_threads(threads)
         listening = _listening(port)
@@ -143,7 +148,7 @@ class Explorer:
             secret_key=secrets.token_bytes(32),
             sign_sessions=True,
             generate_session_ids=True,
-            check_unused_sessions_milliseconds=500,  # a closed page ends its work
+            check_unused_sessions_milliseconds=500,  # so that the work of a closed page ends soon
             unused_session_lifetime_milliseconds=2000,
             websocket_compression_level=1,
         )
@@ -154,7 +159,7 @@ class Explorer:
 
     @property
     def address(self) -> str:
-        """Of the page, with its token."""
+        """Address of the page, including the token."""
         return f"http://{ADDRESS}:{self.port}/?token={self.token}"
 
     def _open(self, document: Document) -> None:
@@ -168,10 +173,10 @@ class Explorer:
     def run(self) -> None:
         """Serve until `close` is called."""
         self.server.io_loop.start()
-        self.server.io_loop.close(all_fds=True)  # a page whose connection is cut notices
+        self.server.io_loop.close(all_fds=True)  # closes the connections, so that open pages notice
 
     def close(self) -> None:
-        """End what is computed, and the server; from any thread."""
+        """End the computation and the server. May be called from any thread."""
         self.engine.close()
         self.server.io_loop.add_callback(self._end)
 

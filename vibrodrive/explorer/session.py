@@ -1,4 +1,4 @@
-"""One open page: what it asks for, handed to the worker, and what it is told."""
+"""Session of one open page: it passes the requests of the page to the worker and sends messages to the page."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ NUMBERS = itertools.count()
 
 
 class Session:
-    """A page, from when it is opened to when it is closed.
+    """Session of a page, from opening to closing.
 
-    `base` is the view that "Reset" leads to; `address` the query of the page's own address, without its token.
+    `base` is the view that "Reset" restores. `address` is the query of the address of the page, without the token.
     """
 
     def __init__(self, document: Document, engine: Engine, base: View, address: str, token: str) -> None:
@@ -43,7 +43,7 @@ class Session:
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
-        self.status = 0, ""  # number of the view in the last picture, and the text below it
+        self.status = 0, ""  # number of the view in the last picture, and its status line
         self.numbers = itertools.count(1)
         if address:
             try:
@@ -60,7 +60,7 @@ class Session:
         self.engine.pages.pop(self.number, None)
 
     def _left(self) -> None:
-        """Nobody looks at the page: give up its work. A browser that keeps it for "back" leaves its session open."""
+        """Cancel the work of a page that is left. Its session may stay open, since browsers keep pages for "back"."""
         self.engine.worker.cancel(self.number)
         self.work = None
 
@@ -94,7 +94,7 @@ class Session:
             self._show(View.read(asked["view"]), asked.get("only_motion", False))
 
     def _show(self, view: View, only_motion: bool) -> None:
-        """Compute a view, or the curves of its motion alone."""
+        """Compute a view, or only the curves of its motion."""
         self.view, seq = view, self.seq
         wanted = overlay_of(view)
         if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):
@@ -107,11 +107,11 @@ class Session:
             self.request(Rank.PICTURE, view, seq, instead_of=(Rank.EXACT, Rank.MOTION))
 
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
-        """Have the task of this rank done with these arguments, and those of other ranks not any more."""
+        """Request the task of this rank with these arguments, and cancel those of the ranks in `instead_of`."""
         self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments), instead_of)
 
     def follow(self, halt: Halt, rank: Rank, *arguments: Any) -> None:
-        """The same from a task, which it follows."""
+        """Request a task from the running one, to run after it."""
         self.engine.worker.follow(halt, Slot(self.number, rank), self._task(rank, arguments))
 
     def _task(self, rank: Rank, arguments: tuple[Any, ...]) -> Task:
@@ -121,34 +121,36 @@ class Session:
         return task
 
     def failed(self, rank: Rank, error: BaseException) -> None:
-        """A task of this page broke off: say so, in one line."""
+        """Show the error of a task of this page, in one line."""
         self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
-        if rank != Rank.EXPORT:  # exact curves come last, and now not at all
+        if rank != Rank.EXPORT:  # the exact curves would have followed this task
             self.later(self.nothing_sought)
 
     def later(self, change: Callable[[], None]) -> None:
-        """Change the page from the thread of the server, if it is still open."""
-        with suppress(RuntimeError, AttributeError):  # what Bokeh raises where the document has been taken apart
+        """Run a change of the page in the thread of the server, if the page is still open."""
+        with suppress(RuntimeError, AttributeError):  # raised by Bokeh if the document has been destroyed
             self.document.add_next_tick_callback(change)
 
     def tell(self, *items: Mapping[str, Any]) -> None:
-        """Send this, and again what the page has not yet said to have heard: of two that arrive together, its scripts
-        see the last only."""
+        """Send these items, and again all items that the page has not acknowledged.
+
+        If two messages arrive together, the scripts of the page see only the last one.
+        """
         self.unheard += [{"number": next(self.numbers), **item} for item in items]
         self.page.news.data = {"items": [json.dumps(self.unheard)]}
 
     def laid_over(self, overlay: Overlay | None) -> None:
-        """These exact curves are on the page, which has been given their data before."""
+        """Record that the page shows these exact curves; their data have been sent before."""
         self.overlay = overlay
         self.nothing_sought()
 
     def belongs(self, overlay: Overlay | None) -> bool:
-        """Whether such exact curves are to lie over the latest view, if for another window."""
+        """Return True if the latest view shows the same exact curves, possibly in another window."""
         wanted = overlay_of(self.view)
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
     def nothing_sought(self) -> None:
-        """Below the picture that waited for exact curves nothing is said of them any more."""
+        """Remove the note that exact curves are being computed from the status line."""
         number, status = self.status
         self.tell({"status": status, "picture": number})
 
@@ -163,11 +165,14 @@ class Session:
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
-"""Which exact curves lie over a view, and the window for which they were sought: those of an older one stay right."""
+"""Key of the exact curves over a view, and the window in which they were computed.
+
+If only the window changes, the older curves remain valid.
+"""
 
 
 def overlay_of(view: View) -> Overlay | None:
-    """The exact curves that a view asks for; None if none, as over other axes."""
+    """Return the exact curves of a view, or None if they are switched off or do not exist for its axes."""
     if not view.orbits:
         return None
     if view.mode != MAP:
@@ -182,15 +187,18 @@ def _one_line(error: BaseException) -> str:
 
 
 def read_address(address: str) -> View:
-    """The view that an address describes. Raises ValueError with one sentence."""
+    """Return the view of an address. Raises ValueError with a message of one line."""
     return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
-OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # dropped with an axis: another has its own
+OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # fields that return to their defaults with a new axis
 
 
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
-    """Of axes and scene keep what was changed: B is no axis where it follows from a scene, which else has no axes."""
+    """Adapt the scene to a changed axis, or the axes to a changed scene.
+
+    With a scene B is not allowed as an axis; without one the quantities of a scene are not.
+    """
     if known.get(changed) in SCENE_AXES:
         known["scene"] = SI
     elif changed in ("x", "y") and known[changed] == "B":
@@ -205,7 +213,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
-    """The view after one of its choices has changed: what stood on the old one makes room. Raises ValueError."""
+    """Return the view after a change of one choice. Fields that depend on it return to defaults. Raises ValueError."""
     drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)

@@ -1,6 +1,6 @@
-"""What the worker does for a page, a task for each rank of work, and how the page then shows it.
+"""Tasks of the worker for a page, one for each rank, and the display of their results.
 
-The tasks run in the thread of the worker; what they change of the page they hand to that of the server.
+Tasks run in the worker thread. They pass every change of the page to the server thread (`Session.later`).
 """
 
 from __future__ import annotations
@@ -32,32 +32,32 @@ from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LOG
 from vibrodrive.periodic.search import kind_of
 
-REST_SECONDS = 0.12  # from a first picture to finer ones: while the mouse moves, the next request comes earlier
+REST_SECONDS = 0.12  # pause between the first picture and finer ones; a moving mouse makes the next request earlier
 PENDING = "multiplier and k₂ are being computed …"
 SOUGHT = " · exact curves are being computed"
 INK = ink_palette()
 
 
 def work_of(session: Session, view: View) -> Work:
-    """What has been computed of this sweep already, if that was the last one."""
+    """Return the work of this sweep: the last one of the session if it is the same sweep, else a new one."""
     views = [view, view.certified()] if view.compared else [view]
     made_from = [v.toml().partition("\n[figure]")[0] for v in views]
     work = session.work
     if work is None or made_from != session.made_from:
-        work = session.work = None  # the old one is let go before the new one is made
+        work = session.work = None  # free the old arrays before new ones are allocated
         session.made_from = made_from
         work = session.work = Work([v.plan() for v in views], session.engine.threads)
     return work
 
 
 def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
-    """The diagram or map of a view: coarse, then finer."""
+    """Draw the diagram or map of a view, first coarse, then finer."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
-        if count == 0 or level.complete or not session.unpainted:  # frames do not queue up where they are sent slowly
+        if count == 0 or level.complete or not session.unpainted:  # no queue of unsent frames
             _draw(session, view, seq, level)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
-    latest = session.view  # a click since then has changed `at` alone
+    latest = session.view  # differs from `view` at most by `at`, after a click
     if latest.follows:
         session.follow(halt, Rank.MOTION, latest, seq)
     else:
@@ -65,14 +65,14 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
-    # of the latest view: it differs by `at`, or the page is not going to keep this address
+    # address of the latest view: either it differs only by `at`, or the page ignores this address
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
     said, meaning = "complete", _legend(view)
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None:
             s = level.sketch.results[0].settings
-            said += f"; the rest a sketch of {s.transient} + {s.periods} periods"
+            said += f"; the rest is a sketch with {s.transient} + {s.periods} periods"
     left, right = _edges(view, SPAN, view.columns)
     if view.mode == MAP:
         low, high = _edges(view, Y_SPAN, view.rows)
@@ -91,23 +91,23 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
     session.status = seq, said + meaning
     if level.complete and overlay_of(view) not in (None, session.overlay):
-        said += SOUGHT + (", for up to a minute" if view.mode == MAP else "")
+        said += SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
     head["status"] = said + meaning
     session.unpainted += 1
-    # the head first, as Bokeh compares what is new with what was: it differs
+    # the head comes first: Bokeh compares new and old data, and this item differs, so the comparison ends early
     frames = [{"head": [json.dumps(head)], "image": [image], **place} for image in images]
     session.later(partial(_paint, session, frames))
 
 
 def _legend(view: View) -> str:
-    """What the colours of a diagram mean."""
-    said = f" · above {view.method}, below certified" if view.compared else ""
+    """Return the legend of the colours of a diagram."""
+    said = f" · above: {view.method}, below: certified" if view.compared else ""
     if view.compared and view.compare == DIFFERENCE:
-        said = " · black: what both show, "
-        said += f"<span style='color:#D55E00'>vermilion: what {view.method} alone shows</span>, "
-        said += "<span style='color:#0072B2'>blue: what certified alone shows</span>"
+        said = " · black: both methods, "
+        said += f"<span style='color:#D55E00'>vermilion: {view.method} only</span>, "
+        said += "<span style='color:#0072B2'>blue: certified only</span>"
     if view.orbits and view.mode != MAP:
-        said += " · orbits of the undisturbed motion: blue stable, vermilion dashed unstable, circles bifurcations"
+        said += " · orbits of the undisturbed motion (blue: stable, dashed vermilion: unstable), circles: bifurcations"
     return said
 
 
@@ -119,13 +119,13 @@ def _paint(session: Session, frames: list[dict[str, Any]]) -> None:
 
 
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
-    """The curves of the motion at `view.at`, and what is to be said of it."""
+    """Show the curves of the motion at `view.at` and its description."""
     motion = motion_at(view, halt)
     said = words(motion, view)
     columns = lines(motion.trajectory)
 
     def show() -> None:
-        if not session.view.follows:  # by now
+        if not session.view.follows:  # the view has changed since
             return
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         session.tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
@@ -135,11 +135,11 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 
 def show_exact(session: Session, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
-    """What is exact about a view and its motion, in the background."""
+    """Compute the exact results for a view and its motion, in the background."""
     call = partial(session.engine.aside.call, halt)
-    if motion is None:  # before they are needed: the next click finds both processes warm
-        with suppress(RuntimeError):  # of a machine on which the other one does not run: a click says so
-            call(warm)  # where it is compiled, this thread would hold up a picture
+    if motion is None:  # load the kernels of a motion in both processes before the first click
+        with suppress(RuntimeError):  # the other process may fail to run; the error is shown after a click
+            call(warm)  # compile there, since compilation here would delay the next picture
         warm()
     else:
         found = list(said)
@@ -149,13 +149,13 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
                 session.later(partial(session.tell, {"words": "<br>".join(found)}))
         except Halted:
             raise
-        except Exception:  # it is told above the diagram; here nothing is pending any more
+        except Exception:  # shown above the diagram; remove PENDING here
             session.later(partial(session.tell, {"words": "<br>".join(found)}))
             raise
     wanted = overlay_of(view)
     if wanted is None:
         return
-    if wanted == session.overlay:  # since the picture was drawn, perhaps
+    if wanted == session.overlay:  # already shown, possibly since the picture was drawn
         session.later(session.nothing_sought)
         return
     if view.mode == MAP:
@@ -168,7 +168,7 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
-    if not session.belongs(overlay_of(view)):  # any more
+    if not session.belongs(overlay_of(view)):  # the view has changed since
         return
     for source, stable in ((session.page.stable, True), (session.page.unstable, False)):
         curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
@@ -187,7 +187,7 @@ def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcat
 
 
 def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
-    if not session.belongs(overlay_of(view)):  # any more
+    if not session.belongs(overlay_of(view)):  # the view has changed since
         return
     across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
     session.page.curves.data = {
@@ -201,7 +201,7 @@ def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.nd
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
-    """A view as a file: "toml", "png" or "pdf"."""
+    """Send a view as a file: "toml", "png" or "pdf"."""
     if kind == "toml":
         content = view.toml().encode()
     else:
@@ -219,18 +219,18 @@ TASKS: dict[Rank, Callable[..., None]] = {
     Rank.EXPORT: send_file,
     Rank.EXACT: show_exact,
 }
-"""Called with the page, what was asked for, and the flag that halts them."""
+"""Task of each rank. Arguments: the session, those of the request, and the flag that halts the task."""
 
 
 def warm_picture(engine: Engine, halt: Halt) -> None:
-    """Load all that a first picture needs."""
+    """Load everything that the first picture needs, by a small sweep."""
     view = View.read({"columns": 200})
     for level in Work([view.plan()], engine.threads).levels(engine.pace, halt):
         pictures(level, view.quantity, *fitting_range(level, view.quantity))
 
 
 def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
-    """What is exact about a motion, a line at a time: its multiplier, and its limit."""
+    """Yield the exact results for a motion, one line each: its multiplier and its limit k₂."""
     known = motion.trajectory.arguments
     period = motion.summary["period"]
     if known["eps"] == 0.0 and period > 0:
@@ -248,12 +248,12 @@ def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
 
 
 def place(values: Any, scale: str) -> Any:
-    """Where values of an axis are drawn."""
+    """Return the coordinates at which values of an axis are drawn."""
     return np.log10(values) if scale == LOG else values
 
 
 def _edges(view: View, names: tuple[str, str, str], count: int) -> tuple[float, float]:
-    """Where the outer cells of an axis end: its first and last value lie in their middles."""
+    """Return the outer edges of the first and last cell of an axis. Each value is the centre of its cell."""
     low, high, scale = (getattr(view, name) for name in names)
     first, last = float(place(low, scale)), float(place(high, scale))
     half = 0.5 * (last - first) / (count - 1)

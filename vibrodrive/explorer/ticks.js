@@ -1,5 +1,5 @@
-// A number of an axis in full where the axis is wide. Where it is narrow the first one is in full, and the others say
-// how much larger they are: the digits in which they differ would not find room behind those in which they do not.
+// Format the numbers of an axis. On a wide axis every number is complete. On a narrow axis the first number is complete
+// and the others are differences from it, because there is no space for all digits.
 const log = scale !== null && scale.value === "log" && (mode === null || mode.value === "map");
 const value = (u) => (log ? Math.pow(10, u) : u);
 const plain = (v, digits) => {
@@ -10,7 +10,7 @@ const plain = (v, digits) => {
 };
 if (ticks.length < 2) return plain(value(tick), 12);
 const step = Math.abs(value(ticks[1]) - value(ticks[0])), size = Math.max(...ticks.map((u) => Math.abs(value(u))));
-const first = Math.abs(value(ticks[0])); // all steps of a logarithmic axis are the same share of their number
+const first = Math.abs(value(ticks[0])); // the steps of a logarithmic axis are proportional to the numbers
 const digits = (v) => Math.ceil(Math.log10(Math.max(log ? first : Math.abs(v), step) / step)) + (log ? 3 : 2);
 if (log || step > 1e-5 * size || index === 0) return plain(value(tick), digits(value(tick)));
 return "+" + plain(value(tick) - value(ticks[0]), 3);

@@ -1,7 +1,7 @@
-"""What the page shows: all of it in one value, which is written as an address and as a configuration.
+"""View: the complete state of a page as one value, which can be written as an address and as a configuration.
 
-A view is computed from its own configuration, read back through the checks that a file passes: what the page shows in
-the end is the sweep of the file that it exports, to the bit, and what it refuses is refused in the same words.
+A view is computed from its own configuration, which is parsed and checked like a file. Therefore the complete picture
+equals, bit for bit, the sweep of the exported file, and the page gives the same error messages as the program.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
-DIAGRAM = "diagram"  # mode of a quantity over one parameter; the other is MAP, over two
+DIAGRAM = "diagram"  # mode with a quantity over one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
-COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # of the chosen method and the certified one
+COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # chosen method and certified one
 DIMENSIONLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
-LONGEST = 10**6  # excitation periods, left out or recorded
+LONGEST = 10**6  # largest `transient` and `periods`
 NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
-ENDS = ("bottom", "top")  # of the ordinate of a diagram, of the colours of a map
+ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
 MAY_LACK = (*ENDS, "at")
 
 
@@ -65,7 +65,7 @@ def _count(key: str, value: object, low: int, high: int) -> int:
         value = int(value)
     if isinstance(value, str):
         digits = value.strip()
-        # int() reads more than digits, and refuses a very long number in words of its own
+        # int() accepts more than digits, and has another message for very long numbers
         value = int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 19 else value
     try:
         return check_count(key, value, low, high)
@@ -85,14 +85,15 @@ def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
 
 @dataclass(frozen=True)
 class View:
-    """All that the page shows. Its fields are the keys of the address.
+    """Complete state of a page. Its fields are the keys of the address.
 
-    x from `low` to `high` (RANGES unless given) in `columns` values lies along the abscissa of both modes. Over it a
-    diagram has `quantity` between `bottom` and `top` (NaN: as the values ask for), a map the parameter y from `y_low`
-    to `y_high` in `rows` values, and `shade` as its colour, between `bottom` and `top`. `at` is the value of x whose
-    motion is drawn beside (NaN: none), `orbits` the longest period of the exact orbits drawn over it (0: none). With
-    `scene` "SI", the default where an axis is a quantity of it, a0 to g are those of `Scene`, from which B follows,
-    and A unless it is an axis. The rest is as in `simulate`.
+    The abscissa is the parameter x, with `columns` values from `low` to `high` (by default the range in RANGES). The
+    ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate of a map is
+    the parameter y, with `rows` values from `y_low` to `y_high`; its colour is `shade`, from `bottom` to `top`.
+
+    `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
+    that are drawn (0: none). With `scene` "SI", the default if an axis is a quantity of a scene, a0 to g are those of
+    `Scene`; B follows from them, and so does A unless it is an axis. The other fields are those of `simulate`.
 
     Examples
     --------
@@ -145,7 +146,7 @@ class View:
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
-        """The view with these fields, numbers as numbers or text, and defaults for the others. Raises ValueError."""
+        """Return the view with these fields; the others have their defaults. Numbers may be text. Raises ValueError."""
         known = {f.name: f for f in fields(cls)}
         values: dict[str, Any] = {}
         for key, value in written.items():
@@ -164,13 +165,13 @@ class View:
         return view
 
     def _check(self) -> None:
-        """Refuse ranges that are empty or too large, and what the configuration refuses."""
+        """Reject empty and too large ranges, and everything that the checks of a configuration reject."""
         for low, high in (("low", "high"), ("y_low", "y_high"), ("bottom", "top")):
             a, b = getattr(self, low), getattr(self, high)
             if math.isnan(a) != math.isnan(b):
                 raise ValueError(bad(high, b, f"given together with {low}"))
             if a >= b:
-                raise ValueError(bad(high, b, f"a number > {a!r}, which is {low}"))
+                raise ValueError(bad(high, b, f"greater than {low} = {a!r}"))
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
@@ -183,12 +184,12 @@ class View:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The parameters along the axes of the sweep."""
+        """Parameters along the axes of the sweep."""
         return (self.x, self.y) if self.mode == MAP else (self.x,)
 
     @property
     def incline(self) -> float:
-        """B, unless it is an axis."""
+        """Value of B where it is not an axis."""
         return incline(self.mu, self.alpha) if self.scene == SI else self.B
 
     @property
@@ -196,7 +197,7 @@ class View:
         return SI if {*self.axes} & {*SCENE_AXES} else DIMENSIONLESS
 
     def address(self) -> str:
-        """The fields that are not at their defaults, as they stand in the address of the page."""
+        """Return the query of the address: all fields that differ from their defaults."""
         return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in self._chosen().items()})
 
     def _chosen(self) -> dict[str, Any]:
@@ -207,35 +208,35 @@ class View:
         return {name: v for name, v in values if v != defaults[name] and v == v}
 
     def state(self) -> dict[str, Any]:
-        """Every field as JSON has it: None for what is not set."""
+        """Return all fields for JSON, with None in place of NaN."""
         values = ((f.name, getattr(self, f.name)) for f in fields(self))
         return {name: None if isinstance(v, float) and math.isnan(v) else v for name, v in values}
 
     def plan(self) -> Plan:
-        """The sweep that this is. Raises ValueError with one sentence."""
+        """Return the sweep of this view. Raises ValueError with a message of one line."""
         return config.parse(self.toml()).plan()
 
     def certified(self) -> View:
-        """The same without a grid."""
+        """Return this view with the certified method and no comparison."""
         return replace(self, method="certified", compare=ALONE)
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """The range of what is shown, None for that of its values."""
+        """Range of the quantity that is shown, or None for the range of its values."""
         return None if math.isnan(self.top) else (self.bottom, self.top)
 
     @property
     def compared(self) -> bool:
-        """Whether the certified motions are wanted beside those of this view."""
+        """True if the certified motions are also shown, for comparison."""
         return self.mode == DIAGRAM and self.compare != ALONE and self.method != "certified"
 
     @property
     def follows(self) -> bool:
-        """Whether a motion is shown beside it: `at` is a place in its window."""
+        """True if the motion at `at` is shown, that is, if `at` is inside the window of a diagram."""
         return self.mode == DIAGRAM and self.low <= self.at <= self.high
 
     def toml(self) -> str:
-        """The configuration of this view for `vibrodrive sweep`: it fixes every number, whatever the defaults."""
+        """Return the configuration of this view for `vibrodrive sweep`. It contains every number, defaults included."""
         over = {self.x: (self.low, self.high, self.columns, self.scale)}
         if self.mode == MAP:
             over[self.y] = (self.y_low, self.y_high, self.rows, self.y_scale)
@@ -275,20 +276,20 @@ class View:
 
 
 def view_of(settings: config.Config) -> View:
-    """The view that a configuration describes: its longest axis, or the one its figure has, along the abscissa.
+    """Return the view of a configuration. Its abscissa is the x of the figure or else the longest axis.
 
-    A sweep that records a summary over two axes is shown as a map. Of every other axis the first value is taken.
-    Raises ValueError for anything that a view cannot show.
+    A sweep over two axes that records a summary becomes a map. Every further axis contributes its first value. Raises
+    ValueError for a configuration that the explorer cannot show.
     """
     plan = settings.plan()
     for name in plan.axes:
         if name not in RANGES:
-            raise ValueError(bad("sweep", name, "one of " + ", ".join(RANGES) + " where it is to be explored"))
+            raise ValueError(bad("sweep", name, "one of " + ", ".join(RANGES) + " in the explorer"))
     values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
     if {*plan.axes} & {*SCENE_AXES}:
         values["scene"] = SI
         if "A" in values:
-            raise ValueError(bad("A", values["A"], "an axis, or left to follow from a0, where it is to be explored"))
+            raise ValueError(bad("A", values["A"], "an axis or left out (it then follows from a0) in the explorer"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if math.isnan(values["dtau"]):
         del values["dtau"]
@@ -315,7 +316,7 @@ def view_of(settings: config.Config) -> View:
 
 
 def _span(plan: Plan, name: str) -> tuple[float, float, int, str]:
-    """Ends, number and scale of an axis."""
+    """Return the ends, number of values and scale of an axis."""
     axis = plan.axes[name]
     low, high, num = float(axis.min()), float(axis.max()), len(axis)
     geometric = low > 0 and np.allclose(axis, np.geomspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)

@@ -1,8 +1,8 @@
-"""The motions of a view, computed a level at a time: first what a frame has time for, in the end all of them.
+"""Computation of a view in levels: the first has as many points as a frame allows, the last completes the sweep.
 
-Each level computes points of the one sweep that the view's configuration describes; a point's bits depend on nothing
-else, so what is there when all have been computed is that sweep. Only where even few of them would take too long, the
-first picture is a sketch: fewer periods, replaced as soon as there is something better.
+Every level computes points of the sweep that the configuration of the view describes. The bits of a point do not depend
+on the other points, so the complete set of points equals that sweep. If even a coarse grid takes too long for a frame,
+the first picture is a sketch: the coarse grid with fewer periods, which later levels replace.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 
-FRAME_SECONDS = 0.03  # of the first level: with the drawing, some 15 frames a second
-LEVEL_SECONDS = 0.15  # of each later level
+FRAME_SECONDS = 0.03  # time for the first level; with the drawing it allows about 15 frames per second
+LEVEL_SECONDS = 0.15  # time for each later level
 STRIDES = (16, 8, 4, 2, 1)
-COARSEST_DIAGRAM = 4  # largest stride of a diagram: with a larger one, its lines cannot be followed
-GROWTH = 4.0  # most times that a level may have the points of the one before
-SHORTEST = 8  # periods of a sketch, at least: left out, and recorded
+COARSEST_DIAGRAM = 4  # largest stride of a diagram; a coarser one breaks up its lines
+GROWTH = 4.0  # largest ratio of the numbers of points of two successive levels
+SHORTEST = 8  # least number of transient and of recorded periods of a sketch
 
 
 class Part(NamedTuple):
-    """Results of each way to find switches, of which the points `done` (bool, flat) are computed."""
+    """Results of each method; `done` (bool, flat) marks the computed points."""
 
     results: list[Results]
     done: np.ndarray
 
 
 class Level(NamedTuple):
-    """Motions of the sweep, and a sketch of fewer periods, if any, in place of those still missing."""
+    """Computed part of the sweep, and optionally a sketch with fewer periods for the missing points."""
 
     sweep: Part
     sketch: Part | None
@@ -52,7 +52,7 @@ class Level(NamedTuple):
 
 @dataclass
 class Work:
-    """All motions of one sweep, or of two that differ in how switches are found alone."""
+    """All motions of one sweep, or of two sweeps that differ only in the method that locates switches."""
 
     plans: list[Plan]
     threads: int | None
@@ -66,7 +66,7 @@ class Work:
         self.part = Part([Results.uncomputed(p) for p in self.plans], np.zeros(plan.n_points, bool))
 
     def levels(self, pace: Pace, halt: Halt) -> Iterator[Level]:
-        """Compute what is not there yet; a Level whenever there is more to be drawn. Raises Halted."""
+        """Compute the missing points and yield a Level after each step. Raises Halted."""
         done, sketch = self.part.done, None
         first = not done.any()
         if first:
@@ -84,18 +84,18 @@ class Work:
                 compute_into(results, plan, waiting[:count], self.threads, halt, pace)
             done[waiting[:count]] = True
             waiting = waiting[count:]
-            # from what this one took, not from the pace: what does not grow with the points would feed on itself
+            # scale by the time of this level: the pace of a small level contains fixed costs, which would keep it small
             longer = LEVEL_SECONDS / max(perf_counter() - began, 1e-4)
             count = max(FEWEST, int(count * min(GROWTH, longer)))
             yield Level(self.part, sketch)
 
     def _at_once(self, pace: Pace, seconds: float) -> int:
-        """How many points of each plan can be computed in that time."""
+        """Return the number of points of each plan that can be computed in this time."""
         each = sum(length(plan) / pace.of(plan) for plan in self.plans)
         return max(1, int(seconds / each))
 
     def _sketch(self, pace: Pace, halt: Halt) -> Part | None:
-        """The coarsest level with fewer periods, where there is no time for all of them."""
+        """Return the coarsest grid with fewer periods, or None if a frame has time for all periods."""
         least = int(self.steps[0])
         share = self._at_once(pace, FRAME_SECONDS) / least
         if share >= 1.0:
@@ -112,7 +112,7 @@ class Work:
 
 
 def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """All points of a product of axes, the coarse grid first: (their numbers, how many each finer grid has)."""
+    """Return the points of a product of axes, coarse grids first, as (indices, number of points of each finer grid)."""
     strides = STRIDES if len(shape) > 1 else [s for s in STRIDES if s <= COARSEST_DIAGRAM]
     finest = np.zeros(shape, np.int64)
     for k, stride in enumerate(reversed(strides)):
@@ -123,7 +123,7 @@ def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace) -> None:
-    """Compute the points of these numbers, in any order, and put them in their places. Raises Halted."""
+    """Compute the points with these indices, in any order, and store them in `results`. Raises Halted."""
     began, n = perf_counter(), len(which)
     whole = results.rows(0, plan.n_points)
     section, status, margin, counts = (None if array is None else np.empty((n, *array.shape[1:]), array.dtype)

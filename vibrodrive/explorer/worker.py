@@ -1,9 +1,9 @@
-"""One thread that computes one thing at a time: the newest request wins, and the dearer waits for the cheaper.
+"""Thread that runs one task at a time. More urgent kinds of work come first; within a kind, the newest request.
 
-Requests stand in slots, one for each kind of work of each page. A new request takes the place of the one in its slot,
-whether that waits or is under way. What is under way is halted, too, by a request of the same or a higher rank from
-another page, and begun again afterwards: what it has computed stays in the Work that it goes on with. What a task
-itself asks for follows it, and halts nothing.
+There is one slot for each kind of work of each page. A new request replaces the request in its slot, which may be
+waiting or running. A request also halts the running task of another slot if its rank is equal or more urgent. The
+halted task is started again later and continues from its stored results (`Work`). A request that a task makes itself
+(`follow`) runs after that task and halts nothing.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ class Rank(IntEnum):
 
 
 class Slot(NamedTuple):
-    """Whose work, and of which kind."""
+    """Page and kind of work of a request."""
 
     page: int
     rank: Rank
 
 
 Task = Callable[[Halt], None]
-"""Work that ends early, with Halted or not, once the flag is set, and may be called again then."""
+"""Function that returns early or raises Halted once the flag is set. It can then be called again."""
 
 
 class Request(NamedTuple):
-    """A task in its slot; later ones have higher numbers."""
+    """Task in its slot; later requests have higher numbers."""
 
     slot: Slot
     number: int
@@ -46,12 +46,12 @@ class Request(NamedTuple):
 
 
 class Worker:
-    """The thread, and what waits for it.
+    """Worker thread and its waiting requests.
 
     Attributes
     ----------
     computations, most_at_once : int
-        how many tasks have been begun, and how many of them were under way at the same time.
+        number of tasks started, and the largest number of tasks that ran simultaneously.
     """
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
@@ -67,26 +67,26 @@ class Worker:
         self._thread.start()
 
     def request(self, slot: Slot, task: Task, instead_of: tuple[Rank, ...] = ()) -> None:
-        """Compute this, instead of what was asked for in this slot before, or in others of the page."""
-        with self._changed:  # both at once: nothing follows what is halted
+        """Run this task in place of the earlier one in its slot, and of those of `instead_of` of the same page."""
+        with self._changed:  # in one step, so that a task halted here can no longer add requests
             if instead_of:
                 self.cancel(slot.page, *instead_of)
             self._waiting[slot] = Request(slot, next(self._numbers), task)
             if self._current is not None:
                 running, halt = self._current
-                if slot.rank <= running.slot.rank and not halt.called:  # one that was cancelled must not come again
+                if slot.rank <= running.slot.rank and not halt.called:  # do not restart a cancelled task
                     self._waiting.setdefault(running.slot, running)
                     halt.call()
             self._changed.notify_all()
 
     def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
-        """Compute this after the running task, which calls this with its flag; not where something newer is wanted."""
+        """Run this task after the running one, which passes its flag; ignored if it was halted or the slot is taken."""
         with self._changed:
             if not halt.called:
                 self._waiting.setdefault(slot, Request(slot, next(self._numbers), task))
 
     def cancel(self, page: int, *ranks: Rank) -> None:
-        """Forget these kinds of work of a page, all of them unless named."""
+        """Cancel these kinds of work of a page; without `ranks`, all of them."""
         with self._changed:
             chosen = {Slot(page, rank) for rank in ranks or Rank}
             for slot in chosen:
@@ -96,19 +96,19 @@ class Worker:
                 self._changed.notify_all()
 
     def pause(self, halt: Halt, seconds: float) -> None:
-        """Wait, in a task, whether somebody asks for something newer. Raises Halted as soon as that is so."""
+        """Wait inside a task for these seconds. Raises Halted as soon as the task is halted."""
         with self._changed:
             self._changed.wait_for(lambda: halt.called or self._closed, seconds)
         if halt.called:
             raise Halted
 
     def idle(self) -> bool:
-        """Whether there is nothing to be done."""
+        """Return True if no task is running or waiting."""
         with self._changed:
             return self._current is None and not self._waiting
 
     def close(self, seconds: float = 1.0) -> None:
-        """End the thread, at most so late."""
+        """End the thread; wait for it at most these seconds."""
         with self._changed:
             self._closed = True
             self._waiting.clear()

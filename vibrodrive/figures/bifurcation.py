@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: every recorded section value over a swept parameter, as a density of ink."""
+"""Bifurcation diagrams: every recorded section value over a swept parameter, drawn as density of ink."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from vibrodrive.model.plan import POINT
 QUANTITIES = ("xi", "dxi")
 PANEL_ROWS = 420
 PANEL_COLUMNS = (1500, 8000)  # at least and at most
-REACH = (3, 12)  # columns to either side of a value, at least and at most: a quarter of the way to its neighbours
+REACH = (3, 12)  # columns filled on each side of a value: a quarter of the step, within these limits
 MARGIN = 0.03
-AT_ONCE = 4096  # values whose ink is in memory at a time
+AT_ONCE = 4096  # values processed together; limits the memory
 
 LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",
@@ -48,25 +48,25 @@ def bifurcation(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Bifurcation diagram: every recorded section value over the swept parameter.
+    """Draw a bifurcation diagram: every recorded section value over the swept parameter.
 
     Parameters
     ----------
     results : Results
-        at least one axis; every further axis becomes panels (six at most, evenly spaced).
+        sweep with at least one axis. Each point of the further axes has a panel (at most six, evenly spaced).
     quantity : str
-        "dxi" or "xi": which coordinate of the section; or "impact_phase", "impact_speed" of the main impacts, where
-        these are recorded.
+        "dxi" or "xi", a coordinate of the section; or "impact_phase" or "impact_speed" of the main impacts, if these
+        are recorded.
     x : str, optional
-        the axis drawn along the abscissa, or a parameter that changes with others along the axis `point`; the longest
-        axis unless given.
+        axis of the abscissa, or a parameter that changes together with others along the axis `point`; by default the
+        longest axis.
     limits : (float, float), optional
-        range of the ordinate; all values unless given.
+        range of the ordinate; by default the range of all values.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, for impacts that were not recorded, and where there is no axis.
+        for an unknown quantity or axis, for impacts that were not recorded, and for results without an axis.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def bifurcation(
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
-        raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion has its section)"))
+        raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion: draw its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in [*names, *results.points]:
@@ -94,7 +94,7 @@ def bifurcation(
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
-    limits = limits or full_range([section[index][done[index]] for index in rows])  # the panels share it
+    limits = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
     key: Sequence[Artist] = ()
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
@@ -120,17 +120,17 @@ def _undisturbed(results: Any) -> bool:
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:
-    """Values drawn of each motion: float64 (axes…, section points or impacts), NaN behind the last impact."""
+    """Return the values of each motion: float64 (axes…, section points or impacts), NaN after the last impact."""
     if quantity in IMPACT_QUANTITIES:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
-    """Draw `values` (n, k) over `x` (n,) as an image, darker where they repeat (`ink_of`); return the key to its ink.
+    """Draw `values` (n, k) over `x` (n,) as an image, darker where they repeat (`ink_of`); return its legend entries.
 
-    Every value of x shows: where several share a column, the fullest of them counts at each height. The key is empty
-    where there are lines alone.
+    Every value of x is visible: if several share a column, each row shows the darkest of them. There are no legend
+    entries if all ink is full.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
@@ -162,7 +162,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
 
 
 def ink_key(values: int, text: str) -> list[Artist]:
-    """The key to the ink of spots: visited once, more often, and as often as full ink means, of so many values."""
+    """Return legend entries for the ink of spots visited once, several times, and often enough for full ink."""
     full = math.ceil(max(values / LINES, math.e))
     counts = dict.fromkeys((1, round(math.sqrt(full)), full))
     names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
@@ -171,7 +171,7 @@ def ink_key(values: int, text: str) -> list[Artist]:
 
 
 def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
-    """Ink as it stands in a legend."""
+    """Return legend entries that show these inks."""
     return [Patch(fc=look().density(ink), label=name) for ink, name in zip(inks, names, strict=True)]
 
 
@@ -189,7 +189,7 @@ def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
 
 
 def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[float, float]:
-    """Range of all finite values, and a share of it at either end."""
+    """Return the range of all finite values, widened by the share `margin` of it at both ends."""
     seen = [v[np.isfinite(v)] for v in values]
     low = min((v.min() for v in seen if v.size), default=-1.0)
     high = max((v.max() for v in seen if v.size), default=1.0)
@@ -198,7 +198,7 @@ def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[floa
 
 
 def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Ink of each spot, 0 to 1: float64 (n, PANEL_ROWS) for `values` (n, k)."""
+    """Return the ink of each spot, 0 to 1: float64 (n, PANEL_ROWS) for `values` (n, k)."""
     row = np.floor((values - low) / (high - low) * PANEL_ROWS)
     inside = (row >= 0) & (row < PANEL_ROWS)
     number = np.broadcast_to(np.arange(len(values))[:, None], row.shape)
@@ -210,9 +210,9 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
-    """Draw a FullestImage, of ink unless `cmap` and `norm` are given; its first row is the lowest."""
+    """Draw a FullestImage whose first row is the lowest; its values are ink unless `cmap` and `norm` are given."""
     look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
-    look_of["interpolation"] = "nearest"  # a smoother one shares the ink of a mark with its neighbours
+    look_of["interpolation"] = "nearest"  # smoother interpolation would spread marks
     drawn = FullestImage(ax, extent=extent, **(look_of | options))
     drawn.set_data(image)
     drawn.set_clip_path(ax.patch)
@@ -220,8 +220,10 @@ def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
 
 
 class FullestImage(AxesImage):
-    """An image whose pixels, where they are fewer than its columns or rows, each show the darkest of what falls
-    on them: the nearest one would drop a mark that stands alone, and an average would make it invisible."""
+    """Image that shows in each pixel the largest of the values that fall on it.
+
+    The nearest value would drop isolated marks, and an average would make them invisible.
+    """
 
     def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:
         whole, box = self.get_array(), self.get_window_extent(renderer)
@@ -234,13 +236,13 @@ class FullestImage(AxesImage):
 
 
 def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
-    """Maxima of neighbouring rows (axis 0) or columns (axis 1), so that at most `count` are left."""
+    """Return the maxima of neighbouring rows (axis 0) or columns (axis 1), so that at most `count` remain."""
     n, count = image.shape[axis], max(1, count)
     return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
 
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
-    """Places of the values of an axis: as they are, or their decades if the spacing is geometric."""
+    """Return the values as abscissae; if their spacing is geometric, set ticks and return decimal logarithms."""
     if not is_geometric(x):
         return x
     u = np.log10(x)
@@ -251,7 +253,7 @@ def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
 
 
 def is_geometric(x: np.ndarray) -> bool:
-    """Whether ascending values are spaced for a logarithmic axis."""
+    """Return whether ascending values are spaced for a logarithmic axis."""
     if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
         return False
     steps = np.diff(np.log10(x))
@@ -259,7 +261,7 @@ def is_geometric(x: np.ndarray) -> bool:
 
 
 def place_of(results: Any, at: Mapping[str, int]) -> str:
-    """The values of axes at these indices; for the axis `point` those of the parameters that change along it."""
+    """Return the values of axes at these indices as text; for the axis `point` the values of its parameters."""
     values: dict[str, float] = {}
     for name, index in at.items():
         along = results.points if name == POINT else {name: results.axes[name]}
@@ -268,12 +270,12 @@ def place_of(results: Any, at: Mapping[str, int]) -> str:
 
 
 def quantity_index(quantity: str) -> int:
-    """Column of the section. Raises ValueError for an unknown quantity."""
+    """Return the column of a quantity in the section. Raises ValueError for an unknown quantity."""
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
     return QUANTITIES.index(quantity)
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Points with a section. (One that came too close to a decision has: it is one of two motions.)"""
+    """Return a mask of the points with a section. TOO_CLOSE has one: the section of one of two possible motions."""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))

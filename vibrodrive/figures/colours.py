@@ -1,7 +1,7 @@
-"""The colours of a map: classes (periods, gaps, statuses) and continuous quantities as numbers into one table.
+"""Colours of a map: each class (period, gaps, status) or shade of a continuous quantity is a number in one table.
 
-What lies outside the scale (a motion that rests, one without this quantity, a value beyond the limits) has a colour of
-its own, and a point that is not computed has none.
+Points outside the scale have colours of their own: motions that rest, motions without this quantity, values beyond the
+limits. Points that are not computed have no colour.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
-APART = "white"  # of rest, and of 0 on a logarithmic scale: lighter than all classes and the scale
+APART = "white"  # for rest, and for 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512
-DECADES = 2.0  # that a positive quantity spans at most to be drawn linearly
+DECADES = 2.0  # a positive quantity that spans more has a logarithmic scale
 LEAST = 1e-9
-"""Start of a logarithmic scale, as a share of the largest value. Values below (the energy of a touch that rounding
-makes an impact) have the colour of values below the scale."""
+"""Least start of a logarithmic scale, as a share of the largest value. Smaller values, such as the energy of a touch
+that exists by rounding only, have the colour for values below the scale."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
 LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
@@ -31,22 +31,22 @@ LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
 class Painted(NamedTuple):
     """Colours of the cells of a map."""
 
-    cells: np.ma.MaskedArray  # numbers into `colours`, masked where nothing is computed
+    cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is drawn
     colours: np.ndarray  # (n, 4)
-    labels: tuple[str, ...]  # of classes, names of the first colours; of a continuous quantity none
-    norm: Normalize  # of a continuous quantity, the scale of the first SHADES colours
-    apart: tuple[tuple[str, str], ...]  # names and colours of what is outside the scale
-    extend: str = "neither"  # sides on which values are beyond the scale: "neither", "min", "max" or "both"
-    blank: str = ""  # names of what is masked
+    labels: tuple[str, ...]  # names of the classes, which have the first colours; () for a continuous quantity
+    norm: Normalize  # for a continuous quantity, the scale of the first SHADES colours
+    apart: tuple[tuple[str, str], ...]  # names and colours outside the scale
+    extend: str = "neither"  # ends of the scale with values beyond them: "neither", "min", "max" or "both"
+    blank: str = ""  # name of the masked points
 
     @property
     def counts(self) -> np.ndarray:
-        """Points of each colour: int64 (n,)."""
+        """Number of points of each colour: int64 (n,)."""
         return np.bincount(self.cells.compressed(), minlength=len(self.colours))
 
 
 def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
-    """Colours of the values of all points; `limits` as of `map_figure`. Raises ValueError where it has none."""
+    """Return the colours of all points; `limits` as in `map_figure`. Raises ValueError for limits of classes."""
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = LACKS.get(quantity, "no such value"), "neither"
     check_range("limits", limits, quantity)
@@ -54,7 +54,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind, labels, colours = _CLASSIFY[quantity](values, done)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
-        if quantity != "status" and rests.any():  # the period of a rest is 1, but it is no such motion
+        if quantity != "status" and rests.any():  # a rest has period 1, but a colour of its own
             apart.append(("rests", APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
@@ -75,7 +75,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
 
 
 Classes = tuple[np.ndarray, list[str], list[Any]]
-"""Number of the class of each point (-1: none), names and colours of the classes."""
+"""Class of each point (-1: none), names of the classes, colours of the classes."""
 
 
 def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
@@ -86,7 +86,7 @@ def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
 
 
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
-    """The most frequent values, the largest area first, and all the others; 0 is none."""
+    """Return a class for each of the most frequent values, the largest area first, one for all others, one for 0."""
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
     *own, other, none = look().classes
     order = np.argsort(-counts, kind="stable")[: len(own)]
@@ -116,7 +116,7 @@ def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
 
 
 def digits(number: int) -> str:
-    """A number of gaps as a cycle: 122 -> "1, 2, 2"."""
+    """Return the digits of a number, which are gaps, as text: 122 -> "1, 2, 2"."""
     return ", ".join(str(number))
 
 
@@ -132,7 +132,10 @@ _CLASSIFY: dict[str, Any] = {
 def _shade(
     quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
-    """Numbers of the shades (then: below, above, set apart; -1: none), the scale, its shades, `apart` and `extend`."""
+    """Return the shade of each point, the scale, its shades, `apart` and `extend`.
+
+    Shades from SHADES on are: below the scale, above it, outside it. -1 is a point without a value.
+    """
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests
     if quantity == "lyapunov":
@@ -157,10 +160,10 @@ def _shade(
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
-    """Scale over the limits, or all values: logarithmic where these are positive and span more than DECADES."""
+    """Return the scale of the limits or of all values, logarithmic if positive and longer than DECADES."""
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
-    if limits is None and low >= 0 and positive.size:  # a 0 is set apart if the others need a logarithm
+    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a colour of its own
         low = max(positive.min(), LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)

@@ -1,4 +1,4 @@
-"""Texts of figures about their motions: the parameters that all of them share, and how they went."""
+"""Texts of figures about their motions: the parameters common to all, and the statuses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vibrodrive.model.choices import Method, Status
 
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 STARTS = ("xi0", "dxi0", "tau0")
-PANELS = 6  # of one figure, at most
+PANELS = 6  # panels of one figure, at most
 
 STATUS_WORDS = {
     Status.TOO_CLOSE: "too close to a decision",
@@ -24,9 +24,10 @@ _T = TypeVar("_T")
 
 
 def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
-    """Conditions shared by all motions, as phrases, without those `apart`; the phase of the section if `section`.
+    """Return the conditions common to all motions as phrases, except those in `apart`.
 
-    `known` has parameters, `method`, `transient` and `periods`: `arguments` of a trajectory, or `of_sweep`.
+    `known` holds parameters, `method`, `transient` and `periods`, as `arguments` of a trajectory or `of_sweep`. The
+    phase of the section is included if `section`.
     """
     disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
     names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]
@@ -43,29 +44,29 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
 
 
 def of_sweep(results: Any) -> dict[str, Any]:
-    """What all points of a sweep share: its scalars and settings."""
+    """Return the scalars and settings of a sweep, which are common to all points."""
     return {**results.scalars, **vars(results.settings)}
 
 
 def named(quantity: str, text: str) -> str:
-    """A label of the limit k₂, or of k_u."""
+    """Return a label with k₂ in it; if `quantity` is "ku", with k_u instead."""
     return text.replace("k_2", "k_u") if quantity == "ku" else text
 
 
 def told(status: np.ndarray) -> list[str]:
-    """How many points have a status other than OK: "3 of 100 points not computed", "2 rests for ever"."""
+    """Return the number of points of each status other than OK: "of 100 points not computed: 3", "out of budget: 2"."""
     counts = {name: int((status == s).sum()) for s, name in STATUS_WORDS.items()}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
     return [f"of {status.size} points {found[0]}", *found[1:]] if found else []
 
 
 def some(items: Sequence[_T]) -> list[_T]:
-    """At most PANELS of them, evenly spaced, the first and the last among them."""
+    """Return at most PANELS of the items, evenly spaced, with the first and the last."""
     if len(items) <= PANELS:
         return list(items)
     return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
 
 
 def choice(shown: int, total: int, of: str) -> list[str]:
-    """Says of panels or lines that they are a choice from more, if they are."""
+    """Return "6 of 9 panels shown" if not all panels or lines are shown, else nothing."""
     return [f"{shown} of {total} {of} shown"] if shown < total else []

@@ -1,4 +1,4 @@
-"""Phase and time curves of trajectories, drawn from their closed form with every switch in its place."""
+"""Phase curves and time curves of trajectories, computed from the closed form, with every switch as a point."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 CURVES = ("phase", "time", "velocity", "section")
 
 LINE, CYCLE = 40, 160
-"""Most periods of a motion drawn as a line, unless it repeats: most different switches of one that does. A motion with
-more of both is drawn as the density of its passes."""
+"""A motion is drawn as a line if it has at most LINE periods, or at most CYCLE different switches because it repeats.
+Other motions are drawn as the density of their passes."""
 
-POINTS = 400  # in an excitation period
-FIRST = 10  # periods that a curve over time shows by default
-SPOTS = (900, 600)  # of an image of passes
+POINTS = 400  # per excitation period
+FIRST = 10  # periods that a time curve shows by default
+SPOTS = (900, 600)  # columns and rows of an image of passes
 AROUND = 0.01
-FAST = 40  # points in each period of the disturbance: with fewer, its peaks are missed
+FAST = 40  # points per period of the disturbance; fewer would miss its peaks
 JUMP = "jump of $\\xi\\mathrm{′}$"
 
 
 class Curve(NamedTuple):
-    """A motion as lines: NaN where it jumps; `jumps` (n, 2, 3) holds τ, ξ, ξ' before and after each jump."""
+    """Motion as lines, NaN at its jumps; `jumps` (n, 2, 3) holds τ, ξ, ξ' before and after each jump."""
 
     tau: np.ndarray
     xi: np.ndarray
@@ -48,9 +48,9 @@ class Curve(NamedTuple):
 
 
 def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
-    """Samples of a trajectory with every switch put between them, so that corners are corners.
+    """Return samples of a trajectory and its switches in one sequence, so that corners are sharp.
 
-    At an impact ξ' jumps to 0; on a fixed grid so does whatever the late switch has overshot.
+    At an impact ξ' jumps to 0. On a fixed grid the overshoot of a late switch also jumps to 0.
     """
     sample = trajectory.sample(points_per_period)
     switches = trajectory.switches
@@ -77,17 +77,17 @@ def phase_curve(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Phase curves ξ' over ξ, a panel for each trajectory, all to one scale.
+    """Draw phase curves ξ' over ξ, a panel for each trajectory, with common axes.
 
-    Where a motion keeps coming to other places, ink says how many of its periods pass through a spot. Jumps are thin
-    and grey.
+    An irregular motion is drawn as density of ink: the more periods pass through a spot, the darker it is. Jumps are
+    thin and grey.
 
     Parameters
     ----------
-    source : Trajectory or sequence of them
-        of `simulate`.
+    source : Trajectory or sequence of trajectories
+        from `simulate`.
     titles : sequence of str, optional
-        one for each trajectory, above its panel.
+        titles of the panels, one for each trajectory.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def phase_curve(
 
 
 def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
-    """One phase curve into given axes; returns the key to its ink, by its words, empty for a line."""
+    """Draw one phase curve; return the legend entries for its ink by label, none for a line."""
     key: dict[str, Any] = {}
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
     different = len(np.unique(np.round(switches, 6), axis=0))
@@ -138,7 +138,7 @@ def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
 
 
 def first(drawn: Curve, periods: int) -> Curve:
-    """A curve as far as so many periods from its beginning."""
+    """Return the first `periods` periods of a curve."""
     end = drawn.tau[0] + 2 * math.pi * periods + 1e-9
     kept = drawn.tau <= end
     return Curve(drawn.tau[kept], drawn.xi[kept], drawn.dxi[kept], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
@@ -151,7 +151,7 @@ def draw_time(
     titles: Sequence[str] | None = None,
     shown: int | None = None,
 ) -> None:
-    """Draw ξ or ξ' over τ, counted in excitation periods, with sin τ; so many periods are `shown`, all if None."""
+    """Draw ξ or ξ' over τ, counted in excitation periods, with sin τ; the first `shown` periods, or all if None."""
     column = 1 + quantity_index(quantity)
     low, high = math.inf, -math.inf
     for k, motion in enumerate(motions):
@@ -174,7 +174,7 @@ def draw_time(
 def trajectory_figure(
     trajectory: Trajectory, curves: Sequence[str] = ("phase", "time"), shown: int | None = FIRST, *, ax: Any = None
 ) -> Figure:
-    """Draw one motion as a panel for each of `curves`; as `Trajectory.plot`."""
+    """Draw one motion, a panel for each of `curves`; see `Trajectory.plot`."""
     for name in curves:
         if name not in CURVES:
             raise ValueError(bad("curves", name, "one of " + ", ".join(CURVES)))
@@ -202,7 +202,7 @@ def trajectory_figure(
 
 
 def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
-    """Conditions that all motions share, and statuses other than OK."""
+    """Return the conditions common to all motions, and the statuses other than OK."""
     known = motions[0].arguments
     apart = [n for n in known if any(m.arguments[n] != known[n] for m in motions)]
     common = {n: value for n, value in known.items() if n not in apart}
@@ -211,18 +211,18 @@ def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]
 
 
 def as_motions(source: Any) -> list[Trajectory]:
-    """One trajectory or a sequence of them, as a list."""
+    """Return one trajectory or a sequence of trajectories as a list."""
     return [source] if hasattr(source, "sample") else list(source)
 
 
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Segments (n, 2, 2) as one broken line: abscissae and ordinates with NaN between the segments."""
+    """Return segments (n, 2, 2) as one broken line: abscissae and ordinates, NaN between the segments."""
     broken = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     return broken[:, 0], broken[:, 1]
 
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:
-    """A τ axis from `low` to `high` counted in excitation periods 2π, from the first one shown."""
+    """Set a τ axis from `low` to `high` with ticks in excitation periods 2π, counted from the first one shown."""
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
     round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
@@ -235,7 +235,7 @@ def periods_ticks(ax: Axes, low: float, high: float) -> None:
 
 
 def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """A curve (n,) over τ, NaN where it is broken, as an image: each spot by the number of periods that pass there."""
+    """Draw a curve (n,) over τ, NaN where it is broken, as an image of the number of periods that pass each spot."""
     low = np.array([np.nanmin(x), np.nanmin(y)])
     high = np.array([np.nanmax(x), np.nanmax(y)])
     room = AROUND * np.where(high > low, high - low, 1.0)
@@ -250,27 +250,30 @@ def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
-    """By the root of the share: most spots of an irregular motion are passed in few of its periods."""
+    """Return ink by the root of the share of periods: an irregular motion passes most spots in few of its periods."""
     return np.where(counts > 0, FAINTEST + (1.0 - FAINTEST) * np.sqrt(counts / periods), 0.0)
 
 
 def passes_key(periods: int) -> list[Artist]:
-    """The key to the ink of a motion of so many periods."""
+    """Return legend entries for the ink of a motion of `periods` periods."""
     counts = np.array([1, round(periods / 4), periods])
     names = [f"spot passed in 1 of {periods} periods", f"in {counts[1]}", "in all"]
     return swatches(_ink(counts, periods).tolist(), names)
 
 
 def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Periods (`period`: their numbers by point) in which a polyline (n, 2) meets each spot: float64 (rows, cols)."""
+    """Count the periods in which a polyline (n, 2) meets each spot: float64 (rows, cols).
+
+    `period` is the number of the period of each point.
+    """
     place = (points - low) / (high - low) * np.array(SPOTS)
     whole = np.isfinite(place[:-1]).all(axis=1) & np.isfinite(place[1:]).all(axis=1)
     begin, end, of = place[:-1][whole], place[1:][whole], period[:-1][whole]
-    # between points the line is followed in steps of half a spot
+    # sample the line between points in steps of half a spot
     steps = np.maximum(1, np.ceil(2.0 * np.abs(end - begin).max(axis=1))).astype(int)
     share = (np.arange(steps.sum()) - np.repeat(np.cumsum(steps) - steps, steps)) / np.repeat(steps, steps)
     along = np.repeat(begin, steps, axis=0) + share[:, None] * np.repeat(end - begin, steps, axis=0)
     column, row = np.clip(along.astype(int), 0, np.array(SPOTS) - 1).T
     spots = SPOTS[0] * SPOTS[1]
-    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # each spot once a period
+    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # each spot counts once per period
     return np.bincount(met % spots, minlength=spots).reshape(SPOTS[::-1]).astype(float)

@@ -1,6 +1,6 @@
-"""The diagrams of the field, from a Results or a Trajectory: returned as matplotlib Figures, never shown.
+"""Diagrams of a Results or a Trajectory, returned as Matplotlib figures; no window is opened.
 
-Everything is dimensionless and named with the paper's s.
+Quantities are dimensionless and have the symbols of the paper. Axes of a scene are in SI units.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from vibrodrive.model.parameters import bad
 __all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
 
 DIAGRAM = 12
-"""From this many values an axis is drawn as a bifurcation diagram, below as Poincaré sections."""
+"""An axis with at least this many values is drawn as a bifurcation diagram, a shorter one as Poincaré sections."""
 
-FEW = 64  # distinct points of a section, at most, that are drawn with dots large enough to be counted
+FEW = 64  # a section with at most this many distinct points has dots large enough to be counted
 
 
 @styled
@@ -38,14 +38,14 @@ def poincare(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Poincaré sections ξ' over ξ, a panel for every point, all to one scale.
+    """Draw Poincaré sections ξ' over ξ, a panel for each point, with common axes.
 
     Parameters
     ----------
     source : Results, Trajectory or a sequence of trajectories
-        of a Results with many points a few, evenly spaced, are shown.
+        of a Results with more than six points, six are shown, evenly spaced.
     titles : sequence of str, optional
-        what distinguishes the panels; by default the values of the axes.
+        titles of the panels; by default the values of the axes.
     reference : float64 (n, 2), optional
         section points of the undisturbed orbit, drawn as open circles.
 
@@ -101,10 +101,11 @@ def from_results(
     ax: Any = None,
     **over: Any,
 ) -> Figure:
-    """The figure that suits a Results: a bifurcation diagram over a long axis, a map of the last section over two of
-    the start, else Poincaré sections; without a section a map of the period; of one motion its section.
+    """Draw the figure that suits a Results.
 
-    The arguments are those of `Results.plot`; `over` are `curves`, `undisturbed` and `k2` of `map_figure`.
+    Over two long axes of the start it is a map of the last section, over another long axis a bifurcation diagram, else
+    Poincaré sections. One motion gives its section, results without a section a map of the period. The arguments are
+    those of `Results.plot`; `over` holds `curves`, `undisturbed` and `k2` of `map_figure`.
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE
@@ -112,7 +113,7 @@ def from_results(
     if kind == MAP:
         return map_figure(results, quantity, x, y, limits=limits, **over)
     if over:
-        raise ValueError(bad("kind", kind, f"{MAP}, for anything to be drawn over it"))
+        raise ValueError(bad("kind", kind, f"{MAP}, if curves or limits are drawn over it"))
     if not results.axes:
         return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)
@@ -124,7 +125,7 @@ def from_results(
 
 
 def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
-    """Sections and what distinguishes them, and what they have in common."""
+    """Return the sections, their titles, and the conditions common to all."""
     if not hasattr(source, "axes"):
         motions = as_motions(source)
         return [np.asarray(m.section) for m in motions], [""] * len(motions), shared_by(motions, section=True)

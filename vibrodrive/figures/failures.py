@@ -1,4 +1,4 @@
-"""The failure map drawn: one panel for each method and kind of failure, the loss of structure across."""
+"""Figure of a failure map: one panel for each method and kind of failure, with a line at the loss of structure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
-LEAST = 1e-3  # share, below which all are of one tone: with a thousand switches compared they hardly occur
+LEAST = 1e-3  # smaller shares have one tone; they are rare, as about a thousand switches are compared
 LEAST_INK, LESS_INK = 0.2, 0.1
 
 
@@ -24,14 +24,14 @@ LEAST_INK, LESS_INK = 0.2, 0.1
 def failures_figure(
     found: FailureMap, *, ax: Any = None, style: Style | None = None, width: Width | None = None
 ) -> Figure:
-    """Share of missed, late and wrongly decided switches over A and the disturbance; below the line structure lasts.
+    """Draw the shares of missed, late and wrongly decided switches over A and the disturbance.
 
-    There are six panels, method by method.
+    There are six panels, one for each method and kind of failure. Below the dashed line the structure is kept.
 
     Parameters
     ----------
     found : FailureMap
-        what `load` gives of a file of `vibrodrive failures`.
+        from `load`, for a file of `vibrodrive failures`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How dark a spot of a diagram is, by how many recorded values fall on it. No Matplotlib here."""
+"""Ink of a spot of a diagram, by the number of recorded values on it. This module does not import Matplotlib."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 FAINTEST = 0.3  # ink of a spot visited once: dark enough for a poor printer
-LINES = 16  # longest period of a motion drawn in full ink
+LINES = 16  # motions up to this period are drawn in full ink
 
 
 def ink_of(counts: np.ndarray, values: int) -> np.ndarray:
-    """Ink, 0 to 1, of spots with so many (`counts`) of a motion's recorded values (`values` in all).
+    """Return the ink, 0 to 1, of spots with `counts` of the recorded values of a motion, of which there are `values`.
 
-    A periodic motion puts its values on a few spots: full ink. An irregular one spreads them: grey, so that its density
-    shows instead of a black block.
+    A periodic motion has its values on few spots, in full ink. An irregular motion has them on many spots, in grey, so
+    that the diagram shows their density instead of a black area.
     """
     full = math.log(max(values / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full

@@ -1,8 +1,8 @@
-"""The limits of stability over A, B or η: in their own units, as velocity amplitudes, and the ratio of the two kinds.
+"""Figures of limits of stability over A, B or η: in their own units, as velocity amplitudes, and as their ratio.
 
-k₂(ε) and k₂(Δτ) lie decades apart. As velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), they are of one size, and
-their ratio has a panel of its own: both disturbances act alike as far as it stays near 1. After Muller's method
-switches are not late by Δτ, they are found or missed; these limits have no part in the comparison.
+k₂(ε) and k₂(Δτ) differ by decades. As velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), they have similar sizes.
+Their ratio has its own panel: where it is near 1, both disturbances have the same effect. With Muller's method a switch
+is not late by Δτ; it is found or missed. So the limits of this method are not compared.
 """
 
 from __future__ import annotations
@@ -33,29 +33,33 @@ CURVE_LABELS = {
     ("dtau", "fixed"): r"$k_2(\Delta\tau)$, switches on the grid",
     ("dtau", "muller"): r"$k_2(\Delta\tau)$, Muller",
 }
-BAND, BAND_OF_SEVERAL = "from the first loss to the last value kept", "from one motion to the last with several"
+BAND, BAND_OF_SEVERAL = (
+    "from the first loss to the last value kept",
+    "from the first value with one motion to the last with several",
+)
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
-WIDE = 0.035  # share of the abscissa, from which a stretch of one period is named
-MARKED = 60  # values of the abscissa, at most, that are each marked
-APART = 5.0  # times between the ends of an abscissa of η, from which it is logarithmic
+WIDE = 0.035  # share of the abscissa from which on a range of one period has a label
+MARKED = 60  # up to this many values are marked
+APART = 5.0  # ratio of the ends of an abscissa of η from which on it is logarithmic
 
 
 @styled
 def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, width: Width | None = None) -> Figure:
-    """Both limits as velocity amplitudes over the axis, and below their ratio.
+    """Draw both limits as velocity amplitudes over the axis, and below them their ratio.
 
-    Over A alone they stand between the bands from the first loss k₂ to the last value kept, each in its own unit, and
-    the diagram of the undisturbed motion. Of two axes the longer one is the abscissa, and values of the other (six at
-    most, evenly spaced) have a line each; the limits after Muller's method are in the file only then.
+    If A is the only axis, there are two more panels. The first one shows the limits in their own units, as bands from
+    the first loss k₂ to the last value kept. The last one shows the diagram of the undisturbed motion. Of two axes the
+    longer one is the abscissa, and each value of the other (at most six, evenly spaced) has a line; limits of Muller's
+    method are then not drawn.
 
-    A limit is missing where the undisturbed motion has no period or nothing was lost, a ratio where either limit is. A
-    band has no height where nothing is kept above the first loss.
+    A limit is missing where the undisturbed motion has no period or where the structure was not lost. A ratio is
+    missing where either limit is missing. A band has no height where no value above the first loss keeps the structure.
 
     Parameters
     ----------
     found : Limits
-        what `load` gives of a file of `vibrodrive limits`.
+        from `load`, for a file of `vibrodrive limits`.
 
     Examples
     --------
@@ -75,9 +79,12 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
 
 @styled
 def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: Any = None) -> Figure:
-    """Map of k₂ in ε over the two axes of a file of limits; `limits` is the range of the colours. Raises ValueError."""
+    """Draw a map of k₂ in ε over the two axes of a file of limits; `limits` is the range of the colours.
+
+    Raises ValueError for other files.
+    """
     if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
-        raise ValueError(bad("kind", MAP, "left out: a map is of limits in ε over two axes"))
+        raise ValueError(bad("kind", MAP, "left out: only limits in ε over two axes have a map"))
     c = found.curves.index(("eps", "certified"))
     values, status = found.values[c], np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
     painted = paint(K2, values, status, limits)
@@ -107,7 +114,7 @@ def _over_A(found: Limits) -> Figure:
 
 
 def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
-    """The diagram of the undisturbed motion, below limits over A; the key to its ink."""
+    """Draw the diagram of the undisturbed motion, below limits over A; return the legend entries for its ink."""
     key: Sequence[Artist] = ()
     if found.fine is not None and found.diagram is not None:
         several = slice(None) if np.ptp(found.A) > 0 else slice(1)
@@ -120,13 +127,13 @@ def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
 
 
 def _starts(found: Limits) -> Figure:
-    """k₁ in each coordinate of the start over the one axis; over A with the diagram of the undisturbed motion."""
+    """Draw k₁ in each coordinate of the start over the axis; over A also the diagram of the undisturbed motion."""
     ((x, values),) = found.axes.items()
     fig, axes = new(2, 1, height=5.2, sharex=True) if x == "A" else new(1, 1, height=3.5)
     ax = axes[0, 0]
     k1 = found.known()
     for c, (name, _) in enumerate(found.curves):
-        _line(ax, values, k1[c], c, f"start off in {symbol(name)}")
+        _line(ax, values, k1[c], c, f"error of the start in {symbol(name)}")
     _logarithmic(ax, k1, (1e-3, 1.0))
     _name_ordinate(ax, "$k_1$")
     letter(ax, 0)
@@ -160,7 +167,7 @@ def _over_two(found: Limits) -> Figure:
     V = np.moveaxis(found.known("velocity"), 1 + names.index(x), -1)
     ratio = np.moveaxis(found.ratio(), names.index(x), -1)
     panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
-    if x == "eta" and not any(len(np.unique(row[np.isfinite(row)])) > 1 for row in V[1]):  # no ε: η does nothing
+    if x == "eta" and not any(len(np.unique(row[np.isfinite(row)])) > 1 for row in V[1]):  # without ε, η has no effect
         del panels[1]
     fig, axes = new(len(panels) + 1, 1, height=1.2 + 2.1 * (len(panels) + 1), sharex=True)
     rows = list(range(len(found.axes[other])))
@@ -181,7 +188,7 @@ def _over_two(found: Limits) -> Figure:
 
 
 def _velocities(ax: Axes, found: Limits) -> None:
-    """The limits in ε, and in Δτ on the grid, of one axis as velocity amplitudes."""
+    """Draw the limits in ε, and in Δτ on the grid, over one axis as velocity amplitudes."""
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
@@ -190,7 +197,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
 
 
 def _ratios(ax: Axes, found: Limits) -> None:
-    """Draw the ratio over one axis; note its median and the range of nine tenths of its values."""
+    """Draw the ratio over one axis; note its median and the range of 90 % of its values."""
     (x,) = found.axes.values()
     ratio = found.ratio()
     _line(ax, x, ratio, 0, "_ratio")
@@ -198,19 +205,19 @@ def _ratios(ax: Axes, found: Limits) -> None:
     known = ratio[np.isfinite(ratio)]
     if len(known):
         low, middle, high = np.quantile(known, (0.05, 0.5, 0.95))
-        note(ax, f"median {middle:.2g}, nine tenths in {low:.2g} to {high:.2g}")
+        note(ax, f"median {middle:.2g}, 90 % between {low:.2g} and {high:.2g}")
 
 
 def _line(ax: Axes, x: np.ndarray, values: np.ndarray, number: int, name: str) -> None:
     order = np.argsort(x)
     colour, pattern = look().lines[number % len(look().lines)]
-    # not clipped: the first and the last mark are whole
+    # not clipped, so that the marks at the ends are complete
     marked: dict[str, Any] = {"marker": "o", "markersize": 2.2, "clip_on": False} if len(x) <= MARKED else {}
     ax.plot(x[order], values[order], ls=pattern, color=colour, lw=0.9, label=name, **marked)
 
 
 def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
-    """A logarithmic ordinate of V; at its right side mm/s, for a scene in SI units."""
+    """Set a logarithmic ordinate for V; for a scene in SI units, add one in mm/s on the right."""
     _logarithmic(ax, values, (1e-3, 1.0))
     _plain_numbers(ax.yaxis, *ax.get_ylim())
     _name_ordinate(ax, "$V$")
@@ -222,7 +229,7 @@ def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
 
 
 def _around_one(ax: Axes, ratio: np.ndarray) -> None:
-    """A logarithmic ordinate with 1 in its range, marked by a line."""
+    """Set a logarithmic ordinate whose range contains 1, and draw a line at 1."""
     seen = np.append(ratio[np.isfinite(ratio)], (0.4, 2.5))
     low, high = seen.min() / 1.15, seen.max() * 1.15
     ax.set_ylim(low, high)
@@ -237,7 +244,7 @@ def _name_ordinate(ax: Axes, text: str) -> None:
 
 
 def _plain_numbers(axis: Axis, low: float, high: float) -> None:
-    """Label 0.2, 0.5, 1, … where a logarithmic axis is less than two decades long, else whole decades alone."""
+    """Label 0.2, 0.5, 1, … on a logarithmic axis shorter than two decades, else decades only."""
     if high < 100 * low:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -249,7 +256,7 @@ def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> No
     seen = values[np.isfinite(values) & (values > 0)]
     low, high = (seen.min(), seen.max()) if len(seen) else blank
     margin = 1.1 * (high / low) ** 0.04
-    ax.set_ylim(low / margin, high * margin)  # before the scale: from equal values it would take no range by itself
+    ax.set_ylim(low / margin, high * margin)  # before the scale: equal values have no range
     ax.set_yscale("log")
     ax.tick_params(which="minor", direction="in", right=True)
 
@@ -263,12 +270,12 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 
 
 def shared_by(found: Limits) -> list[str]:
-    """Conditions that all points share, a criterion other than the default, and the count of missing points."""
+    """Return the common conditions, a criterion other than the default, and the number of missing points."""
     apart = {*found.axes, "eps", "dtau", "method"}
     if found.quantity == K1:
         apart |= {"xi0", "dxi0", "tau0"}
     said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart)
-    texts = {K1: "", KU: "from $k_u$ on all starts end on one motion"}
+    texts = {K1: "", KU: "from $k_u$ on all starts end in one motion"}
     kept = "" if found.criterion == "impacts" else f"kept: {found.criterion}"
     missing = int((~found.done).sum())
     left = f"{missing} of {found.done.size} limits not computed" if missing else ""
@@ -276,7 +283,7 @@ def shared_by(found: Limits) -> list[str]:
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
-    """Reasons for gaps in the first so many curves, as far as anything was computed there."""
+    """Return the reasons for gaps in the first curves, `curves` in number, at computed points."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
@@ -289,7 +296,7 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
-    """A limit, and the band above it where the structure comes back; the key to the band, if there is one."""
+    """Draw a limit and the band above it in which the structure returns; return the legend entry of the band."""
     label = named(found.quantity, CURVE_LABELS[found.curves[c]])
     first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)
@@ -303,7 +310,7 @@ def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:
-    """The order n of the subharmonic above each longer stretch of it."""
+    """Write the order n of the subharmonic above each range of A in which it is constant, if the range is wide."""
     n = found.n.max(axis=0)
     span = np.ptp(found.A) or 1.0
     edges = np.flatnonzero(np.diff(n)) + 1

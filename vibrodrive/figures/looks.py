@@ -1,6 +1,6 @@
-"""The colours of every figure, in two looks: `screen`, which the colour-blind tell apart, and `print`, black ink alone.
+"""Colours of all figures in two styles: `screen`, for colour-blind readers too, and `print`, black ink only.
 
-Whatever differs in colour differs in line style, mark or lightness, too; on `print` in these alone.
+Elements that differ in colour also differ in line style, mark or lightness; in `print` they differ in these only.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor":
 
 
 class Look(NamedTuple):
-    """The colours of one style."""
+    """Colours of one style."""
 
-    main: str  # of what a figure is about
-    other: str  # of what stands against it: a disturbed motion, an unstable orbit
-    support: str  # of lines that only support: a zero, the excitation, impacts
+    main: str  # main subject of a figure
+    other: str  # contrast colour: a disturbed motion, an unstable orbit
+    support: str  # auxiliary lines: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
-    bands: tuple[str, ...]  # of the areas that belong to the first, second, … curve
-    coloured: bool  # kinds of bifurcations have their colour, not their ink
-    density: Colormap  # from nothing to often
-    classes: tuple[str, ...]  # of a map, each darker than the one before; the last two: all others, and none
+    bands: tuple[str, ...]  # areas of the first, second, … curve
+    coloured: bool  # bifurcations are drawn in the `colour` of their kind, else in its `ink`
+    density: Colormap  # ink, from 0 to 1
+    classes: tuple[str, ...]  # of a map, each darker than the previous one; the last two: all others, and none
     shades: Colormap  # of a continuous quantity of a map
-    signed: Colormap  # of one that is negative or positive, 0 in the middle
-    nil: str  # what rests, on `signed`
+    signed: Colormap  # of a quantity of either sign, 0 in the middle
+    nil: str  # a motion that rests, on `signed`
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
     statuses: tuple[str, str, str, str]  # in the order of figures/colours.py
-    lacking: str | None  # a point that is computed, and has no such value; None: hatched
+    lacking: str | None  # a computed point without a value; None: hatched
 
 
 def _ramp(*colours: str | tuple[float, str]) -> Colormap:
-    """From the first to the last, evenly unless a colour has its place, 0 to 1."""
+    """Return a colour map from the first to the last colour, evenly spaced unless places from 0 to 1 are given."""
     return LinearSegmentedColormap.from_list("ink", colours)
 
 
 def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
-    """Greys in steps that look even, from one lightness L* (0 black, 100 white) to another."""
+    """Return greys in visually even steps between two lightnesses L* (0 black, 100 white)."""
     linear = ((np.linspace(light, dark, count) + 16.0) / 116.0) ** 3
     return tuple(f"{1.055 * y ** (1 / 2.4) - 0.055:.4f}" for y in linear)
 
@@ -51,8 +51,8 @@ def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
 _PATTERNS = ("-", "--", ":", "-.")
 _HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
 
-# Each is darker than the one before by about a tenth of the way from white to black, so that their order survives a
-# copy in grey; and they stay apart for the colour-blind.
+# Each colour is darker than the previous one by about a tenth of the range from white to black, so that a grey copy
+# keeps their order. Colour-blind readers can distinguish them.
 _CLASSES = (
     "#eff427",
     "#16e9ea",
@@ -79,7 +79,7 @@ LOOKS: dict[Style, Look] = {
         shades=colormaps["cividis"],
         signed=colormaps["RdBu_r"],
         nil="#e8c95a",
-        beyond=("#009a7b", "#e0218a"),  # no colour of either scale comes near
+        beyond=("#009a7b", "#e0218a"),  # far from all colours of both scales
         kept=("#d3e8f5", "#b5430d"),
         statuses=("#f2f2f2", _CLASSES[1], _CLASSES[4], _CLASSES[8]),
         lacking="#d0d0d0",
@@ -92,13 +92,13 @@ LOOKS: dict[Style, Look] = {
         bands=("0.55", "0.8", "0.9"),
         coloured=False,
         density=_ramp("white", "black"),
-        classes=_greys(8, 88.0, 4.0),  # more would not be told apart
+        classes=_greys(8, 88.0, 4.0),  # more greys could not be distinguished
         shades=_ramp(*_greys(6, 86.0, 20.0)),
-        signed=_ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0, which shows the sign
+        signed=_ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0 shows the sign
         nil="white",
         beyond=("0.94", "black"),
         kept=("0.9", "0.3"),
         statuses=("0.95", "0.75", "black", "0.45"),
-        lacking=None,  # no grey is left
+        lacking=None,  # no further grey could be distinguished
     ),
 }

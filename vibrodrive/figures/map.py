@@ -1,8 +1,8 @@
-"""Maps: a quantity of every motion of a sweep, as a colour in the plane of two axes; over one axis, as marks.
+"""Maps: a quantity of every motion of a sweep, as colours over two axes, or as marks over one axis.
 
-Colours are those of colours.py; where a point is not computed the hatched ground shows. Where cells are finer than
-pixels, that one of a pixel is shown whose colour is the rarest on the map: thin structures stay, and stay whole, and a
-megapixel makes no larger file than the pixels of the figure.
+The colours are defined in colours.py. Points that are not computed show the hatched ground. If several cells share a
+pixel, the pixel shows the cell whose colour is the rarest on the map. So thin structures remain complete, and the size
+of the file depends on the pixels of the figure, not on the number of cells.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LABELS = {
     "status": "status",
     "last_xi": r"$\xi$ at the last section",
     "last_dxi": r"$\xi\mathrm{′}$ at the last section",
-    "margin": "how close the closest decision came",
+    "margin": "distance of the closest decision",
     IMPACT_POWER: "power of the impacts in W",
     **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
     "gaps": "whole periods between main impacts",
@@ -52,7 +52,7 @@ LABELS = {
 
 WIDTH = 4.7
 TALLER = 0.6
-FINEST = 4000  # columns or rows, at most, that cells of unequal width are cut into
+FINEST = 4000  # cells of unequal width are divided into at most this many columns or rows
 
 
 @styled
@@ -70,33 +70,33 @@ def map_figure(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Map of a quantity over two axes of a sweep; over its only axis, its values.
+    """Draw a map of a quantity over two axes of a sweep; over a single axis, draw its values.
 
     Parameters
     ----------
     results : Results
-        at least one axis. Of more than two the longest ones are drawn; the others stand at their first value, which
-        is named.
+        sweep with at least one axis. Of more than two axes the two longest are drawn, at the first value of each other
+        axis, which the figure names.
     quantity : str
-        one of a summary, or "status", "margin"; "impact_power" for `energy` in W, where a scene with a mass is known;
-        "kept" for whether `gaps` are those of the undisturbed motion.
+        a quantity of the summary, "status" or "margin"; "impact_power", which is `energy` in W, for a scene with a
+        mass; "kept", which compares `gaps` with those of the undisturbed motion.
     x, y : str, optional
-        the axes drawn to the right and upwards; of the two longest ones the first and the second unless given.
+        axes to the right and upwards; by default the two longest ones, in the order of the sweep.
     curves : sequence, optional
-        of `vd.curves`, drawn over a map of A and B, or of a scene from which A and B follow.
+        from `vd.curves`, drawn over a map of A and B, or of axes of a scene that determine A and B.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; all values unless given. Values beyond it have colours of their
-        own, at the ends of the bar.
+        range of the colours of a continuous quantity; by default all values. Values beyond it have colours of their
+        own, shown at the ends of the bar.
     undisturbed : int array, optional
-        for "kept": `gaps` of the undisturbed motions, over the same axes with one value of ε and Δτ.
+        for "kept": `gaps` of the undisturbed motions, over the same axes, with one value each of ε and Δτ.
     k2 : Limits, optional
         limits in ε or Δτ over the other axis of the map, drawn as a line.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, for what was not recorded, where there is no axis, and for curves or limits of
-        another plane.
+        for an unknown quantity or axis, for a quantity that was not recorded, for results without an axis, and for
+        curves or limits of another plane.
 
     Examples
     --------
@@ -137,7 +137,7 @@ def draw_map(
     label: str,
     more: float = 0,
 ) -> tuple[Figure, Axes]:
-    """Draw cells, or marks over one axis, with their scale, named `label`; `more` inches for a legend."""
+    """Draw cells over two axes or marks over one, with a scale named `label`; `more` inches are for a legend."""
     fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
@@ -168,7 +168,7 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:
-    """The quantity over all axes: float64, NaN where there is none; int64 of gaps and sequences, -1 there."""
+    """Return a quantity over all axes: float64, NaN if undefined; gaps and sequences are int64, -1 if undefined."""
     if quantity == IMPACT_POWER:
         names = list(results.axes)
         along = np.meshgrid(*results.axes.values(), indexing="ij", sparse=True)
@@ -183,14 +183,14 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
-    """Map of 1 where the gaps are those of the undisturbed motion, else 0, or -1 where that has none."""
+    """Return 1 where the gaps are those of the undisturbed motion, else 0; -1 where that motion has no gaps."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions, for {KEPT}"))
     return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
 
 
 def borders_of(values: np.ndarray) -> np.ndarray:
-    """Borders of the cells of ascending values: float64 (n + 1,), half-way between them; decades if geometric."""
+    """Return the borders of cells around ascending values: float64 (n + 1,); if geometric, decimal logarithms."""
     u = np.log10(values) if is_geometric(values) else values
     if u[-1] == u[0]:
         return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
@@ -204,7 +204,7 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     rarest_last = np.argsort(-painted.counts, kind="stable")
     rank = np.empty(len(rarest_last) + 1)
     rank[rarest_last] = np.arange(1.0, len(rank))
-    rank[-1] = 0.0  # not computed: yields to whatever shares its pixel
+    rank[-1] = 0.0  # not computed: lowest rank, any other cell hides it
     image = rank[index.filled(-1)]
     extent: Any = []
     for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
@@ -219,11 +219,11 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     colours = ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]]))
     even_as_drawn = ax.transLimits + ax.transAxes
     add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5), transform=even_as_drawn)
-    ax.tick_params(which="both", direction="out", top=False, right=False)  # on colours, ticks inside are not seen
+    ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
-    """Numbers of the cells of ascending values in columns of one width as drawn."""
+    """Return the cell of ascending values that each of the equally wide columns of the image shows."""
     borders = borders_of(values)
     span = borders[-1] - borders[0]
     count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
@@ -234,7 +234,7 @@ def _evenly(values: np.ndarray) -> np.ndarray:
 
 
 def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Marks over the only axis: classes on rungs, other quantities on their scale, with arrows where beyond."""
+    """Draw marks over the only axis: classes on levels, other quantities on a scale; arrows mark values beyond it."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
     if n:
@@ -269,6 +269,6 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
 
 
 def apart(painted: Painted) -> list[Patch]:
-    """The key to what is set apart from the scale, and to the hatched ground."""
+    """Return the legend entries for colours outside the scale and for the hatched ground."""
     handles = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
     return handles + ([Patch(**HATCHED, label=painted.blank)] if painted.blank else [])

@@ -1,6 +1,6 @@
 """Fig. 1: mass, vibrating incline and obstacle, drawn from the description in §2 of the paper.
 
-Places are (s, n): s along the incline, upwards; n away from it.
+Places are (s, n): s up the incline, n normal to it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CORNER = (-0.9, GROUND)
 
 @styled
 def drawing() -> Figure:
-    """Mass, incline and obstacle; x, y, ξ' and F_H are positive along their arrows."""
+    """Draw mass, incline and obstacle. x, y, ξ' and F_H are positive in the direction of their arrows."""
     fig, axes = new(1, 1, height=2.8)
     ax = axes[0, 0]
     ax.set_axis_off()
@@ -56,7 +56,7 @@ def drawing() -> Figure:
 
 
 def _turned(place: Place) -> tuple[float, float]:
-    """Where (s, n) lies on the page."""
+    """Return the coordinates of (s, n) on the page."""
     c, s = math.cos(math.radians(ALPHA)), math.sin(math.radians(ALPHA))
     return place[0] * c - place[1] * s, place[0] * s + place[1] * c
 
@@ -72,7 +72,7 @@ def _line(ax: Axes, start: Place, end: Place, width: float = 0.5) -> None:
 
 
 def _arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], width: float, ends: str = "-|>") -> None:
-    """From `start` to `end`, both on the page."""
+    """Draw an arrow from `start` to `end`, in coordinates of the page."""
     look = {"arrowstyle": ends, "lw": width, "color": INK, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}
     ax.annotate("", end, start, arrowprops=look)
 
@@ -93,7 +93,7 @@ def _ground(ax: Axes) -> None:
 
 
 def _mass(ax: Axes) -> None:
-    """The mass, its weight, the friction on it, and which way is up."""
+    """Draw the mass, its weight, the friction on it, and the direction of ξ' > 0."""
     x, y = _turned((0.5 * (MASS[0] + MASS[1]), 0.5 * HEIGHT))
     ax.plot([x], [y], "o", ms=2.5, color=INK)
     _arrow(ax, (x, y), (x, y - 2.3), 0.8)

@@ -1,4 +1,4 @@
-"""Orbits as diagrams: bifurcations with the unstable branches, the map with its cobweb, multipliers."""
+"""Figures of orbits: bifurcations with unstable branches, multipliers, and the impact-phase map with a cobweb."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit
 
 CURVE_POINTS = 400
-CROWDED = 8  # bifurcations, from which there is a second panel for the range of A where they are dense
-DENSE = 0.6  # share of all bifurcations in that range, the shortest such
+CROWDED = 8  # from this many bifurcations on, a second panel shows the range of A where they are dense
+DENSE = 0.6  # that range is the shortest one with this share of all bifurcations
 
 
 @styled
@@ -42,16 +42,16 @@ def bifurcation_diagram(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Section values of every orbit over A, stable ones drawn through, unstable ones dashed.
+    """Draw the section values of every orbit over A, solid for stable orbits, dashed for unstable ones.
 
-    Where bifurcations are dense a second panel shows that range of A.
+    If there are many bifurcations, a second panel shows the range of A where they are dense.
 
     Parameters
     ----------
     found : Family
         of a file of `vibrodrive orbits` over A.
     brute : Results, optional
-        a sweep over A alone at the same section phase; drawn in grey underneath.
+        sweep with A as its only axis, at the same section phase; drawn in grey below the orbits.
     quantity : str
         "dxi" or "xi".
     section_phase : float
@@ -104,7 +104,7 @@ def bifurcation_diagram(
 
 
 def views(found: Family) -> list[tuple[float, float]]:
-    """Ranges of A, a panel each: all, and the part where bifurcations are dense if there are many."""
+    """Return the range of A of each panel: all, and the part where bifurcations are dense if there are many."""
     whole = (float(found.A[0]), float(found.A[-1]))
     at = np.sort([b.A for b in found.bifurcations])
     if len(at) < CROWDED:
@@ -114,13 +114,13 @@ def views(found: Family) -> list[tuple[float, float]]:
     k = int(spans.argmin())
     margin = 0.12 * float(spans[k])
     low, high = at[k] - margin, at[k + several - 1] + margin
-    inside = at[_within(at, low - 0.5 * margin, high + 0.5 * margin)]  # no mark at an edge
+    inside = at[_within(at, low - 0.5 * margin, high + 0.5 * margin)]  # no mark at the edge of a panel
     low, high = min(low, inside[0] - 0.5 * margin), max(high, inside[-1] + 0.5 * margin)
     return [whole, (max(whole[0], float(low)), min(whole[1], float(high)))]
 
 
 def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple[float, float]]:
-    """Set the range of panel k, shade in it that of the next; return the ranges in which it marks bifurcations."""
+    """Set the range of panel k and shade the range of the next panel; return the ranges where k has marks."""
     low, high = ranges[k]
     ax.set_xlim(low, high)
     if len(ranges) == 1:
@@ -129,7 +129,7 @@ def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple
     if k == len(ranges) - 1:
         return [(low, high)]
     closer = ranges[k + 1]
-    ax.axvspan(*closer, color="0.9", lw=0, zorder=0, label=f"bifurcations there: {chr(ord('b') + k)})")
+    ax.axvspan(*closer, color="0.9", lw=0, zorder=0, label=f"bifurcations: see {chr(ord('b') + k)})")
     return [(low, closer[0]), (closer[1], high)]
 
 
@@ -141,9 +141,10 @@ def _within(values: np.ndarray, low: float, high: float) -> np.ndarray:
 def multiplier_diagram(
     found: Family, *, ax: Any = None, style: Style | None = None, width: Width | None = None
 ) -> Figure:
-    """The multiplier of every orbit over A, logarithmic beyond ±1; orbits that rest lie on 0.
+    """Draw the multiplier of every orbit over A, on a scale that is logarithmic beyond ±1.
 
-    Where bifurcations are dense a second panel shows that range of A.
+    An orbit with a rest has the multiplier 0. If there are many bifurcations, a second panel shows the range of A where
+    they are dense.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def multiplier_diagram(
     heights = [np.array([next((m for m in s if m == m), math.nan)]) for s in sides]
     for k, ax in enumerate(axes[:, 0]):
         for level in (-1.0, 0.0, 1.0):
-            ax.axhline(level, color=look().support, lw=0.6, zorder=1)  # above the grey of `_view`
+            ax.axhline(level, color=look().support, lw=0.6, zorder=1)  # above the shade of `_view`
         for branch, y in curves:
             _curve(ax, branch, y)
         _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
@@ -188,19 +189,19 @@ def cobweb(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """The impact-phase map, its breakpoints dotted, with the cobweb of one of its orbits.
+    """Draw the impact-phase map with dotted lines at its breakpoints, and the cobweb of one of its orbits.
 
     Parameters
     ----------
     A, B : float
-        excitation amplitude, and incline over friction; dimensionless.
+        excitation amplitude, and gravity along the incline over friction; dimensionless.
     orbit : Orbit, optional
-        of `orbits` at the same A and B; no cobweb unless given. That of an orbit of one impact is a point.
+        from `orbits` at the same A and B; by default no cobweb. The cobweb of an orbit with one impact is a point.
 
     Raises
     ------
     TypeError, ValueError
-        if A or B is no number or out of range.
+        if A or B is not a number or out of range.
 
     Examples
     --------
@@ -217,7 +218,7 @@ def cobweb(
     ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="image = phase")
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
-        # close to a grazing the map falls like a square root: points are denser at the ends
+        # close to a grazing the map falls like a square root; so the points are denser at the ends
         inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase
@@ -238,7 +239,7 @@ def cobweb(
 
 
 def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
-    """The curves of one branch, dashed if it is unstable."""
+    """Draw the curves of one branch, dashed if it is unstable."""
     if branch.unstable:
         drawn: dict[str, Any] = {"color": look().other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
     else:
@@ -249,7 +250,7 @@ def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
 def _marks(
     ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], where: Sequence[tuple[float, float]]
 ) -> None:
-    """Bifurcations in some ranges of A, by kind."""
+    """Mark the bifurcations in the ranges `where` of A, by kind."""
     for name, kind in BIFURCATIONS.items():
         points = [
             (b.A, y)

@@ -1,4 +1,4 @@
-"""Lines in a plane: bifurcations of the undisturbed motion, on their own or over a map, and over a map the limit k₂."""
+"""Lines in a plane: curves of bifurcations, as a figure or over a map, and the limit k₂ over a map."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 HALO = 0.7
 NUMBERED = "numbers on curves: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
-AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # from which A, and B, follow
+AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A, and B
 POINTS = 400
-SAME = 1e-12  # relative difference of two equal parameters, at most
+SAME = 1e-12  # largest relative difference of equal parameters
 DISTURBANCES = ("eps", "dtau")
 
 
 class Line(NamedTuple):
-    """A curve of bifurcations as points of a plane (points,), whatever its axes are."""
+    """Curve of bifurcations as points (points,) of a plane with any axes."""
 
     kind: str
     period: int
@@ -44,13 +44,13 @@ class Line(NamedTuple):
 
 @styled
 def draw_lines(ax: Axes, lines: Sequence[Line]) -> None:
-    """Draw curves into a plane whose limits are set, over whatever is there, with the period of its orbit on each."""
+    """Draw curves over a plane whose limits are set, each with the period of its orbit."""
     known: set[str] = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
         kind = BIFURCATIONS[line.kind]
         colour = kind.colour if look().coloured else kind.ink
-        # the halos of all lie below the lines of all
+        # all halos are below all lines
         halo: dict[str, Any] = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
         ax.plot(line.across, line.up, "-", zorder=4, **halo)
         shown = line.kind not in known and _in_view(ax, line)
@@ -71,7 +71,7 @@ def _in_view(ax: Axes, line: Line) -> bool:
 
 
 def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:
-    """The period, at a share of the length of the curve (points, 2) as it is seen."""
+    """Write the period at this share of the visible length of the curve (points, 2)."""
     low, high = np.transpose((ax.get_xlim(), ax.get_ylim()))
     seen = points[((points >= low) & (points <= high)).all(axis=1)]
     if len(seen) < 2:
@@ -94,18 +94,18 @@ def curves_figure(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Curves in the plane (A, B), each with the period of its orbit; the points where two meet are marked.
+    """Draw curves of bifurcations in the plane (A, B), each with the period of its orbit.
 
     Parameters
     ----------
     curves : sequence of Curve
-        as from `vd.curves`.
+        from `vd.curves`.
     A, B : (float, float)
         ranges shown.
     max_period : int
-        longest period that was sought, for the note.
+        longest period of the orbits searched for; the note of the figure names it.
     meets : sequence of (A, B)
-        points where curves meet.
+        points where curves meet; they are marked.
 
     Examples
     --------
@@ -128,15 +128,17 @@ def curves_figure(
 
 
 def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list[Line]:
-    """Curves over A and B as lines in the plane of the axes x and y of results, in the units that figures show.
+    """Return curves over A and B as lines in the plane of the axes x and y of results, in the units of figures.
 
-    Where B follows from an axis, each point of a curve is a point there. Where B is one value, each A at which a curve
-    passes it is a line: over the frequency Ω0, a0 = const/Ω0². Raises ValueError.
+    If one axis determines B, each point of a curve is one point of the plane. If B is constant, a curve gives one line
+    for each A at which it reaches this B; over the frequency Ω0 the line is a0 = const/Ω0². Raises ValueError.
     """
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
-        raise ValueError(bad("curves", f"{len(curves)} curves", f"left out: they are of A and B, and this is {axes}"))
+        raise ValueError(
+            bad("curves", f"{len(curves)} curves", f"left out: they are over A and B, the map over {axes}")
+        )
     along = x if up == y else y
     known = _shared(results, x, y)
     if along not in INCLINES and not any(c.B.min() <= known["B"] <= c.B.max() for c in curves):
@@ -151,41 +153,41 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
 
 
 def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
-    """Parameters and scene of all points of a map; of an axis that is not drawn its first value."""
+    """Return the parameters and scene common to all points of a map; of an axis not drawn, the first value."""
     undrawn = {name: float(values[0]) for name, values in results.axes.items() if name not in (x, y)}
     return with_A_and_B({**results.scalars, **undrawn})
 
 
 def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, Any]) -> list[tuple[Any, np.ndarray]]:
-    """The A of a curve, and where that is on the axis `along`."""
+    """Return the lines of a curve: A, and the corresponding values of the axis `along`."""
     if along in INCLINES:
-        off_level = curve.B > 0.0  # μ is infinite there
+        off_level = curve.B > 0.0  # at B = 0, μ is infinite
         return [(curve.A[off_level], incline_axis(along, curve.B[off_level], known))]
     ends = np.linspace(values.min(), values.max(), POINTS)
     return [(np.full(POINTS, A), ends) for A in curve.at(known["B"])]
 
 
 def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> None:
-    """Draw k₂ over the axis of a file of limits into a map of that axis and the disturbance.
+    """Draw the limits k₂ of a file over a map whose axes are the axis of the file and the disturbance.
 
-    Raises ValueError for limits over another axis, in another disturbance or of other parameters.
+    Raises ValueError for limits over another axis, in another disturbance or with other parameters.
     """
     disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
     curve = (disturbance, Method(results.settings.method).name.lower())
     other = x if y == disturbance else y
     if y is None or other is None or curve not in found.curves or list(found.axes) != [other]:
         has = f"over {', '.join(found.axes)} in {', '.join(f'{d} ({m})' for d, m in found.curves)}"
-        needed = f"limits over one axis and in the disturbance that are those of the map, {x} and {y}"
+        needed = f"limits over one axis and in one disturbance, which are the axes of the map, {x} and {y}"
         raise ValueError(bad("limits", has, needed))
     shared = _shared(results, x, y)
     for name, value in found.fixed.items():
         if name in shared and not np.isclose(value, shared[name], rtol=SAME, atol=0.0):
-            raise ValueError(bad("limits", f"{name} = {value:g}", f"of {name} = {shared[name]:g}, as the map"))
+            raise ValueError(bad("limits", f"{name} = {value:g}", f"for {name} = {shared[name]:g}, as the map"))
     k2, along = found.known()[found.curves.index(curve)], found.axes[other]
     points = (along, k2) if x == other else (k2, along)
     view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
     ax.plot(*points, color="white", lw=1.4 + 2 * HALO, zorder=4, label="_")
-    does = "leaves one motion" if found.quantity == "ku" else "breaks it"
+    does = "leaves only one motion" if found.quantity == "ku" else "breaks the structure"
     label = named(found.quantity, f"limit $k_2$: the least disturbance that {does}")
     ax.plot(*points, color=INK, lw=1.4, zorder=5, label=label)
     ax.set(**view)

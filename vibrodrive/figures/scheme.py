@@ -1,4 +1,4 @@
-"""Fig. 2: the scheme of states, drawn from the table of transitions that the kernels follow."""
+"""Fig. 2: states and transitions, drawn from the table of transitions that the kernels use."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ BOXES = {
     State.REST: ((0.0, 0.0), "interruption\n" + r"at the obstacle"),
 }
 
-HALF = (0.62, 0.3)  # of a box
+HALF = (0.62, 0.3)  # half the width and height of a box
 THICK = 2.2
-SHIFT = 0.13  # between arrows that go both ways
+SHIFT = 0.13  # shift of each arrow of a pair in opposite directions
 Point = tuple[float, float]
 
 SLANTING: dict[tuple[State, State], tuple[Point, Point]] = {
@@ -46,14 +46,14 @@ def scheme(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """The five states and the changes between them, those of a motion thick.
+    """Draw the five states and the transitions between them, with thick arrows for those of a motion.
 
     Parameters
     ----------
     path : collection of (before, after)
-        changes of the motion, as pairs of `State`.
+        transitions of the motion, as pairs of `State`.
     named : str
-        what they are called in the legend.
+        label of these transitions in the legend.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def _box(centre: Point) -> Rectangle:
 
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:
-    """Ends of an arrow between two boxes; one of a pair runs to the left of its direction."""
+    """Return the ends of an arrow between two boxes; an arrow of a pair is shifted to its left side."""
     if (before, after) in SLANTING:
         return SLANTING[before, after]
     (x0, y0), (x1, y1) = BOXES[before][0], BOXES[after][0]
@@ -106,7 +106,7 @@ def _arrow(ax: Axes, before: State, after: State, paired: bool, thick: bool) -> 
 
 
 def _label(ax: Axes, before: State, after: State, paired: bool, function: str, decision: str) -> None:
-    """The switching condition and the decision: beside an upright or level arrow, on a slanting one."""
+    """Write the switching condition and the decision, on a slanting arrow or beside any other."""
     (x0, y0), (x1, y1) = _ends(before, after, paired)
     parts = [f"S_{function[1]} = 0"] if function else []
     parts += [decision.replace("<=", r"\leq")] if decision else []

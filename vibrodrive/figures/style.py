@@ -1,9 +1,9 @@
-"""What all figures share: two looks (looks.py), two widths (one column of a page, or both), names, notes and legends.
+"""Parts common to all figures: two styles (looks.py), two widths (one or two columns), names, notes and legends.
 
-A function that is `styled` takes `style` and `width`; what they leave open is what is in force around the call
-(`drawn_as`), at the outermost "screen" and "double".
+A `styled` function takes `style` and `width`. Without them the values of the enclosing `drawn_as` apply, or else
+"screen" and "double".
 
-No pyplot: a Figure is an object that is returned, drawn headless (Agg) and saved by the caller.
+This module does not use pyplot: a Figure is drawn without a display (Agg) and returned; the caller saves it.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from vibrodrive.model.names import NAMES, SCENE_AXES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
 
-INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}  # 174 and 84 mm, the narrower of the usual journals
+INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}  # 174 and 84 mm, the columns of narrow journals
 RESOLUTION = 250  # pixels per inch
-LEGEND_LINE, BETWEEN = 2.8, 1.2  # widths of a letter
+LEGEND_LINE, BETWEEN = 2.8, 1.2  # in units of the letter size
 MARGIN = 0.8  # inches beside the axes
 GAP = 40.0  # points between the name of a panel and its note
-NOTE = 0.8  # of the size of titles
+NOTE = 0.8  # size of a note relative to titles
 LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
-"""Sizes in points: of titles, of the symbols at the axes, and of numbers and legends."""
+"""Sizes of letters in points: titles, symbols at the axes, numbers and legends."""
 
 PHASES = ("section_phase", "tau0")
 PARTS = (1, 2, 3, 4, 6)
@@ -65,8 +65,8 @@ COMMON: dict[str, Any] = {
     "figure.dpi": 100,
     "savefig.dpi": RESOLUTION,
     "pdf.fonttype": 42,  # the letters used are embedded as a TrueType font: journals refuse the default, Type 3
-    "svg.fonttype": "path",  # letters as outlines: the same where the fonts are not installed
-    "svg.hashsalt": "vibrodrive",  # element names by content: the same figure is the same file
+    "svg.fonttype": "path",  # letters as outlines: the fonts need not be installed
+    "svg.hashsalt": "vibrodrive",  # element names by content: equal figures give equal files
     "agg.path.chunksize": 20000,
 }
 
@@ -79,13 +79,13 @@ _GIVEN_AXES: ContextVar[Any] = ContextVar("given axes", default=None)
 
 
 def in_drawings() -> float:
-    """Size of the letters in a drawing, in points."""
+    """Return the size of the letters in a drawing, in points."""
     return 6.2 if narrow() else 9.5
 
 
 @contextmanager
 def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
-    """Draw in this style and for this width until the block ends; None leaves what is in force. Raises ValueError."""
+    """Set style and width of all figures drawn within the block; None keeps the current one. Raises ValueError."""
     if style is not None and style not in STYLES:
         raise ValueError(bad("style", style, "one of " + ", ".join(STYLES)))
     if width is not None and width not in WIDTHS:
@@ -105,7 +105,7 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
 
 
 def styled(function: _F) -> _F:
-    """Run a drawing function as `drawn_as` its arguments `style` and `width`; `new` returns the axes given as `ax`."""
+    """Run a drawing function within `drawn_as(style, width)`; `new` returns the axes given as `ax`."""
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
@@ -126,27 +126,27 @@ def styled(function: _F) -> _F:
 
 SHARED_PARAMETERS = """\
 ax : Axes or sequence of Axes, optional
-    where to draw, one for each panel; a new figure unless given.
+    axes to draw into, one for each panel; by default those of a new figure.
 style : "screen" or "print", optional
-    colours that the colour-blind tell apart, or the black and white of a journal; "screen" unless given.
+    colours that colour-blind readers can distinguish, or black and white for a journal; by default "screen".
 width : "double" or "single", optional
-    of a new figure: for two columns of a page, at most 174 mm, or for one, 84 mm; "double" unless given."""
+    width of a new figure: two columns of a page, at most 174 mm, or one column, 84 mm; by default "double"."""
 
 SHARED_RETURNS = """\
 Returns
 -------
 Figure
-    of Matplotlib, which shows itself in a notebook; `savefig` writes it. That of `ax`, if given."""
+    Matplotlib figure, which a notebook displays and `savefig` writes; with `ax`, the figure of these axes."""
 
 SHARED_RAISES = """\
 ValueError
-    for an unknown style or width, and unless `ax` is one Axes for each panel."""
+    for an unknown style or width, and if `ax` does not have one Axes for each panel."""
 
 HEADING = re.compile(r"\n\n(?=[A-Z]\w+\n-+\n)")
 
 
 def with_shared(text: str) -> str:
-    """Add what all figures share to a docstring with Parameters in the form of NumPy."""
+    """Add the texts above to a NumPy docstring that has Parameters."""
     head, *sections = HEADING.split(inspect.cleandoc(text))
     named = {section.partition("\n")[0]: section for section in sections}
     if "Parameters" not in named:
@@ -157,22 +157,22 @@ def with_shared(text: str) -> str:
 
 
 def look() -> Look:
-    """The colours in force."""
+    """Return the current colours."""
     return LOOKS[_CHOSEN.get()[0]]
 
 
 def narrow() -> bool:
-    """Whether the figure is for one column: panels then stand below each other rather than side by side."""
+    """Return whether the figure is for one column; panels are then below each other instead of side by side."""
     return _CHOSEN.get()[1] == "single"
 
 
 def symbol(name: str) -> str:
-    """Axis label of a parameter or quantity; a name that is not in the paper is shown unchanged."""
+    """Return the axis label of a parameter or quantity; a name without a symbol is unchanged."""
     return f"${SYMBOLS[name]}$" if name in SYMBOLS else name
 
 
 def number(value: float) -> str:
-    """A value as mathtext without dollars: 0.1, 3.04, 2·10⁻⁴."""
+    """Return a value as mathtext without dollars: 0.1, 3.04, 2·10⁻⁴."""
     text = f"{value:.6g}"
     if "e" not in text and (value == 0 or abs(value) >= 1e-2):
         return text
@@ -185,7 +185,7 @@ def number(value: float) -> str:
 
 
 def phase(value: float) -> str:
-    """A phase as mathtext without dollars: π/2, 3π/4, 0, 2."""
+    """Return a phase as mathtext without dollars: π/2, 3π/4, 0, 2."""
     for part in PARTS:
         count = round(value * part / math.pi)
         if count and value == count * math.pi / part:
@@ -195,7 +195,7 @@ def phase(value: float) -> str:
 
 
 def equation(name: str, value: float) -> str:
-    """“ε = 2·10⁻⁴” as mathtext."""
+    """Return an equation such as “ε = 2·10⁻⁴” as mathtext."""
     if name not in SYMBOLS:
         return f"{name} = ${number(value)}$"
     unit, value = UNITS.get(name, ""), float(as_shown(name, value))
@@ -204,16 +204,16 @@ def equation(name: str, value: float) -> str:
 
 
 def as_shown(name: str, values: Any) -> Any:
-    """Values of a parameter, number or array, in the unit that figures show."""
+    """Return values of a parameter, number or array, in the unit used in figures."""
     return values * NAMES[name].scale if name in SCENE_AXES else values
 
 
 class ShownFigure(Figure):
-    """A Figure that a notebook shows where it is the value of a cell, as those of pyplot are."""
+    """Figure that a notebook displays as the value of a cell, like a figure of pyplot."""
 
     @styled
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        """The picture at twice the resolution, and the size in pixels that it is to have."""
+        """Return the image at twice the resolution, and the size in pixels at which to display it."""
         width, height = (round(inches * self.dpi) for inches in self.get_size_inches())
         buffer = io.BytesIO()
         self.savefig(buffer, format="png", dpi=2 * self.dpi)
@@ -221,16 +221,17 @@ class ShownFigure(Figure):
 
 
 def given_axes() -> list[Axes]:
-    """The axes that the caller gave to draw into, none if the figure is new."""
+    """Return the axes given by the caller; [] for a new figure."""
     given = _GIVEN_AXES.get()
     return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
 
 
 def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
-    """A Figure and its axes as an object array (rows, cols); `height` and `width` in inches over two columns.
+    """Return a Figure and its axes as an object array (rows, cols); `height` and `width` in inches for two columns.
 
-    For one column it is narrower, and lower by the root of that: half way between the same shape and the same height.
-    Axes that the caller gave are returned instead, with their Figure. Raises ValueError unless there is one a panel.
+    For one column the width is smaller, and the height by the root of the same ratio: a compromise between equal shape
+    and equal height. Axes given by the caller are returned instead, with their Figure. Raises ValueError if these are
+    not one Axes for each panel.
     """
     if _GIVEN_AXES.get() is not None:
         given = given_axes()
@@ -246,7 +247,7 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["d
 
 
 def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
-    """Label the axes with the symbols of two quantities, with their units (None: leave as it is)."""
+    """Label the axes with the symbols of two quantities, with their units (None: no change)."""
     if x is not None:
         ax.set_xlabel(symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
     if y in UNITS:
@@ -256,13 +257,13 @@ def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
 
 
 def letter(ax: Axes, index: int, text: str = "") -> None:
-    """Name a panel a), b), … at its upper left, with what distinguishes it."""
+    """Write a), b), … and `text` at the upper left of a panel."""
     name = f"{chr(ord('a') + index)})"
     ax.set_title(f"{name} {text}".rstrip(), loc="left")
 
 
 def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
-    """Text for the whole panel, small, at its upper right; above its name where both do not fit, or if `above`.
+    """Write a note in small letters at the upper right of a panel; above its name if both do not fit or if `above`.
 
     A sequence is wrapped between its parts. `side` is "left" for a panel with a colour bar and without a name.
     """
@@ -282,13 +283,13 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
 
 
 def extent(text: str, size: float) -> float:
-    """Width of one line of text, which may have mathtext in it, in points."""
+    """Return the width of one line of text, which may contain mathtext, in points."""
     letters = FontProperties(family=COMMON["font.family"], math_fontfamily=COMMON["mathtext.fontset"], size=size)
     return TextToPath().get_text_width_height_descent(text, letters, ismath="$" in text)[0]
 
 
 def wrapped(parts: Sequence[str], room: float, size: float) -> str:
-    """Parts of a sentence, with commas between them, in lines of at most `room` points."""
+    """Join parts of a sentence with commas, in lines of at most `room` points."""
     lines = [""]
     for part in filter(None, parts):
         longer = f"{lines[-1]}, {part}" if lines[-1] else part
@@ -301,7 +302,7 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """A legend below a figure, in the last of given axes: all labels, each once, and `more`; in columns that fit."""
+    """Draw a legend of all labels, each once, and `more`: below a new figure, or in the last of given axes."""
     named: dict[str, Artist] = {}
     for ax in given_axes() or fig.axes:
         named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
@@ -309,7 +310,7 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
     if not named:
         return
     if given_axes():
-        light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" does not look at images
+        light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" ignores images
         given_axes()[-1].legend(list(named.values()), list(named), loc="best", **light)
         return
     columns = _columns(list(named), 72 * fig.get_figwidth())
@@ -317,7 +318,7 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
 
 
 def _columns(names: Sequence[str], room: float) -> int:
-    """The most columns of a legend that fit `room` points, without one more than its rows need."""
+    """Return the largest number of legend columns that fit `room` points, with no empty column."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
     # text is drawn a little wider than measured
     widths = np.array([1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names])
@@ -332,10 +333,10 @@ def _columns(names: Sequence[str], room: float) -> int:
 
 @styled
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
-    """Write a figure as .png, .pdf or .svg, by the ending; the same figure gives the same bytes.
+    """Write a figure as .png, .pdf or .svg, by the ending of `path`; equal figures give equal bytes.
 
-    An older file is replaced only when the new one is complete. Raises ValueError for another ending, OSError naming
-    the figure if the system refuses.
+    An older file is replaced only when the new one is complete. Raises ValueError for another ending, and OSError with
+    the path if the system refuses.
     """
     path = Path(path)
     ending = path.suffix.lower()

@@ -64,7 +64,7 @@ class Driver:
     def __str__(self) -> str:
         """Return a table: this motion, and those with 1 % less and more of each quantity."""
         s = self.scene
-        rows = [("here", self)]
+        rows = [("driver", self)]
         for name, pair in self.beside.items():
             rows += [(f"{VARIED[name]} {sign}1 %", one) for sign, one in zip("−+", pair, strict=True)]
         leaves = "the mass leaves the obstacle (A > 1 + B)" if s.A > 1 + s.B else "the mass rests (A ≤ 1 + B)"
@@ -85,18 +85,20 @@ class Driver:
 
 SHOWN = {
     "period": ("period", "ms", 1e3),
-    "blows": ("blows", "1/s", 1.0),
-    "speed": ("fastest", "m/s", 1.0),
+    "blows": ("impacts", "1/s", 1.0),
+    "speed": ("max speed", "m/s", 1.0),
     "power": ("power", "W", 1.0),
     "friction": ("friction", "W", 1.0),
     "lift": ("lift", "mm", 1e3),
-    "conveying": ("free", "mm/s", 1e3),
+    "conveying": ("conveying", "mm/s", 1e3),
 }
 """Columns of the table: heading, unit, and factor from the SI unit to it."""
 
 FREE = """\
-free: mean conveying velocity without an obstacle, negative down the incline; with the obstacle it is 0.
-power: power of the blows; –: the motion does not repeat within 64 excitation periods."""
+impacts: number per second, touches included; max speed: velocity of the fastest impact.
+power, friction: mean power of the impacts and of friction; lift: largest gap.
+conveying: mean velocity without an obstacle, negative down the incline; with the obstacle it is 0.
+–: the motion does not repeat within 64 excitation periods."""
 
 
 def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:

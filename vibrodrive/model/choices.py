@@ -47,7 +47,7 @@ class Scan(Named):
 
 
 class Status(Named):
-    """Result of a trajectory: OK, or the reason why not. `advice` says what to do.
+    """Result of a trajectory: OK, or the reason why not. `advice` names the action to take.
 
     Examples
     --------
@@ -67,17 +67,17 @@ class Status(Named):
 
     @property
     def advice(self) -> str:
-        """One sentence with the result and the remedy."""
+        """One sentence with the result and the action to take."""
         return _ADVICE[self]
 
 
 _ADVICE = {
-    Status.OK: "every switch was located and decided, from the state that it starts from",
-    Status.TOO_CLOSE: "a decision was closer than rounding, or what it has grown to, can tell: the motion before it "
-    "stands, after it the other branch is as good; move a parameter slightly to see both",
-    Status.BUDGET: "the switch budget of one period is spent (chatter): what follows is not computed; "
-    "raise `budget` if so many switches are meant",
+    Status.OK: "every switch was located and decided, each from the computed state in which it starts",
+    Status.TOO_CLOSE: "the margin of a decision is below its error (rounding, and its growth along the motion): the "
+    "motion before it is valid, after it the other branch is equally valid; change a parameter slightly to see both",
+    Status.BUDGET: "one period has used up its budget of switches (chatter): the motion after it is not computed; "
+    "raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
-    "the section is constant; this is an answer, not a fault",
+    "the section is constant; this is a valid result, not an error",
     Status.NOT_COMPUTED: "not computed yet: resume the sweep",
 }

@@ -58,7 +58,7 @@ SECTIONS = (
 )
 
 POINTS = (
-    Variable("margin", "<f8", "", math.nan, "how close the closest decision came to going the other way"),
+    Variable("margin", "<f8", "", math.nan, "distance of the closest decision from the opposite one"),
     Variable("switches", "<i8", "state", -1, "switches into each state within the recorded periods"),
     Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
     Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "how the trajectory ended"),
