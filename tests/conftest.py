@@ -1,4 +1,4 @@
-"""What holds for every test: kernels compiled once before the workers start, two threads, and what the marks mean.
+"""Settings for all tests: kernels are compiled once before the workers start, two threads, and marks.
 
 The tests are a package, so `from tests.support.reference import reference` works from the repository root.
 """
@@ -18,16 +18,16 @@ import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is impor
 import pytest
 from hypothesis import settings
 
-settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples every time, on any machine
+settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run, on any machine
 settings.load_profile("tests")
 
-os.environ.setdefault("NUMBA_NUM_THREADS", "2")  # before Numba is imported: tests ask for two threads on one core, too
+os.environ.setdefault("NUMBA_NUM_THREADS", "2")  # set before Numba is imported; tests use two threads
 
 COMPILES = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile before pytest-xdist starts its workers: each of them would compile the same kernels at the same time."""
+    """Compile before pytest-xdist starts its workers; otherwise each of them would compile the same kernels."""
     config = session.config
     if not COMPILES or hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
         return
@@ -41,7 +41,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def compile_kernels() -> None:
-    """Call every kernel that several tests use, or load it from disk: on two cores, in processes of their own."""
+    """Call every kernel that several tests use, or load it from the cache, in two processes."""
     methods = ("certified", "muller", "fixed")
     sweeps = [(_sweep, m, eps, record) for m in methods for eps in (0.0, 2e-4) for record in ("summary", "section")]
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
@@ -82,7 +82,7 @@ UNIT = (
     "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py",
     "validation/",
 )  # fmt: skip
-"""Where tests are `unit` unless one of these marks says otherwise:"""
+"""Files and folders whose tests are `unit` if they have none of these marks:"""
 
 NO_UNIT = ("jit", "slow", "browser", "integration")
 
@@ -91,8 +91,10 @@ HERE = Path(__file__).parent
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the unit tests, see that what is slow says why, and leave out what is marked `jit` where Numba does not
-    compile: it would run for hours."""
+    """Mark the unit tests, check the reasons of slow ones, and skip tests marked `jit` if Numba does not compile.
+
+    Without compiled kernels, tests marked `jit` would run for hours.
+    """
     skip = pytest.mark.skip(reason="needs compiled kernels")
     for item in items:
         if item.path.relative_to(HERE).as_posix().startswith(UNIT) and not any(m in item.keywords for m in NO_UNIT):
@@ -104,7 +106,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
-    """List what is slow, each reason once: `pytest -m slow --collect-only`."""
+    """List slow tests, each reason once: `pytest -m slow --collect-only`."""
     if not config.option.collectonly:
         return []
     reasons: dict[str, int] = {}
@@ -116,7 +118,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
 
 
 class _Guard:
-    """Refuses, while a unit test runs, to compile or load a kernel and to start a process."""
+    """Guard that stops a unit test from compiling or loading a kernel and from starting a process."""
 
     on = False
 
@@ -169,7 +171,7 @@ HANDLERS = {s: signal.getsignal(s) for s in HANDLED}
 
 @pytest.fixture(autouse=True)
 def _signal_handlers():
-    """Each test leaves the handlers of signals as they were at the beginning: the command line sets its own."""
+    """Restore the signal handlers after each test, as the command line sets its own."""
     yield
     for s, handler in HANDLERS.items():
         signal.signal(s, handler)
@@ -193,7 +195,7 @@ def run(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Blocks that cost nothing in the place of the kernels'; returns the list of those computed."""
+    """Replace the computation by blocks without one; return the list of computed blocks."""
     from tests.support import fake
 
     computed = []

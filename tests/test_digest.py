@@ -1,7 +1,8 @@
-"""One number over all switching paths: a change that is not meant to change a result must leave it as it is.
+"""One digest over all switching paths: a change that should not change results must not change it.
 
-Sines, roots and fused products are spelled out (trig.py, branchless.py), so the bits are the same on every machine. A
-repair that changes results changes the digest: the commit says which results, and why. CONTRIBUTING.md says more.
+Sines, roots and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same on
+every machine. A correction that changes results changes the digest; the commit says which results, and why. See
+CONTRIBUTING.md.
 """
 
 from __future__ import annotations

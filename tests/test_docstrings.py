@@ -1,4 +1,4 @@
-"""What the docstrings of the public names show runs, and comes out as shown."""
+"""Examples in the docstrings of the public names run, and give the output shown."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS
 NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
 PLAIN = {"plot.cobweb", "plot.failures", "plot.limits"}
-"""Figures of nothing that is simulated."""
+"""Figures that need no simulation."""
 
 LONG = {
     "bifurcations",
@@ -41,7 +41,7 @@ LONG = {
     "sweep",
     "unique_limit",
 } | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
-"""Those whose examples would take minutes without compiled kernels."""
+"""Names whose examples take minutes without compiled kernels."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
@@ -65,7 +65,7 @@ def test_figures_are_called_by_their_public_names():
 
 
 def _write_sweep(path):
-    """A file of the configuration of Fig. 7, of few points."""
+    """Write a file of the configuration of Fig. 7 with few points."""
     few = ["A={start = 3.0, stop = 3.25, num = 2}", "transient=0", "periods=1"]
     with open("fig07.toml", "w") as file:
         file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
@@ -73,13 +73,13 @@ def _write_sweep(path):
 
 
 def _write_limits(path):
-    """A file of limits, laid out and still empty."""
+    """Write a file of limits without results."""
     found = config.parse("[sweep]\nA = 2.0\nB = [0.1, 0.2]\n")
     create(Path(path), found, found.plan().axes, "impacts")
 
 
 def _write_failures(path):
-    """A failure map, laid out; no switch is judged yet."""
+    """Write a failure map without judged switches."""
     found = config.parse("[sweep]\nA = [2.0, 3.0]\ndtau = [0.01, 0.1]\n[switching]\nmethod = 'fixed'\n")
     with new_file(Path(path)) as file:
         lay_out(file, found)
@@ -97,7 +97,7 @@ FILES = {
     "plot.multipliers": {"orbits.h5": _write_orbits},
     "plot.orbits": {"orbits.h5": _write_orbits},
 }
-"""Files of which examples speak, and what writes them."""
+"""Files used in examples, and the functions that write them."""
 
 
 @pytest.mark.parametrize("name", sorted(NAMES))
@@ -112,14 +112,14 @@ def test_docstrings_say_what_goes_in_and_what_is_refused(name):
 
 
 def section_of(thing, title):
-    """A section of a docstring in the form of NumPy."""
+    """Return a section of a docstring in NumPy's format."""
     text = inspect.getdoc(thing) or ""
     found = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
     return found[1] if found else ""
 
 
 def entries(thing, *titles):
-    """Names at the beginning of the entries of sections, several of which may share one."""
+    """Return the names of the entries of sections; several names may share an entry."""
     heads = re.findall(r"^(\S.*)$", "\n".join(section_of(thing, title) for title in titles), re.MULTILINE)
     return {name.strip(" *") for head in heads for name in head.split(" : ")[0].split(",")}
 

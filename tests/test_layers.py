@@ -1,4 +1,4 @@
-"""Who may import whom: the contracts of pyproject.toml hold, and a breach is noticed."""
+"""Allowed imports: the contracts of pyproject.toml hold, and a violation is reported."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def lint(folder):
-    """Exit code and report of the linter on the package in a folder."""
+    """Return exit code and report of the linter for the package in a folder."""
     code = "from importlinter.cli import lint_imports_command as lint; lint(['--no-cache'])"
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -31,7 +31,7 @@ def lint(folder):
 
 @pytest.fixture
 def copy(tmp_path):
-    """The package and its contracts, where they may be spoilt."""
+    """Return a folder with a copy of the package and its contracts, for edits."""
     shutil.copytree(ROOT / "vibrodrive", tmp_path / "vibrodrive", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     return tmp_path
@@ -64,11 +64,11 @@ def test_a_breach_is_noticed(copy, module, line, complaint):
 
 
 CIRCLES = {"vibrodrive.batch.trajectory", "vibrodrive.stability.structure", "vibrodrive.periodic.curves"}
-"""Modules that still import, inside a function or for types alone, what imports them."""
+"""Modules that import a module that imports them, within a function or for types only."""
 
 
 def test_no_module_imports_what_imports_it():
-    """Imports inside functions and those for types alone included: the contracts do not see the latter."""
+    """This includes imports within functions, and imports for types only, which the contracts ignore."""
     paths = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in (ROOT / "vibrodrive").rglob("*.py")}
     imported: dict[str, set[str]] = {}
     for name, path in paths.items():

@@ -1,4 +1,4 @@
-"""docs/model.md: every file and function that it names is there, and says itself which equation it is."""
+"""docs/model.md: its files and functions exist, and their docstrings name the same equations."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ PAGE = ROOT / "docs" / "model.md"
 TEXT = PAGE.read_text()
 
 LINK = re.compile(r"\[`([\w.]+)`\]\(\.\./([\w/]+\.py)\)((?:[:,]\s`\w+`)*)")
-"""A file, by name and by path, and what of it is meant: [`file.py`](../path/file.py): `one`, `another`."""
+"""Link to a file, by name and path, with the names used in it: [`file.py`](../path/file.py): `one`, `another`."""
 
 
 def named(text: str) -> list[tuple[str, str]]:
-    """(path, function) for every function that `text` says stands in a file."""
+    """Return (path, function) for every function that `text` names in a file."""
     return [(path, name) for _, path, names in LINK.findall(text) for name in re.findall(r"\w+", names)]
 
 
 def definitions(path: str) -> dict[str, str]:
-    """The functions, classes and constants of a file, with their docstrings."""
+    """Return the functions, classes and constants of a file, with their docstrings."""
     found = {}
     for node in ast.parse((ROOT / path).read_text()).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
@@ -33,7 +33,7 @@ def definitions(path: str) -> dict[str, str]:
 
 
 def equations(docstring: str) -> set[int]:
-    """The numbers in "eq. (2)", "eqs. (3)-(5)", "eqs. (4), (5)"."""
+    """Return the numbers in "eq. (2)", "eqs. (3)-(5)", "eqs. (4), (5)"."""
     numbers: set[int] = set()
     for group in re.findall(r"\beqs?\.\s((?:\(\d+\)(?:-|,\s)?)+)", docstring):
         for first, last in re.findall(r"\((\d+)\)(?:-\((\d+)\))?", group):

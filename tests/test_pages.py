@@ -1,6 +1,6 @@
-"""README and pages: links lead somewhere, commands can be typed, what is shown runs, what is counted is there.
+"""README and pages: links exist, commands are valid, examples run, and counts are right.
 
-Cells (`{code-cell}`) run when the site is built (.ci/run); everything else that is shown is checked here.
+Cells (`{code-cell}`) run when the site is built (.ci/run); all other examples are checked here.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.rel
 
 
 def blocks(text, language):
-    """Fenced blocks of a page: of a language, or cells of the site."""
+    """Return fenced blocks of a page: of a language, or cells of the site."""
     found = re.findall(r"^```(\S+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     return [content for name, content in found if name == language]
 
 
 def typed(text):
-    """Command lines of a page, as one would type them: in blocks of sh, in cells of %%sh, in words."""
+    """Return the command lines of a page: in blocks of sh, in cells of %%sh, and in the text."""
     shell = blocks(text, "sh") + [cell for cell in blocks(text, "{code-cell}") if "%%sh" in cell]
     lines = [
         re.sub(r"\s(#|\d?>).*", "", line)
@@ -54,14 +54,14 @@ def typed(text):
 
 
 def anchors(path):
-    """The names that headings of a page are linked by, as GitHub makes them."""
+    """Return the anchors of the headings of a page, as GitHub forms them."""
     text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
     titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 def links(path):
-    """Targets of the links and pictures of a page or notebook."""
+    """Return the targets of the links and pictures of a page or notebook."""
     text = path.read_text()
     if path.suffix == ".ipynb":
         text = "\n".join(
@@ -97,7 +97,7 @@ def test_commands_can_be_typed(page):
 
 
 def _parse(line, name, *arguments):
-    """Whether the command takes that; a name alone, or with options alone, stands for the command."""
+    """Assert that the command accepts these arguments; a name without arguments, or with options only, is a mention."""
     if name.startswith("--"):
         return
     assert name in cli.commands, line
@@ -151,7 +151,7 @@ def test_the_table_of_keys_names_every_key():
 
 @each_page
 def test_formulas_have_their_braces(page):
-    """Without them the site draws another formula, unlike GitHub."""
+    """The site needs the braces to draw the formula as GitHub does."""
     text = page.read_text()
     assert not re.search(r"\\[td]?frac(?!\{)|\\(hat|bar|tilde)(?!\{)|\\hat\{[^{}]*\}_", text)
 
@@ -176,7 +176,7 @@ def test_the_python_of_the_readme_runs_and_gives_what_it_says():
 
 @pytest.mark.jit
 def test_the_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
-    """Over fewer values than the page names."""
+    """The example runs with fewer values than the page names."""
     monkeypatch.chdir(tmp_path)
     few = [word for s in ("A.num=3", "transient=20", "periods=20") for word in ("--set", s)]
     arguments = [str(ROOT / "configs/limits.toml"), "-o", "limits.h5", "--set", "A.start=2.8", *few]
@@ -242,7 +242,7 @@ def test_the_citation_is_of_this_version():
 
 
 def test_the_chart_of_stored_data_is_drawn_once(tmp_path, monkeypatch, capsys):
-    """Running its driver leaves the tracked figure as it is while the data are those that it shows."""
+    """The driver keeps the tracked figure unchanged while the stored data are those of the figure."""
     stored = ROOT / "benchmarks/results/work_precision.json"
     picture, tracked = tmp_path / "accuracy_speed.png", accuracy_speed.PICTURE.read_bytes()
     (tmp_path / stored.name).write_bytes(stored.read_bytes())

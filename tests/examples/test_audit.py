@@ -1,4 +1,4 @@
-"""The audit of somebody's switches: certified ones pass, and each kind of error is named where it was made."""
+"""The audit of switches from another program: certified ones pass, and each error is named at its place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from examples.audit import MISSED, OTHER, RIGHT, Switch, audit, read, report
 
 
 def certified(A, eps=0.0, periods=6):
-    """Switches as a program would list them, from a certified motion: at each, what begins there."""
+    """Return the switches of a certified motion as another program would list them, each with its new state."""
     rows = vd.simulate(A, eps=eps, transient=0, periods=periods).switches
     rows = rows[rows["after"] != vd.State.IMPACT]
     landed = rows["before"] == vd.State.IMPACT

@@ -1,4 +1,4 @@
-"""The driver in SI units: against a single motion, and against the limit that `vd.limit` gives."""
+"""The driver in SI units, compared with a single motion and with the limit of `vd.limit`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from examples.driver import DRIVER, course, figure, stands
 @pytest.mark.jit
 def test_the_course_is_that_of_single_motions():
     found = course([85.0, 120.0, 150.0])
-    assert found.power[0] == found.blows[0] == 0.0, "too slow to leave the obstacle"
+    assert found.power[0] == found.blows[0] == 0.0, "the first speed is too low to leave the obstacle"
     for i in (1, 2):
         scene = vd.Scene(omega0=found.omega0[i], **DRIVER)
         motion = vd.simulate(scene.A, B=scene.B, transient=1000, periods=60)
@@ -47,7 +47,7 @@ SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
 def free_velocity(A: float, B: float, steps: int = 20_000) -> float:
-    """Mean ξ' of a mass that slides without an obstacle, from an explicit Euler loop: error about 1e-3."""
+    """Return the mean ξ' of a mass that slides without an obstacle, by an explicit Euler loop: error about 1e-3."""
     dxi, mean, h = 0.0, 0.0, 2.0 * math.pi / steps
     for k in range(12 * steps):
         if k >= 11 * steps:

@@ -1,4 +1,4 @@
-"""Pixels of a map agree with the list of orbits; and the comparison sees where they do not."""
+"""Pixels of a map agree with the list of orbits; the comparison finds disagreements."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def test_pixels_off_the_curves_agree_with_the_list():
 
 @pytest.mark.jit
 def test_what_does_not_agree_is_followed_on_for_its_reason(monkeypatch):
-    """A = 3.0554 settles slowly, 2e-3 below a doubling; the list is made to lie for the other two pixels."""
+    """A = 3.0554 settles slowly, 2e-3 below a doubling; the list is falsified for another pixel."""
     A, B = np.array([2.8, 3.0554]), np.array([0.1, 0.3])
     true = map_agreement.stable_orbits
 
     def listed(a, b, longest):
         orbits = true(a, b, longest)
-        if (a, b) == (2.8, 0.1):  # faster than any is
+        if (a, b) == (2.8, 0.1):  # faster than the true orbit
             return [SimpleNamespace(**{**vars(orbits[0]), "speeds": orbits[0].speeds + 1.0})]
         return orbits
 

@@ -1,4 +1,4 @@
-"""The session in a notebook: every cell runs in a kernel of its own, without a warning, and shows what it should."""
+"""The notebook: every cell runs in a new kernel without a warning and has the expected output."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ pytest.importorskip("ipykernel")
 
 @pytest.fixture(scope="module")
 def cells(tmp_path_factory):
-    """The code cells as they are after they ran, in order."""
+    """Return the code cells after their run, in order."""
     folder = tmp_path_factory.mktemp("notebook")
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "default", "IPYTHONDIR": str(folder)}
-    environment.pop("MPLBACKEND", None)  # or cells would show no figures
+    environment.pop("MPLBACKEND", None)  # otherwise cells would show no figures
     command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder / "ran.ipynb")]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -47,7 +47,7 @@ def cells(tmp_path_factory):
 
 
 def shown(cells, source):
-    """What the one cell whose source has this text in it puts out, by MIME type."""
+    """Return the output, by MIME type, of the one cell whose source contains this text."""
     (cell,) = (cell for cell in cells if source in "".join(cell["source"]))
     return cell["outputs"][-1]["data"]
 
@@ -64,7 +64,7 @@ def test_figures_are_shown(cells, source):
     png = base64.b64decode(shown(cells, source)["image/png"])
     pixels = matplotlib.image.imread(io.BytesIO(png))
     assert pixels.shape[1] > 500
-    assert 0.01 < (pixels[..., :3].min(axis=-1) < 0.5).mean() < 0.6, "neither empty nor a black block"
+    assert 0.01 < (pixels[..., :3].min(axis=-1) < 0.5).mean() < 0.6, "the figure must not be empty or black"
 
 
 @pytest.mark.jit
@@ -86,7 +86,7 @@ def test_results_and_tables_are_shown(cells):
     assert "IMPACT" in "".join(shown(cells, "to_dataframe")["text/html"])
     assert "xarray" in "".join(shown(cells, "to_xarray")["text/html"])
     solutions = "".join(shown(cells, "many = vd.sweep")["text/plain"])
-    assert solutions.count("[") == 3, "two solutions coexist: two points of one section"
+    assert solutions.count("[") == 3, "two coexisting solutions must give two points of one section"
 
 
 def test_what_is_kept_has_no_output_and_nothing_that_is_not_public():

@@ -1,4 +1,4 @@
-"""The steps of the picture of docs/certified.md: each parabola lies below the function, and the last is at its zero."""
+"""The steps in the figure of docs/certified.md: parabolas stay below the function, the last ends at its zero."""
 
 from __future__ import annotations
 

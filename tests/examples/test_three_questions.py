@@ -1,4 +1,4 @@
-"""What the motion ends in: by brute force, by the map, and the answers to the three questions."""
+"""Attractors by brute force and by the map, and the answers to the three questions."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""Longest period up to which all orbits are searched; one that rests is followed, whatever its period."""
+"""Longest period up to which all orbits are searched; an orbit that rests is followed for any period."""
 
 
 TRANSIENT = 1500
 
 
 def follows(points: np.ndarray, orbit: Orbit) -> bool:
-    """Whether section points (n, 2) lie on the orbit, to 1e-7 and what is left of the transient."""
+    """Return True if section points (n, 2) are on the orbit, to 1e-7 and the remainder of the transient."""
     left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
     apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
     visited = np.argmin(apart, axis=1)
@@ -43,8 +43,11 @@ def follows(points: np.ndarray, orbit: Orbit) -> bool:
 
 @pytest.mark.jit
 def test_every_attractor_of_brute_force_is_among_the_orbits():
-    """2000 values of A in 1.12-3.25. An orbit that rests is followed over any period; all others are searched
-    up to SEARCHED; an attractor that doesn't rest and has a longer period would be counted: there is none."""
+    """All attractors for 2000 values of A in 1.12-3.25 are orbits of the list.
+
+    An orbit that rests is followed for any period; all others are searched up to period SEARCHED. An attractor that
+    does not rest and has a longer period would be listed in `longer`: there is none.
+    """
     values = np.linspace(1.12, 3.25, 2000)
     motion = vd.sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
     longer = []
@@ -60,7 +63,7 @@ def test_every_attractor_of_brute_force_is_among_the_orbits():
 
 @pytest.mark.jit
 def test_no_chaos_between_3_15_and_3_19():
-    """98 % of A is superstable; the rest are windows of stable orbits: every exponent is negative."""
+    """98 % of A is superstable; the others are windows of stable orbits: every exponent is negative."""
     answer = chaos(num=1001)
     assert answer.shares["irregular"] == 0.0
     assert answer.shares["superstable"] == pytest.approx(0.98, abs=0.01)
@@ -129,7 +132,7 @@ def test_rank_correlation_and_distance():
 
 @pytest.mark.jit
 def test_the_page_shows_what_the_example_prints():
-    """The bifurcations of docs/orbits.md: kind, and A but for the last digits."""
+    """The bifurcations of docs/orbits.md agree in kind, and in A except the last digits."""
     page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
     shown = [
         line.split("|")[1:4]

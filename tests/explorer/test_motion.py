@@ -1,4 +1,4 @@
-"""Curves of one motion: those of each state, fine enough for a disturbance, and of a motion that is not known."""
+"""Curves of one motion: a curve for each state, fine enough for a disturbance; motions that are not computed."""
 
 from __future__ import annotations
 

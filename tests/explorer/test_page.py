@@ -1,4 +1,4 @@
-"""The page in a real browser: what it shows is what is computed, whatever the mouse does."""
+"""The page in a real browser: it shows the computed results after any action of the mouse."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ SMALL = "&columns=200&transient=100&periods=40"
 DRAG_SECONDS = 3.0
 
 LEFT, RIGHT, TOP, BOTTOM = 100, 870, 90, 445
-"""Pixels of the frame of the diagram, a few to be on the safe side."""
+"""Pixels of the frame of the diagram, slightly inside it."""
 
 
 @pytest.fixture(autouse=True)
 def one_browser_at_a_time(tmp_path_factory):
-    """Chromium draws in software and the explorer computes on all cores: two of both are in each other's way."""
+    """Run one browser at a time: Chromium draws in software and the explorer uses all cores."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
         yield
         return
-    with open(tmp_path_factory.getbasetemp().parent / "browser.lock", "w") as file:  # that of all workers
+    with open(tmp_path_factory.getbasetemp().parent / "browser.lock", "w") as file:  # shared by all workers
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -75,14 +75,14 @@ def opened():
 
 @pytest.fixture
 def tab(opened):
-    """A browser whose console must hold nothing in the end."""
+    """Return a browser; its console must be empty after the test."""
     opened.complaints()
     yield opened
     assert opened.complaints() == []
 
 
 def image(tab):
-    """What is painted: (rows, columns) of shades, and where (x, y, dw, dh)."""
+    """Return the image of the page, (rows, columns) of shades, and its position (x, y, dw, dh)."""
     found = tab.model(
         "const s = all.filter((m) => m.type === 'ColumnDataSource' && m.data.image && m.data.image[0].shape);"
         "const d = s[0].data, i = d.image[0];"
@@ -92,8 +92,10 @@ def image(tab):
 
 
 def canvas(tab, figure=0):
-    """What the canvas of a diagram holds, red, green, blue: uint8 (rows, columns, 3), the lowest row first; and where
-    it begins and ends from left to right, as shares of the frame."""
+    """Return the pixels of the canvas of a diagram, uint8 (rows, columns, 3), the lowest row first, and its position.
+
+    The position is its left and right end as shares of the frame.
+    """
     found = tab.model(
         "const figures = all.filter((m) => m.type === 'Figure' && m.x_range.type === 'Range1d');"
         f"const view = Bokeh.index.find_one_by_id(figures[{figure}].id);"
@@ -111,7 +113,7 @@ def canvas(tab, figure=0):
 
 
 def labels(tab, name):
-    """What stands along the horizontal axis of this name, and where."""
+    """Return the labels of the horizontal axis with this name, and their positions."""
     return tab.model(
         "const a = all.find((m) => m.type === 'LinearAxis' && m.axis_label === arguments[0]);"
         "const t = Bokeh.index.find_one_by_id(a.id).tick_coords.major[0];"
@@ -121,7 +123,7 @@ def labels(tab, name):
 
 
 def shown(tab):
-    """The view that the address holds."""
+    """Return the view in the address."""
     return read_address(tab.driver.current_url.split("?", 1)[1])
 
 
@@ -185,7 +187,7 @@ def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explor
         tab.mouse("Moved", *place)
         if monotonic() - begun > DRAG_SECONDS and tab.ask("page.frames.length") > frames + 3:
             break
-        assert monotonic() - begun < tab.PATIENCE, "no pictures while the mouse moves"
+        assert monotonic() - begun < tab.PATIENCE, "pictures must appear while the mouse moves"
         sleep(0.01)
     tab.mouse("Released", *place)
     tab.settle()
@@ -225,7 +227,7 @@ def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monk
     tab.open(explorer.address + SMALL)
 
     def slowly(results, plan, which, threads, halt, pace):
-        for _ in range(40):  # longer than a newer view usually waits
+        for _ in range(40):  # longer than the usual delay of a newer view
             sleep(0.01)
             if halt.called:
                 raise Halted
@@ -268,7 +270,7 @@ def test_twenty_box_zooms_and_back(tab, explorer):
     tab.model("const f = all.find((m) => m.type === 'BoxZoomTool'); f.active = true; return 1")
     for _ in range(20):
         addresses.append(shown(tab))
-        # a third of the width each time: 3**20 = 3.5e9
+        # one third of the width each time: 3**20 = 3.5e9
         tab.drag((357, 150), [(450, 250), (614, 380)])
         tab.settle()
     deep = shown(tab)
@@ -279,7 +281,7 @@ def test_twenty_box_zooms_and_back(tab, explorer):
         assert text.startswith("+")
         assert float(text) == pytest.approx(tick - ticks[0], rel=0.01)
     tab.driver.back()
-    tab.until(lambda: shown(tab) == addresses[-1], "the view before")
+    tab.until(lambda: shown(tab) == addresses[-1], "the previous view")
     tab.settle()
     state = tab.state()
     assert (state["low"], state["high"]) == (addresses[-1].low, addresses[-1].high)
@@ -315,7 +317,7 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     assert (times == at_all).all()
     for name, wanted in (("xi", sample.xi), ("dxi", sample.dxi)):
         for state, curve in zip(LASTING, np.array(curves[name], float)[:-1], strict=True):
-            own, there = sample.state == state, ~np.isnan(curve)  # null where it is another state
+            own, there = sample.state == state, ~np.isnan(curve)  # null in other states
             assert there.any() == own.any()
             if own.any():
                 assert np.interp(time[own], at_all[there], curve[there]) == pytest.approx(wanted[own], abs=1e-9)
@@ -333,7 +335,7 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
 def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer):
     lasting = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi); return s.data.time.length"
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&dtau=0.05&at=3.1")
-    tab.until(lambda: "of the certified, undisturbed motion" in tab.ask("page.words"), "k₂")
+    tab.until(lambda: "of the certified, undisturbed motion" in tab.ask("page.words"), "k₂ of the motion")
     assert "A = 3.1" in tab.ask("page.words")
     assert "steps of Δτ = 0.05" in tab.ask("page.words")
     assert tab.model(lasting) > 0
@@ -348,7 +350,7 @@ def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer
 
 
 def followed(tab):
-    """Where the line at the motion that is followed stands, as a share of the width; None if it is not there."""
+    """Return the position of the line at the followed motion as a share of the width; None if it is hidden."""
     return tab.model("""
         const plot = all.find((m) => m.type === 'Figure' && m.visible && m.width === 900);
         const canvas = Bokeh.index.find_one_by_id(plot.id).canvas_view.underlays_el.querySelector('canvas');
@@ -413,7 +415,7 @@ def test_a_choice_brings_its_axes_and_windows_and_locks_what_lies_along_them(tab
         disabled = tab.model("return all.filter((m) => m.disabled).map((m) => `${m.name} ${m.type}`)")
         return shown(tab), sorted(disabled)
 
-    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # its ordinate begins below 0, and B cannot
+    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # its ordinate begins below 0; B must not
     tab.open(explorer.address + small + "&y_low=0.05&y_high=0.2&quantity=xi&bottom=-0.5&top=2.5")
     view, locked = choose("mode", "map")
     assert (view.mode, view.y_low, view.y_high, view.limits) == ("map", 0.05, 0.2, None)
@@ -467,11 +469,11 @@ def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer,
     waits = "page.status.includes('exact curves are being computed')"
     assert not tab.ask(waits)
     tab.choose("orbits", "3")
-    tab.until(waits, "that they are")
+    tab.until(waits, "a note that curves are being computed")
     tab.ask("page.command({address: 'low=x'})")
-    tab.until("page.refused !== ''", "a refusal of something else meanwhile")
+    tab.until("page.refused !== ''", "a refusal of another setting")
     may_end.set()
-    tab.until("page.status.startsWith('complete') && !" + waits, "that they are there")
+    tab.until("page.status.startsWith('complete') && !" + waits, "the end of the note")
     assert tab.model("return all.some((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.x.length > 0)")
 
 
@@ -486,11 +488,11 @@ def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explor
 
     monkeypatch.setattr(Aside, "call", never)
     tab.open(explorer.address + SMALL + "&orbits=3")
-    tab.until("page.status.includes('being computed')", "that curves are sought")
+    tab.until("page.status.includes('being computed')", "a note that curves are being computed")
     monkeypatch.setattr("vibrodrive.explorer.work.compute_into", fails)
     tab.choose("periods", "41")
-    tab.until("page.refused.includes('no picture today')", "why")
-    tab.until("!page.status.includes('being computed')", "that nothing is sought any more")
+    tab.until("page.refused.includes('no picture today')", "the error")
+    tab.until("!page.status.includes('being computed')", "the end of the note")
 
 
 def test_clicks_and_files_in_quick_succession_come_to_an_end(tab, explorer):
@@ -520,9 +522,9 @@ def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, e
 
     monkeypatch.setattr(Aside, "call", ended)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
-    tab.until("page.refused.includes('the process for exact results has ended')", "why there are no curves")
-    tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a picture all the same")
-    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion all the same")
+    tab.until("page.refused.includes('the process for exact results has ended')", "the reason for missing curves")
+    tab.until("page.status.startsWith('complete') && !page.status.includes('being computed')", "a complete picture")
+    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion")
 
 
 def test_figures_come_from_the_package(tab, explorer):
@@ -547,7 +549,7 @@ def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
         assert "<" not in notice
         assert "\n" not in notice
         tab.choose(name, good)
-        tab.until("page.refused === ''", "no complaint any more")
+        tab.until("page.refused === ''", "the end of the refusal")
     tab.settle()
     tab.open(explorer.address + SMALL + "&eps=-3&novelty=1")
     assert tab.notice().startswith(("eps = ", "key = "))
@@ -564,7 +566,7 @@ def test_a_server_that_ends_is_missed_and_its_successor_works(opened):
         assert opened.ask("page.settled")
     finally:
         second.close()
-    opened.complaints()  # of the connection that was lost
+    opened.complaints()  # messages about the lost connection
 
 
 def test_a_page_that_is_left_gives_up_its_work_and_back_restores_it(opened, explorer):
@@ -573,15 +575,15 @@ def test_a_page_that_is_left_gives_up_its_work_and_back_restores_it(opened, expl
     opened.until("!!page && page.begun", "a first picture")
     assert not worker.idle()
     opened.driver.get("about:blank")
-    opened.until(worker.idle, "rest")
+    opened.until(worker.idle, "the end of all work")
     opened.driver.back()
     opened.until("!!page && page.begun", "a first picture again")
     assert shown(opened).low == 3.1
-    opened.complaints()  # of the connection that was cut
+    opened.complaints()  # messages about the closed connection
 
 
 def page_text(tab):
-    """All text of the page, through the shadow roots of its widgets."""
+    """Return all text of the page, including the shadow roots of its widgets."""
     return tab.driver.execute_script(
         "const text = (n) => [...n.childNodes].map((c) => (c.nodeType === 3 ? c.data : '') + text(c)"
         " + (c.shadowRoot ? text(c.shadowRoot) : '')).join(' '); return text(document.body)"

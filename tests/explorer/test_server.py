@@ -1,4 +1,4 @@
-"""Who is answered: this machine, with the token, and pages of this server. No browser is needed here."""
+"""Access to the server: from this machine, with the token, and from its own pages. These tests need no browser."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def port_of(explorer):
 
 
 def answer(address, **headers):
-    """Status and text of a GET."""
+    """Return status and text of a GET request."""
     request = urllib.request.Request(address, headers={k.replace("_", "-"): v for k, v in headers.items()})
     try:
         with urllib.request.urlopen(request, timeout=LIMIT) as response:
@@ -50,9 +50,9 @@ def test_the_page_is_given_to_whoever_has_the_token(explorer):
     status, text = answer(explorer.address)
     assert status == 200
     assert "<title>vibrodrive explore</title>" in text
-    assert "cdn.bokeh.org" not in text  # nothing comes from elsewhere
+    assert "cdn.bokeh.org" not in text  # no resource comes from another server
     scripts = re.findall(r"static/js/([\w-]+)\.min\.js", text)
-    assert sorted(scripts) == ["bokeh", "bokeh-widgets"]  # and no more than is used
+    assert sorted(scripts) == ["bokeh", "bokeh-widgets"]  # only the scripts in use
 
 
 def test_a_page_waits_for_neither_numba_nor_matplotlib():
@@ -70,7 +70,7 @@ def test_a_page_waits_for_neither_numba_nor_matplotlib():
 
 
 def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
-    """Python may have one of the two threads fail."""
+    """In Python, one of two simultaneous imports in threads may fail."""
     script = """if True:
         import sys
         import vibrodrive as vd
@@ -136,7 +136,7 @@ def test_only_this_machine_is_listened_to(explorer):
 
 
 def started(*arguments):
-    """The command, and the address that it prints."""
+    """Return the process of the command, and the address that it prints."""
     process = subprocess.Popen(
         [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

@@ -1,4 +1,4 @@
-"""Views: address, configuration and state are one and the same, and what is wrong is refused in one line."""
+"""Views: address, configuration and state are equivalent, and errors are refused in one line."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_value_lies_in_the_middle_of_its_column(scale):
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
-    """Whatever else they depend on makes them other curves, the scale that they are drawn on, too."""
+    """All other settings that they depend on give new curves, including the scale of the axis."""
     over = {"low": 2.0, "high": 3.0, "orbits": 2}
     (what, window), other = overlay_of(View.read(over)), {"high": 3.1}
     assert overlay_of(View.read(over | other)) == (what, (2.0, 3.1)) != (what, window)
@@ -132,7 +132,7 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives(monkeypatch):
 
 
 def test_a_range_belongs_to_what_the_figure_draws():
-    """Of a sweep with sections and summaries that is ξ', unless its figure says otherwise."""
+    """A sweep with sections and summaries is drawn with ξ', unless its figure names another quantity."""
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)

@@ -1,4 +1,4 @@
-"""Levels: every point once, the coarse ones first, and in the end the sweep of the exported configuration."""
+"""Levels: every point once, coarse grids first; the last level is the sweep of the exported configuration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 
 SLOW = 1e4
-"""A pace, in periods a second, at which every view begins with a sketch and takes many levels."""
+"""A pace, in periods a second, so low that every view begins with a sketch and has many levels."""
 
 
 @pytest.mark.parametrize("shape", [(1,), (2,), (5,), (100,), (1000,), (33, 20), (16, 16), (3, 1)])

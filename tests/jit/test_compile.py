@@ -1,5 +1,7 @@
-"""Compiled kernels on the disk: an edit of what they are made from, another Python or another processor makes new
-ones, and a message is shown while one waits for them."""
+"""Cache of compiled kernels: a change of their sources, of Python or of the processor compiles them again.
+
+A message is shown while a user waits for the compilation.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,7 @@ def modules() -> dict[str, ModuleType]:
 
 
 def origins(module: ModuleType) -> dict[str, str]:
-    """The module of the package that each name imported by a module comes from."""
+    """Return the module of the package that defines each name imported by a module."""
     found = {}
     for statement in ast.parse(Path(module.__file__).read_text()).body:
         if isinstance(statement, ast.ImportFrom) and (statement.module or "").startswith("vibrodrive"):
@@ -52,17 +54,17 @@ def names_in(code: CodeType) -> set[str]:
 
 
 def behind_the_machine_code() -> set[str]:
-    """The modules that something compiled was made from: found from the compiled functions, not from the sources."""
+    """Return the modules that compiled functions use, found from these functions and not from the sources."""
     loaded = modules()
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
     assert len(dispatchers) > 5
     engine, alone = loaded["vibrodrive.kernels.engine"], loaded["vibrodrive.kernels.single"]
-    dispatchers += [engine.batch(2, False, False), alone.single(2, False, True)]  # made when they are asked for
+    dispatchers += [engine.batch(2, False, False), alone.single(2, False, True)]  # compiled on request
     known: set[str] = set()
     seen: set[int] = set()
 
     def use(name: str) -> None:
-        """A value of this module is used: whatever its constants are made from is, too."""
+        """Add a module, and the modules of all names that its constants use."""
         if name in known:
             return
         known.add(name)
@@ -89,7 +91,7 @@ def behind_the_machine_code() -> set[str]:
 
 
 def beside_the_machine_code() -> set[str]:
-    """The modules of the command line, the figures and the files, known by what they import."""
+    """Return the modules of the command line, the figures and the files, recognised by their imports."""
     found = set()
     for path in ROOT.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -103,7 +105,7 @@ def beside_the_machine_code() -> set[str]:
 
 @pytest.fixture
 def copy(tmp_path):
-    """Path of a module in a copy of the package that may be edited."""
+    """Return a function that gives the path of a module in an editable copy of the package."""
     root = tmp_path / "vibrodrive"
     shutil.copytree(ROOT, root, ignore=shutil.ignore_patterns("__pycache__"))
 
@@ -116,7 +118,7 @@ def copy(tmp_path):
 
 
 def changed(copy, name: str) -> bool:
-    """Whether an edit of this module changes the fingerprint."""
+    """Return True if an edit of this module changes the fingerprint."""
     before, source = _fingerprint(copy.root, _jit.__name__), copy(name).read_text()
     copy(name).write_text(source + "\n# edited\n")
     after = _fingerprint(copy.root, _jit.__name__)
@@ -156,7 +158,7 @@ TREE = {
     "figures/draw.py": "from vibrodrive.kernels.engine import x\ndef f():\n from vibrodrive.jit.compile import jit\n",
     "cli/sweep.py": "import vibrodrive.kernels.engine\nimport vibrodrive.figures.diagrams.draw\n",
 }
-"""A package in packages: every way to import, at any depth."""
+"""A package with subpackages: every form of import, at any depth."""
 
 
 def test_imports_are_followed_into_packages_of_packages(copy):
@@ -176,12 +178,12 @@ def test_imports_are_followed_into_packages_of_packages(copy):
             deaf.append(name)
         (copy.root / name).write_text(source)
     assert hash_of_all() == first
-    # of these no kernel takes anything: a package that only contains the module asked for is not asked itself
+    # no kernel uses these: a package that only contains an imported module does not count by itself
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
 
 def test_the_fingerprint_costs_little_at_every_start(monkeypatch):
-    """Of the sources, which it reads, it parses lines with imports alone."""
+    """The fingerprint reads all sources but parses only lines with imports."""
     parsed, parse = [], ast.parse
     monkeypatch.setattr(ast, "parse", lambda source: parsed.append(len(source)) or parse(source))
     _fingerprint()
@@ -219,7 +221,7 @@ print(CACHE.name, compilation.seconds > 0)
 
 @pytest.mark.jit
 def test_unlike_processors_with_one_home_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
-    """Each compiles what it has not compiled yet, and knows that it does."""
+    """Each processor compiles the kernels that it lacks, and reports it."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "kernel.py").write_text(KERNEL)
@@ -265,7 +267,7 @@ print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc
 @pytest.mark.jit
 @pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
 def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_path, numba, private):
-    """Without what it keeps private; and a formula is called from Python, too, after a kernel was."""
+    """Without Numba's private parts the kernels are the same; formulas also run from Python after a kernel."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "pieces.py").write_text(PIECES)
@@ -275,10 +277,10 @@ def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_pat
 
 @pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
 def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, terminal, shown):
-    """Once: not where progress is shown, which says so."""
+    """The message appears once, and not if a progress display already shows it."""
     from vibrodrive.jobs.progress import watching
 
-    monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # it takes longer
+    monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # a longer compilation
     monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True))
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
@@ -302,7 +304,7 @@ def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_p
     compiled = []
 
     def compile_kernels(plan):
-        with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and what it calls
+        with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and a function that it calls
             time.sleep(1.2)
         compiled.append(time.monotonic())
 
@@ -322,7 +324,7 @@ def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_p
     assert told.index(COMPILING) < told.index("compiling: ")
     assert float(summary.rpartition(" and ")[2].removesuffix(" s to compile them")) >= 1.2
     rate = float(summary.partition("(")[2].split()[0])
-    assert rate > 0.99 * 8 / computed, "periods over the time of the computation alone"
+    assert rate > 0.99 * 8 / computed, "the rate must exclude the time of compilation"
 
 
 SWEEP_AND_SIMULATE = """
@@ -339,7 +341,7 @@ print("numba.cpython.randomimpl" in sys.modules)
 def test_a_kernel_on_the_disk_is_read_without_all_that_numba_compiles_with():
     outputs = [
         subprocess.run([sys.executable, "-c", SWEEP_AND_SIMULATE], check=True, capture_output=True, text=True).stdout
-        for _ in range(2)  # the first may have had to compile
+        for _ in range(2)  # the first run may have to compile
     ]
     assert outputs[1] == "False\n"
 

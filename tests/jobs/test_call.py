@@ -1,4 +1,4 @@
-"""`vd.sweep` into a file does what `vibrodrive sweep` does; progress is shown to those who watch, and nowhere else."""
+"""`vd.sweep` into a file does the same as `vibrodrive sweep`; progress appears only where a user sees it."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from vibrodrive.store.lock import Lock
 from vibrodrive.store.reader import verify
 
 SWEEP = {"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1}
-"""Three blocks."""
+"""A sweep of three blocks."""
 
 
 @pytest.fixture
 def quick(quick, tmp_path, monkeypatch):
-    """The same in an empty directory."""
+    """Replace the kernels as `quick` does, in an empty directory."""
     monkeypatch.chdir(tmp_path)
     return quick
 
@@ -41,7 +41,7 @@ def command(*arguments):
     cli.main(["sweep", *arguments], standalone_mode=False)
 
 
-# the configuration in the place of the TOML text
+# the configuration in place of the TOML text
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_axes_that_are_ranges_are_written_as_such():
 
 
 def test_a_long_list_of_values_is_kept_whole(quick):
-    """HDF5 keeps small attributes only within the header of an object: 64 kB."""
+    """The configuration is longer than 64 kB, the limit of HDF5 for attributes in the header of an object."""
     A = np.random.default_rng(3).random(5000)
     r = vd.sweep(A=A, transient=0, periods=1, path="long.h5")
     with h5py.File("long.h5") as file:
@@ -81,7 +81,7 @@ def test_a_long_list_of_values_is_kept_whole(quick):
     assert verify(Path("long.h5")).sound
 
 
-# a file as the command makes it
+# a file equal to that of the command
 
 
 def test_it_writes_the_bytes_that_the_command_writes(quick):
@@ -157,7 +157,7 @@ def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
         m.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", some)
         with pytest.raises(KeyboardInterrupt):
             vd.sweep(**SWEEP, path="x.h5")
-    Lock(Path("x.h5")).release()  # of which Busy would say that it is still being written
+    Lock(Path("x.h5")).release()  # otherwise Busy would report an active writer
     assert vd.load("x.h5").computed == pytest.approx(1024 / 3000)
     vd.sweep(**SWEEP, path="x.h5")
     assert quick == [1, 2]
@@ -169,7 +169,7 @@ def test_another_writer_is_waited_for_by_nobody(quick):
             vd.sweep(**SWEEP, path="x.h5")
         yield from fake.run_blocks(plan, which)
 
-    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # put back by `quick`
+    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # restored by `quick`
     assert vd.sweep(**SWEEP, path="x.h5").computed == 1.0
 
 
@@ -205,14 +205,14 @@ def test_a_terminal_is_told(quick, monkeypatch):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(**SWEEP, path="x.h5")
     shown = terminal.getvalue()
-    assert "\r\x1b[Kx.h5  " in shown  # the line that is rewritten
+    assert "\r\x1b[Kx.h5  " in shown  # the line that is overwritten
     assert "\nx.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
     vd.sweep(**SWEEP, path="x.h5")
     assert terminal.getvalue().endswith("x.h5 is complete: nothing to do\n")
 
 
 class Notebook(types.ModuleType):
-    """What IPython is to a kernel, as far as progress needs it."""
+    """The parts of IPython in a kernel that progress uses."""
 
     def __init__(self, shell):
         super().__init__("IPython")
@@ -259,7 +259,7 @@ def test_a_sweep_in_memory_is_shown_too(monkeypatch):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
     assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
-    assert terminal.getvalue().endswith("\r\x1b[K")  # and taken away
+    assert terminal.getvalue().endswith("\r\x1b[K")  # and removed
 
 
 @pytest.mark.parametrize(
@@ -276,7 +276,7 @@ def test_a_long_call_is_shown_to_be_under_way(monkeypatch, place, call):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
 
     def work(*arguments, **options):
-        """Last until the line is there; a minute at most."""
+        """Run until the line appears, or for one minute."""
         for _ in range(600):
             if "under way: " in terminal.getvalue():
                 raise InterruptedError

@@ -1,4 +1,4 @@
-"""The estimate of a sweep's time, held against sweeps whose cost is known: computing advances a clock of its own."""
+"""The estimated time of a sweep, compared with sweeps of known cost on a simulated clock."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 pytestmark = pytest.mark.jit
-ROUNDING = 1e-6  # seconds that a call takes whatever it computes
+ROUNDING = 1e-6  # seconds that each call takes, whatever it computes
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Let a point cost what a function of the point and the periods says; returns the seconds spent so far."""
+    """Give each point a cost, a function of the point and the periods; return the simulated seconds spent."""
     now = [0.0]
 
     def set_cost(cost, startup=ROUNDING):
@@ -34,7 +34,7 @@ def clock(monkeypatch):
 
 
 def truth(plan, cost, threads):
-    """The same for all points, and the waves they are computed in."""
+    """Return the exact time: the sum of the costs of all points, divided by the number of threads."""
     periods = plan.settings.transient + plan.settings.periods
     total = 0.0
     for start in range(0, plan.n_points, 100_000):
@@ -44,11 +44,11 @@ def truth(plan, cost, threads):
 
 
 CASES = {
-    "the expensive points lie in one corner": (
+    "the expensive points are in one corner": (
         lambda p, n: 1e-7 * n * np.where(p["A"] < 1.6, 80.0, 4.0) * np.where(p["xi0"] > 0.8, 20.0, 1.0),
         {"A": np.linspace(1.2, 3.2, 1000), "eps": 5e-4, "xi0": np.linspace(0.0, 1.0, 1500)},
     ),
-    "what repeats is copied": (
+    "repeated cycles are copied": (
         lambda p, n: 1e-6 * np.minimum(n, 150.0) + 1e-9 * n + 0 * p["A"],
         {"A": np.linspace(3, 3.2, 3000), "transient": 20_000, "periods": 200},
     ),
@@ -65,4 +65,4 @@ def test_an_estimate_is_within_a_factor_of_two(clock, case):
     plan = make_plan({"A": 3.0, "transient": 500, "periods": 500, **arguments})
     spent = clock(cost)
     assert 0.5 < estimate._computing(plan, 2) / truth(plan, cost, 2) < 2
-    assert spent[0] < 10, "the estimate itself is to take seconds"
+    assert spent[0] < 10, "the estimate must take a few seconds only"

@@ -1,4 +1,4 @@
-"""Limits over one or two axes go into a file, limit by limit; a stopped run goes on and ends as one never stopped."""
+"""Limits over one or two axes in a file: a stopped run resumes and gives the same file as an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]
 
 
 def computed(text, path, progress=quiet, *, overwrite=False, **sought):
-    """The limits that a configuration asks for, computed into a file."""
+    """Compute the limits of a configuration into a file."""
     config = parse(text, [f"limits.{name}={value}" for name, value in sought.items()])
     return run("limits", config, path, progress, overwrite=overwrite)[0]
 
@@ -48,7 +48,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Limits that cost nothing, of which no two are equal; returns what was asked for, call by call."""
+    """Replace the computation by invented limits that all differ; return the arguments of each call."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):
@@ -132,7 +132,7 @@ def test_what_is_missing_is_sought_in_as_few_boxes_as_there_are_kinds_of_rows():
         covered = np.zeros(shape, dtype=int)
         for box in boxes(some):
             covered[np.ix_(*box)] += 1
-        assert (covered == some).all(), "each once, and nothing else"
+        assert (covered == some).all(), "each missing limit once, and no other"
     assert not list(boxes(np.zeros((2, 3), dtype=bool)))
     assert not list(boxes(np.zeros(3, dtype=bool)))
 
@@ -236,13 +236,13 @@ def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, so
 
 
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
-    """k₁ and k_u by the command that finds k₂."""
+    """k₁ and k_u by the command for k₂."""
     config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"
     starts = computed(config, tmp_path / "starts.h5", quantity="k1")
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
     assert list(starts.numbers) == ["k1", "kept_below", "searched_to"]
     assert starts.numbers["k1"][2, 1] == start_limit(3.04, "tau0").k1
-    assert np.isinf(starts.numbers["k1"][:, 0]).all(), "one solution: nothing else to end on"
+    assert np.isinf(starts.numbers["k1"][:, 0]).all(), "with one solution, every start must end on it"
     told = summary(tmp_path / "starts.h5", thorough=True)
     assert not told.faults
     assert "V =" not in str(told.lines)
@@ -251,7 +251,7 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     top, bottom = limits_figure(starts).axes
     assert len(top.lines) == 3
     assert top.get_title(loc="right").endswith("gaps: one solution only")
-    assert bottom.get_images(), "the undisturbed motion"
+    assert bottom.get_images(), "the lower panel must show the undisturbed motion"
 
     several = computed(config, tmp_path / "several.h5", quantity="ku")
     one = unique_limit(3.04, transient=50, periods=64)

@@ -1,4 +1,4 @@
-"""The undisturbed motions that a map of kept structure is held against, and what lies over a map."""
+"""The undisturbed motions that a map of kept structure is compared with, and the overlays of a map."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
         else:
             cycle = orbit.cycle.gaps.tolist()
             least = min("".join(map(str, cycle[k:] + cycle[:k])) for k in range(len(cycle)))
-            # of a doubled orbit the gaps repeat before the impacts do
+            # for a doubled orbit the cycle of gaps is shorter than that of the impacts
             assert least == str(gaps) * (len(least) // len(str(gaps)))
 
 
 @pytest.mark.jit
 def test_structure_is_lost_where_the_limit_says_so():
-    """Within one record; k₂ is found by another search, from the impacts one by one."""
+    """The gaps of one record show the loss at k₂, which another search finds from single impacts."""
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2
         eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])

@@ -1,4 +1,4 @@
-"""The runner: table, file and figures; branches; the overlay on brute force."""
+"""The command for orbits: table, file and figures; branches; the overlay on a brute-force diagram."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_branches_end_at_bifurcations():
     for branch in found.branches():
         assert len({(o.name, o.kind) for o in branch.orbits}) == 1
         inside = [a for a in ends if branch.A[0] < a - 1e-6 and a + 1e-6 < branch.A[-1]]
-        assert not inside or branch.unstable  # only an orbit that takes no part goes on
+        assert not inside or branch.unstable  # only an orbit that does not take part continues
         for end in (branch.A[0], branch.A[-1]):
             assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
 
@@ -99,7 +99,7 @@ def test_figures_show_branches_marks_and_cobweb():
 
 
 def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
-    """Ten, of which six lie within 0.01: they are marked there only, and none at its edge."""
+    """Ten bifurcations, six of them within 0.01: these six are marked in their own panel only, not at its edge."""
     seen = bifurcations((2.6, 2.7), max_period=2)[:3]
     places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
     many = [replace(seen[k % 3], A=float(A)) for k, A in enumerate(places)]
@@ -114,8 +114,8 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
         assert {a for a in marks[1] if low <= a <= high} == {round(a, 9) for a in places[4:]}
         assert low < 2.68 - 5e-4 < 2.69 + 5e-4 < high
         (shade,) = (p for p in whole.patches if "b)" in str(p.get_label()))
-        assert all(line.get_zorder() > shade.get_zorder() for line in whole.lines), "the shade hides no line"
-        assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the shade is explained"
+        assert all(line.get_zorder() > shade.get_zorder() for line in whole.lines), "the shade must hide no line"
+        assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the legend must explain the shade"
 
 
 @pytest.mark.parametrize(

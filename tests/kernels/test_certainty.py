@@ -1,4 +1,4 @@
-"""Bounds of what a motion is off by, against 50 digits and against themselves (kernels/certainty.py)."""
+"""Bounds of the errors of a motion, compared with 50-digit motions and with each other (kernels/certainty.py)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
 
 @pytest.mark.jit
 def test_bounds_say_something():
-    """Half of all motions have bounds within 1000 times their errors."""
+    """Half of all motions have bounds below 1000 times their errors."""
     known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 24)]
     assert np.nanmedian(known) < 1000
 
@@ -63,7 +63,7 @@ CHAOTIC = [({"A": 12.0}, 430), ({"A": 9.0, "xi0": 1.0}, 310), ({"A": 9.5}, 360)]
 @pytest.mark.jit
 @pytest.mark.parametrize(("arguments", "most"), CHAOTIC)
 def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most):
-    """From rest the computed word departs from the true one after some 400 switches, with every margin above 0.01."""
+    """From rest, the computed word departs from the true one after about 400 switches; every margin exceeds 0.01."""
     motion = vd.simulate(**arguments, transient=0, periods=250)
     certain = np.isfinite(motion.switch_errors["tau"])
     number = int(certain.sum())
@@ -81,7 +81,7 @@ def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most)
 
 @pytest.mark.jit
 def test_certainty_ends_where_hops_in_the_air_triple_errors():
-    """Sixty in a row, each period: switch 1171 is another one than the exact motion's, with no margin below 1e-7."""
+    """Sixty hops in a row in each period: switch 1171 differs from that of the exact motion, no margin below 1e-7."""
     scene = dict(A=1.2207337005962078, B=1.5638725555830817, eps=2.444604789503143e-4, eta=196.35606314394815)
     held = hold(scene | {"periods": 4}, most=600)
     assert not held.broken
@@ -144,7 +144,7 @@ def test_error_bars_of_muller_reach_the_certified_motion(tol, eps):
 
 @pytest.mark.jit
 def test_what_a_tolerance_may_turn_is_not_certain():
-    """Steps of 0.1 end when they change by less than 0.1: ||H| - 1| is 0.33 where UP ends."""
+    """With tol = 0.1 an iteration ends after a change below 0.1: ||H| - 1| is 0.33 at the end of UP."""
     motion = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=0.1)
     fine = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=1e-9)
     assert fine.status == vd.Status.OK
@@ -160,7 +160,7 @@ def test_a_fixed_grid_has_no_bounds():
 
 
 def test_nothing_is_certain_where_the_start_is_undecided():
-    """H falls through 1 at τ0 = 4π + …: whether the mass is thrown up there is decided by rounding."""
+    """H falls through 1 at τ0 = 4π + …: rounding decides if the mass is thrown up there."""
     start = 4 * math.pi + math.pi - math.asin(1.1 / 3.0)
     motion = vd.simulate(3.0, tau0=start, transient=0, periods=2)
     assert motion.status == TOO_CLOSE
@@ -169,7 +169,7 @@ def test_nothing_is_certain_where_the_start_is_undecided():
 
 
 def test_a_record_may_end_with_a_rest():
-    """Begun where a rest ends, it ends where the last rest does: the next slide has just begun there."""
+    """The motion begins at the end of a rest and its record ends at the end of another; the next slide begins there."""
     start = math.asin(1.1 / 1.5)
     motion = vd.simulate(1.5, tau0=start, dxi0=1e-14, transient=0, periods=3, section_phase=start)
     assert motion.status == vd.Status.OK
@@ -179,7 +179,7 @@ def test_a_record_may_end_with_a_rest():
 
 @mp.workdps(50)
 def test_an_impact_at_the_end_of_the_record_may_have_been():
-    """From a stick the mass falls until the record ends, within rounding of the obstacle: ξ' is what it is, or 0."""
+    """The record ends while the mass falls from a stick, within rounding of the obstacle: ξ' is its speed, or 0."""
     A, B, end = 1.05, 0.1, 5.4
     begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
     h = end - begin
@@ -195,7 +195,7 @@ def test_an_impact_at_the_end_of_the_record_may_have_been():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
-    """H barely falls to -1: the last bit of 1 - B moves that by far more than one of the phase."""
+    """H barely falls to -1: an error in the last bit of 1 - B shifts that instant far more than one in the phase."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))

@@ -1,4 +1,4 @@
-"""The certified path against the 50-digit reference, which imports no kernel."""
+"""The certified path compared with the 50-digit reference, which imports no kernel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vibrodrive.validation.clocks import phase_error
 
 
 def errors(exact, trajectory):
-    """Errors in τ, ξ and ξ' of all switches, after checking that states and order agree."""
+    """Return the errors in τ, ξ and ξ' of all switches, after checking that states and order agree."""
     rows = trajectory.switches
     assert [(s.before, s.after) for s in exact.switches] == [(r["before"], r["after"]) for r in rows]
     late, dx, dv = [], [], []
@@ -33,7 +33,7 @@ def certified(name):
 @pytest.mark.jit
 @pytest.mark.parametrize(("name", "bound"), [("one-periodic", 1e-11), ("two-periodic", 1e-11), ("disturbed", 1e-10)])
 def test_switches_of_the_paper(name, bound):
-    """1000 periods at ε = 0 to 1e-11 in τ, 100 periods at ε = 2e-4 to 1e-10."""
+    """1000 periods at ε = 0 agree to 1e-11 in τ, 100 periods at ε = 2e-4 to 1e-10."""
     tau, dx, dv = errors(scene(name), certified(name))
     assert tau.max() < bound
     assert dx.max() < 100 * bound
@@ -43,8 +43,11 @@ def test_switches_of_the_paper(name, bound):
 @pytest.mark.jit
 @pytest.mark.parametrize("name", [n for n in SCENES if n not in ("one-periodic", "two-periodic", "disturbed")])
 def test_switches_beyond_the_paper(name):
-    """To 1e-10. In one scene the mass chatters: some twenty bounces in a row each multiply what they inherit by
-    2 to 3, so that an error of 1e-17 at the first is 1e-9 at the last, whatever double it was computed in."""
+    """All scenes agree to 1e-10, except one in which the mass chatters.
+
+    There some twenty bounces in a row each multiply the error by 2 to 3. An error of 1e-17 at the first bounce becomes
+    1e-9 at the last one, in any arithmetic with doubles.
+    """
     exact, ours = scene(name), certified(name)
     late, _, _ = errors(exact, ours)
     assert late.max() < (1e-8 if name == "fast disturbance" else 1e-10)
@@ -54,9 +57,9 @@ def test_switches_beyond_the_paper(name):
 
 @pytest.mark.jit
 def test_clocks_stay_right_for_a_million_periods():
-    """Where REST ends, H = 1: checked in 50 digits at the recorded instant, a million periods on.
+    """H = 1 where REST ends: evaluated in 50 digits at the recorded instant, after a million periods.
 
-    2π n + φ multiplies η there, so a phase off by 1e-12 in either clock would show as 1e-11 in H.
+    H depends on η (2π n + φ). An error of 1e-12 in the phase of either clock would show as 1e-11 in H.
     """
     eps = 1e-6
     t = vd.simulate(A=1.5, eps=eps, transient=1_000_000, periods=5)
@@ -66,7 +69,7 @@ def test_clocks_stay_right_for_a_million_periods():
 
 @pytest.mark.jit
 def test_start_shifted_by_whole_periods():
-    """τ0 = 2πk gives the orbit of τ0 = 0, shifted by k periods; 2πk is rounded, and so is the orbit."""
+    """τ0 = 2πk gives the orbit of τ0 = 0 shifted by k periods, up to the rounding of 2πk."""
     base = vd.simulate(A=3.04, xi0=1.0, transient=0, periods=30)
     for k in (1, 1000, 10**8):
         shifted = vd.simulate(A=3.04, xi0=1.0, tau0=2 * math.pi * k, transient=0, periods=30)

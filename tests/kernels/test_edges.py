@@ -1,14 +1,14 @@
-"""Scenes where event finders go wrong, each named after the bug it comes from. Sources:
+"""Scenes where event finders go wrong, each named after its error. Sources:
 
-grazing            the impact or its absence decided by a hair: no sign change is seen (scipy issue 9228: of
-                   three roots in a step one is found; diffrax issue 507: of two in a step none)
-start on a zero    a "friction and stops" state machine loses the event, or fires it for ever, when a state begins
+grazing            no sign change is seen where the margin of an impact, or of its absence, is tiny (scipy issue
+                   9228: of three roots in a step one is found; diffrax issue 507: of two in a step none)
+start on a zero    a state machine "friction and stops" loses the event, or fires it endlessly, when a state begins
                    on a zero of its own condition (SciML: DiffEqBase.jl issue 634, OrdinaryDiffEq.jl issue 3222)
-sign after reset   the value at the event changes sign once the state is set (Hipparchus issue 184)
-order of events    two conditions change sign in one step, and the one listed later wins (diffrax issue 639)
+sign after reset   the value at the event changes sign after the state is set (Hipparchus issue 184)
+order of events    two conditions change sign in one step, and the later one in the list wins (diffrax issue 639)
 through the floor  a plastic ball sinks (SciML: DifferentialEquations.jl issue 696)
-NaN                a root finder spins for ever (SUNDIALS issue 258)
-same instant       an event at the very beginning of its step (scipy issues 17066, 19418)
+NaN                a root finder never returns (SUNDIALS issue 258)
+same instant       an event occurs at the very beginning of its step (scipy issues 17066, 19418)
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.jit
 
 
 def ulps(x: float) -> list[float]:
-    """x and its two neighbours."""
+    """Return x and its two neighbours among the doubles."""
     return [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
 
 
@@ -41,17 +41,17 @@ def ulps(x: float) -> list[float]:
 @pytest.mark.parametrize("name", THROWS)
 @pytest.mark.parametrize("wanted", LADDER)
 def test_grazing_ladder(name, wanted):
-    """The free flight's minimum of ξ at ±1e-3 … ±1e-15 and 0: right, and flagged where rounding decides."""
+    """A minimum of ξ in free flight of ±1e-3 … ±1e-15 and 0 gives the right states, or a flag within rounding."""
     scene = THROWS[name]
     drop = lowest(scene, 1e6)
     height = float(mp.mpf(wanted) - drop)
-    depth = float(mp.mpf(height) + drop)  # what the height as a double makes of it
+    depth = float(mp.mpf(height) + drop)  # `height` is rounded to a double
     t = vd.simulate(**scene, xi0=height, transient=0, periods=30)
     impact = t.switches[0]["after"] == State.IMPACT
     terms = height + (abs(scene["dxi0"]) + 8) * 8
     if impact != (depth <= 0):
         assert t.status == Status.TOO_CLOSE
-        assert abs(depth) <= 4 * ROUNDING * terms, "a decision rounding could not have turned"
+        assert abs(depth) <= 4 * ROUNDING * terms, "the decision is wrong by more than rounding"
     assert t.margin <= abs(depth) + ROUNDING * terms
     if abs(depth) <= 2.0**-52 * height:
         assert t.status == Status.TOO_CLOSE
@@ -61,7 +61,7 @@ def test_grazing_ladder(name, wanted):
 
 
 def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> list[tuple[Any, Any]]:
-    """The local minima (h, f) of f on (0, end), polished in 50 digits."""
+    """Return the local minima (h, f) of f on (0, end), computed to 50 digits."""
     h = np.linspace(0, end, 3000)
     v = [float(f(t)) for t in h]
     found = []
@@ -77,7 +77,7 @@ def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> li
 
 @pytest.mark.parametrize("sign", [1, -1], ids=["up", "down"])
 def test_tangency_of_a_velocity(sign):
-    """ξ' all but touches 0 in mid-slide: the slide ends there or goes on, as its sign says, or it is flagged."""
+    """ξ' nearly touches 0 during a slide: its sign there decides if the slide ends, or the motion is flagged."""
     scene = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5 if sign > 0 else 0.3}
     mp.dps = 60
     model = Oscillator(scene["A"], scene["B"], scene["eps"], ETA)
@@ -95,7 +95,7 @@ def test_tangency_of_a_velocity(sign):
     ids=["rest", "stick"],
 )
 def test_tangency_of_the_force(scene):
-    """H all but touches 1 in a wait: it ends there or goes on."""
+    """H nearly touches 1 in a wait: the wait ends there or continues, as in the reference."""
     mp.dps = 60
     model = Oscillator(scene["A"], 0.0, scene["eps"], ETA)
     tau = mp.mpf(scene["tau0"])
@@ -107,8 +107,11 @@ def test_tangency_of_the_force(scene):
 
 
 def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> None:
-    """A tangency missed by ±1e-3 … ±1e-15: the states agree, or it is flagged; far from rounding it is not. So in a
-    sweep, too, which flags by the distance alone."""
+    """Compare states near a tangency missed by ±1e-3 … ±1e-15.
+
+    They agree or the motion is flagged. It is not flagged far from rounding. The same holds for a sweep, which flags by
+    the distance only.
+    """
     differ = set()
     for wanted in LADDER:
         found = follow(scene(wanted), most=6, periods=2)
@@ -126,7 +129,7 @@ def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> No
             assert found.ours.margin <= 2 * wanted
         if wanted == 0.0:
             assert found.ours.margin <= 64 * ROUNDING * terms
-    assert len(differ) > 1, "the ladder does not lead past a decision"
+    assert len(differ) > 1, "the ladder crosses no decision"
 
 
 # --- several zeros in one step ------------------------------------------------------------------------------------
@@ -135,7 +138,7 @@ TWO_ZEROS = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5, "xi0": 50.0}
 
 
 def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
-    """A slide up whose ξ' falls below zero by `depth` and would rise again: the scene and the time of the dip."""
+    """Return a slide up whose ξ' falls below zero by `depth` and would rise again, and the time of that dip."""
     mp.dps = 60
     model = Oscillator(TWO_ZEROS["A"], TWO_ZEROS["B"], TWO_ZEROS["eps"], ETA)
     tau = mp.mpf(TWO_ZEROS["tau0"])
@@ -147,7 +150,7 @@ def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
 
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step(method):
-    """Both lie between two grid points: fixed and Muller go on, as their literal loops do; certified stops."""
+    """Both zeros are between two grid points: fixed and Muller slide on, as their literal loops do; certified stops."""
     scene, h = brief_reversal(1e-6)
     exact = reference(**scene, periods=1, max_switches=1).switches[0]
     assert float(exact.tau) - scene["tau0"] == pytest.approx(h, abs=1e-4)
@@ -161,7 +164,7 @@ def test_two_zeros_in_one_step(method):
 
 
 def test_three_zeros_in_one_step():
-    """A step that spans the dip and the end of the slide: one change of sign is seen, and not of the first zero."""
+    """One step spans the dip and the end of the slide: Muller sees one sign change, which is not at the first zero."""
     scene, _ = brief_reversal(1e-3)
     first = reference(**scene, periods=1, max_switches=1).switches[0].tau - mp.mpf(scene["tau0"])
     dtau = 2.0
@@ -175,8 +178,7 @@ def test_three_zeros_in_one_step():
 
 @pytest.mark.parametrize("tau0", np.linspace(0, 6, 13))
 def test_which_side_ends_a_stick(tau0):
-    """|H| swings through 1 and -1 within a hundredth of a period: the first of the two sides counts, not the
-    one looked at first."""
+    """H passes 1 and -1 within a hundredth of a period: the side that it reaches first counts."""
     scene = {"A": 1.4, "B": 0.05, "eps": 1.2e-3, "eta": 31.0, "xi0": 20.0, "tau0": float(tau0)}
     found = check_decisions(scene, most=30)
     assert found.agrees
@@ -184,7 +186,7 @@ def test_which_side_ends_a_stick(tau0):
 
 
 def test_both_conditions_of_a_slide_down():
-    """ξ < 0 and ξ' > 0 seen at one grid point is an impact, in whatever order they are looked at."""
+    """ξ < 0 and ξ' > 0 at the same grid point is an impact, in whatever order they are tested."""
     thrown = {"A": 3.04, "dxi0": -0.5, "tau0": 2.9}
     grazing = -lowest(thrown, 1e6)
     both = 0
@@ -195,7 +197,7 @@ def test_both_conditions_of_a_slide_down():
             ours = vd.simulate(**scene, method="fixed", dtau=dtau, transient=0, periods=1).switches
             assert [(s.before, s.after) for s in literal] == [(r["before"], r["after"]) for r in ours]
             both += sum(1 for s in literal if s.after == IMPACT and s.dxi > 0)
-    assert both, "no scene in which both change sign"
+    assert both, "no scene with both sign changes"
 
 
 # --- states that begin on a zero ----------------------------------------------------------------------------------
@@ -204,7 +206,7 @@ def test_both_conditions_of_a_slide_down():
 @pytest.mark.parametrize("A", [1.2, 1.5, 3.04])
 @pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0])
 def test_start_where_the_force_is_one(A, B):
-    """τ0 where H is 1 or -1, and one ulp to either side, at the obstacle and above it."""
+    """τ0 where H is 1 or -1, and one ulp to either side of it, at the obstacle and above it."""
     for level in (1 + B, B - 1):
         if abs(level) > A:
             continue
@@ -216,7 +218,7 @@ def test_start_where_the_force_is_one(A, B):
 
 @pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-300, 1e-160, 1e-80, 1e-30, 1e-16])
 def test_slide_with_hardly_any_speed(speed):
-    """A slide that ends as good as at once, above the obstacle by as little: no hang, the states as they follow."""
+    """A slide that ends almost immediately, and close to its start: the search ends, the order of states is valid."""
     for xi0 in (0.0, 1e-300, 1e-24, 1.0):
         for sign in (1, -1):
             for tau0 in (0.0, 2.0, 4.7):
@@ -231,7 +233,7 @@ def test_slide_with_hardly_any_speed(speed):
 @pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0, math.nextafter(1.0, 2.0), 1.3])
 @pytest.mark.parametrize("eps", [0.0, 5e-4])
 def test_amplitude_on_a_boundary(B, eps):
-    """A = 1 + B, |1 - B|, B and 0, and one ulp to either side, from rest, stick and slides."""
+    """A = 1 + B, |1 - B|, B and 0, and one ulp to either side, starting in rest, stick and slides."""
     for base in {1 + B, abs(1 - B), B, 0.0}:
         for A in ulps(base):
             if A < 0:
@@ -241,16 +243,16 @@ def test_amplitude_on_a_boundary(B, eps):
                     scene = {"A": A, "B": B, "eps": eps, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}
                     try:
                         check_decisions(scene, most=8, periods=10)
-                    except ArithmeticError:  # a zero of order three, where 50 digits cannot tell either
+                    except ArithmeticError:  # a zero of order three, which 50 digits cannot decide either
                         assert flagged(vd.simulate(**scene, transient=0, periods=10))
 
 
 def test_amplitude_that_just_suffices():
-    """A = 1 + B + 1e-9 leaves the obstacle for a ten-thousandth of a radian; A = 1 + B - 1e-9 never does."""
+    """A = 1 + B + 1e-9 leaves the obstacle for a phase of 1e-4; A = 1 + B - 1e-9 never does."""
     for B in (0.0, 0.1, 0.7):
         over = check_decisions({"A": 1 + B + 1e-9, "B": B}, most=12)
         assert over.agrees
-        # on the level the mass comes back down exactly as far as it went up: that is too close to call
+        # on the level the mass slides down exactly as far as it went up: that is too close to call
         assert over.ours.status == (Status.OK if B else Status.TOO_CLOSE)
         under = vd.simulate(A=1 + B - 1e-9, B=B, transient=0, periods=5)
         assert under.status == Status.NEVER_LEAVES
@@ -261,7 +263,7 @@ def test_amplitude_that_just_suffices():
 
 @pytest.mark.parametrize("B", [1.0, 1.05, 1.7])
 def test_incline_too_steep_to_stick(B):
-    """B >= 1: the mass slides down by itself; STICK can only end downwards while H stays below 1."""
+    """B >= 1: the mass slides down by gravity; STICK can only end downwards while H stays below 1."""
     for xi0, dxi0, tau0 in ((3.0, 0.0, 0.0), (0.5, 2.0, 4.0), (30.0, -1.0, 1.0), (0.0, 0.0, 0.0)):
         for A in (0.3, 1.7, 3.2):
             check_decisions({"A": A, "B": B, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=20, periods=40)
@@ -271,7 +273,7 @@ def test_incline_too_steep_to_stick(B):
 
 
 def test_contact_for_ten_thousand_periods():
-    """An impact at least every third period and rest in between: never through the floor."""
+    """At least one impact in three periods and rests in between: the mass never falls through the floor."""
     t = vd.simulate(A=3.04, transient=0, periods=10_000)
     assert t.status == Status.OK
     assert (t.switches["after"] == State.IMPACT).sum() >= 3000
@@ -281,7 +283,7 @@ def test_contact_for_ten_thousand_periods():
 
 @pytest.mark.parametrize(("eps", "eta"), [(0.0, ETA), (0.01, 7.3)])
 def test_phase_after_a_million_periods(eps, eta):
-    """H = 1 where a wait ends, in 50 digits, a million periods on: both clocks, of τ and ητ, are right to 1e-12."""
+    """H = 1 at the end of a wait, in 50 digits, after a million periods: the phases of τ and ητ are right to 1e-12."""
     t = vd.simulate(A=1.5, eps=eps, eta=eta, transient=1_000_000 - 1, periods=2)
     model = Oscillator(1.5, 0.1, eps, eta)
     mp.dps = 60
@@ -297,7 +299,7 @@ def test_phase_after_a_million_periods(eps, eta):
 
 @pytest.mark.parametrize("k", [1, -7, 1000, 159_154_943])
 def test_start_shifted_by_whole_periods(k):
-    """τ0 + 2πk gives the same motion, k periods on. The double nearest 2πk is off by a known bit, allowed for."""
+    """τ0 + 2πk gives the same motion k periods later; the known rounding of 2πk is taken into account."""
     scene = {"A": 3.04, "xi0": 0.3, "dxi0": 1.0}
     tau0 = 2 * math.pi * k
     mp.dps = 60
@@ -321,12 +323,12 @@ def test_start_shifted_by_whole_periods(k):
     ],
 )
 def test_faint_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
-    """A series through four derivatives points past the only zero: the fifth and those behind it are not small."""
+    """A series up to the fourth derivative misses the only zero: the fifth and higher derivatives are not small."""
     check_decisions({"A": A, "B": B, "eps": eps, "eta": eta, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=8, periods=4)
 
 
 def test_zero_where_a_long_slide_is_continued():
-    """A slide of more than 4π ends within rounding of where it is continued afresh: it is over, and takes no search."""
+    """A slide of more than 4π ends within rounding of the point where it is restarted: it ends without a search."""
     incline = {"A": 1.3810559874528507, "B": 0.22576944812017585, "eps": 0.00012271886836946676, "eta": 100.995}
     speed = float.fromhex("0x1.ece8f9bcde60bp+3")
     t = vd.simulate(**incline, xi0=1.0, dxi0=speed, transient=0, periods=8, budget=500)
@@ -336,7 +338,7 @@ def test_zero_where_a_long_slide_is_continued():
 
 @pytest.mark.parametrize("A", [1.5, 2.2])
 def test_vanishing_disturbance(A):
-    """ε → 0 meets ε = 0, linearly and then to the last bits, with nothing lost where ε underflows."""
+    """ε → 0 tends to ε = 0, linearly and then up to the last bits; nothing is lost where ε underflows."""
     undisturbed = vd.simulate(A=A, transient=20, periods=20)
     for eps in (1e-9, 1e-12, 1e-15, 1e-20, 1e-100, 1e-300, 5e-324):
         t = vd.simulate(A=A, eps=eps, transient=20, periods=20)
@@ -352,8 +354,10 @@ def test_vanishing_disturbance(A):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("tau0", [0.0, 0.9, 2.0, 5.5])
 def test_throw_reversed_in_time(A, speed, tau0):
-    """τ → π - τ leaves sin τ as it is and turns a slide up at B into a slide down at B + 2: it lands when it was
-    thrown, as fast as it was thrown."""
+    """τ → π - τ keeps sin τ and turns a slide up at B into a slide down at B + 2.
+
+    The mass lands at the mirrored time of the throw, with the speed of the throw.
+    """
     B = 0.25
     up = vd.simulate(A=A, B=B, dxi0=speed, tau0=tau0, transient=0, periods=8)
     top = up.switches[0]
@@ -361,7 +365,7 @@ def test_throw_reversed_in_time(A, speed, tau0):
     after = 2 * math.pi * int(top["period"]) + float(top["phase"])
     down = vd.simulate(A=A, B=B + 2, xi0=float(top["xi"]), tau0=math.pi - after, transient=0, periods=8)
     first, landed = down.switches[0], down.switches[down.switches["after"] == State.IMPACT][0]
-    assert first["after"] == State.IMPACT, "slides down at once and lands before anything else"
+    assert first["after"] == State.IMPACT, "the mass slides down immediately and lands before any other switch"
     back = 2 * math.pi * int(landed["period"]) + float(landed["phase"])
     assert back == pytest.approx(math.pi - tau0, abs=1e-13 / min(speed, 1.0))
     assert landed["dxi"] == pytest.approx(-speed, rel=1e-13)
@@ -397,7 +401,7 @@ EXTREMES: dict[str, dict[str, float]] = {
 
 @pytest.mark.parametrize("name", EXTREMES)
 def test_extremes_end(name):
-    """Each within a moment: every search is watched by the budget."""
+    """Each ends quickly, as the budget limits every search."""
     t = vd.simulate(**EXTREMES[name], transient=0, periods=3, budget=2000)
     check_order(t)
     check_above_obstacle(t)
@@ -415,7 +419,7 @@ def test_extremes_are_right(name):
 
 
 def test_record_ends_in_mid_fall():
-    """A slide that begins before the end of the record and lands behind it has not landed (ξ = 6.65 there)."""
+    """A slide that begins before the end of the record and would land after it has not landed (ξ = 6.65 there)."""
     scene = {"A": 4.722167765521558, "B": 1.0, "xi0": 3.7471638654197683, "tau0": 4.872575354352764}
     short = vd.simulate(**scene, transient=0, periods=6)
     long = vd.simulate(**scene, transient=0, periods=7)
@@ -425,8 +429,10 @@ def test_record_ends_in_mid_fall():
 
 
 def test_strokes_that_cancel():
-    """B = 0: up and down strokes are equal, and ξ comes back to 0 at ξ' = 0 exactly. Whatever is decided, it is
-    flagged, and what follows is a motion: impacts at the obstacle, never with ξ' > 0."""
+    """B = 0: up and down strokes are equal, and ξ returns to 0 at ξ' = 0 exactly.
+
+    Either decision is flagged, and a valid motion follows: impacts at the obstacle, never with ξ' > 0.
+    """
     for A in (1.012894992700601, 1.3845970985876055, 1.8540585017483262):
         t = vd.simulate(A=A, B=0.0, transient=0, periods=30)
         assert t.status == Status.TOO_CLOSE

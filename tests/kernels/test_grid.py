@@ -1,4 +1,4 @@
-"""The fixed and Muller paths against plain loops that visit every grid point, and skipping against the literal scan."""
+"""The fixed and Muller paths against plain loops over every grid point, and skipping against the literal scan."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def compare(plain, ours, tolerance):
 
 @pytest.mark.parametrize("scene", SCENES, ids=str)
 def test_fixed_equals_the_plain_loop(scene):
-    """Same grid points, same decisions; times differ by the rounding of τ itself."""
+    """Grid points and decisions are the same; times differ by the rounding of τ."""
     periods = 12
     compare(
         naive.fixed(**scene, periods=periods),
@@ -46,7 +46,7 @@ def test_fixed_equals_the_plain_loop(scene):
 
 @pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
 def test_muller_equals_the_plain_loop(scene):
-    """Both refine to far below their tolerance; what they agree on is bounded by it."""
+    """Both refine far below their tolerance; the tolerance bounds their difference."""
     periods = 8
     compare(
         naive.muller(**scene, tol=1e-10, periods=periods),
@@ -59,7 +59,7 @@ def test_muller_equals_the_plain_loop(scene):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 def test_skipping_equals_the_literal_scan(method, eps):
-    """To the bit, over four decades of Δτ, at every point of a sweep."""
+    """Results agree to the bit over four decades of Δτ, at every point of a sweep."""
     arguments = dict(
         A=np.linspace(1.2, 3.25, 12), dtau=[1e-4, 7.3e-4, 0.01, 0.1, 0.65, 2.0], eps=eps, method=method,
         transient=3, periods=6,
@@ -74,7 +74,7 @@ def test_skipping_equals_the_literal_scan(method, eps):
 
 @pytest.mark.jit
 def test_fixed_converges_with_order_one():
-    """Error of the switching times at A = 3.04 over three periods falls as Δτ: slope 0.9 to 1.1."""
+    """The error of the switching times at A = 3.04 over three periods is proportional to Δτ: slope 0.9 to 1.1."""
     exact = vd.simulate(A=3.04, transient=0, periods=3)
     steps = 0.01 * 2.0 ** -np.arange(8)
     errors = []
@@ -92,7 +92,7 @@ def test_fixed_converges_with_order_one():
 @pytest.mark.jit
 @pytest.mark.parametrize("tol", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
 def test_muller_reaches_its_tolerance(tol):
-    """A switch is off by less than tol, times what one period passes on to the next (at most 20)."""
+    """The error of a switch is below tol times the amplification from one period to the next (at most 20)."""
     exact = vd.simulate(A=3.04, transient=0, periods=3)
     t = vd.simulate(A=3.04, method="muller", dtau=0.01, tol=tol, transient=0, periods=3)
     late = np.abs(t.switches["phase"] - exact.switches["phase"])
@@ -100,7 +100,7 @@ def test_muller_reaches_its_tolerance(tol):
 
 
 def test_fixed_grid_is_never_accumulated():
-    """A switch time is τ0 + kΔτ for a whole k to the last bits, after a thousand periods as well."""
+    """A switch time is τ0 + kΔτ with an integer k up to the last bits, also after a thousand periods."""
     dtau = 0.1
     t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=1000, periods=3)
     for row in t.switches:
@@ -112,7 +112,7 @@ def test_fixed_grid_is_never_accumulated():
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
-    """The literal scan looks at blocks first: ξ and ξ' may both change sign within one, and back."""
+    """The literal scan tests blocks first: ξ and ξ' may both change sign within a block, and change back."""
     sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
     literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.section, skipping.section)
@@ -140,14 +140,14 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
 def test_a_leap_sees_what_the_scan_sees(name, method):
-    """Sweeps leap over scans at ε = 0; a single trajectory is scanned."""
+    """Sweeps leap over scans at ε = 0; a single motion is scanned."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
     assert _same(swept, 0, vd.simulate(**scene))
 
 
 def acting(scene, arguments=None):
-    """Without the tolerance, where it does not act."""
+    """Return the arguments without the tolerance if the method does not use it."""
     left = {"tol"} if scene["method"] == "fixed" else set()
     return {name: value for name, value in (arguments or scene).items() if name not in left}
 
@@ -165,7 +165,7 @@ def _same(swept, at, alone):
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("seed", range(20))
 def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
-    """Slopes steep and flat, starts in the air and in motion, steps from 1e-4 to half a period."""
+    """Random inclines, starts in the air and in motion, and steps from 1e-4 to half a period."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.985, 1.2, rng.uniform(0, 2)]))
     scene = dict(
@@ -183,7 +183,7 @@ def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_a_leap_costs_the_same_for_every_step(method):
-    """Where a scan takes some steps more or less, and none of these motions comes back within the record."""
+    """The evaluations with leaps do not depend on Δτ; those of a scan do. No motion here repeats within the record."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
@@ -207,7 +207,7 @@ def test_a_leap_costs_the_same_for_every_step(method):
     ],
 )
 def test_a_grid_coarser_than_half_a_period(scene):
-    """ξ' is positive for a while between two grid points at which it is not."""
+    """ξ' is positive for some time between two grid points at which it is not."""
     literal, skip = (
         vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan) for scan in ("literal", "skip")
     )
@@ -215,7 +215,7 @@ def test_a_grid_coarser_than_half_a_period(scene):
 
 
 def disturbed_points(method, seed, n, dtau):
-    """Points of all kinds with ε > 0, Δτ between two powers of ten."""
+    """Return n random points with ε > 0 and Δτ between two powers of ten."""
     rng = np.random.default_rng(seed)
     B = rng.choice([0.0, 0.1, 0.5, 0.985, 1.2], n)
     started = rng.choice([0.0, 1.0], (2, n))
@@ -231,7 +231,7 @@ def disturbed_points(method, seed, n, dtau):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
-    """A sweep takes most switches of all lanes at once, a single trajectory none: bits and evaluations are the same."""
+    """Batched lanes (sweep) and a single lane (simulate) give the same bits and the same number of evaluations."""
     points = disturbed_points(method, 8, 500, (-3.0, 0.0))
     run = dict(method=method, transient=3, periods=6, section_phase=2.0)
     swept = vd.sweep(points=points, **run)
@@ -245,7 +245,7 @@ def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
-    """Whatever is leapt over, behind a start from rest and before a zero, is visited by the literal scan."""
+    """The literal scan visits all points that skipping leaps over, after a start from rest and before a zero."""
     sweep = dict(points=disturbed_points(method, 9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
     skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))
     assert np.array_equal(skipping.section, literal.section, equal_nan=True)

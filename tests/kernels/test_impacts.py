@@ -1,4 +1,4 @@
-"""The main impacts that kernels record, against those a plain loop picks from switches written one by one."""
+"""The main impacts recorded by the kernels, against those selected by a plain loop over the recorded switches."""
 
 import math
 
@@ -27,7 +27,7 @@ PATHS = {
 
 
 def picked(switches):
-    """Of the impacts those without a faster one within half an excitation period, taken one after the other."""
+    """Return the main impacts: within π after a main impact, a faster one replaces it and others are dropped."""
     found = []
     for row, switch in enumerate(switches):
         if switch["after"] != State.IMPACT:
@@ -48,7 +48,7 @@ def picked(switches):
 
 
 def computed(plan):
-    """The main impacts of all points of a plan, computed as one batch."""
+    """Return the main impacts of all points of a plan, computed as one batch."""
     n, periods = plan.n_points, plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4))
     results = np.empty((n, periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts
@@ -71,7 +71,7 @@ def test_batches_record_what_is_picked_from_single_motions(name, motions, transi
 
 @pytest.mark.jit
 def test_a_motion_that_repeats_has_its_impacts_copied():
-    """Long records at ε = 0 are copied cycle by cycle; here they are also written down switch by switch."""
+    """Long records at ε = 0 are copied cycle by cycle; `simulate` records every switch."""
     A = [1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9]
     plan = make_plan({"A": A, "transient": 300, "periods": 3000})
     for at, found in enumerate(computed(plan)):

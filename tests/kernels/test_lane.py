@@ -1,4 +1,4 @@
-"""Each row of a lane is written by one module; where more do, the reason is here."""
+"""Each row of a lane is written by one module; rows with more writers are listed here with the reason."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from vibrodrive.kernels import codes, lane
 
 SHARED = {
     "a search begins in first_zero.py or undisturbed.py, and each way to search moves its cursor": ["CURSOR"],
-    "and both sides of a wait": ["SIG", "SEARCH"],
-    "a literal scan knows where it has been": ["LAST_NONNEGATIVE"],
-    "margins.py clears at a new state how close the last one's search came to a zero": ["DIP_DENOMINATOR"],
-    "each way to search tells what it met": ["OUTCOME"],
-    "each evaluation is counted where it is made": ["WORK"],
+    "a search in a wait may change to the other side of the wait": ["SIG", "SEARCH"],
+    "a literal scan records the points that it has visited": ["LAST_NONNEGATIVE"],
+    "margins.py clears the smallest distance from a zero at each new state": ["DIP_DENOMINATOR"],
+    "each kind of search sets its outcome": ["OUTCOME"],
+    "each module counts its own evaluations": ["WORK"],
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],
-    "margins.py says TOO_CLOSE and NEVER_LEAVES, event.py BUDGET": ["STATUS"],
+    "margins.py sets TOO_CLOSE and NEVER_LEAVES, event.py BUDGET": ["STATUS"],
 }  # fmt: skip
-"""Beside these, setup.py writes the first values of any row."""
+"""In addition, setup.py writes the first value of any row."""
 
 
 def rows_written(path: Path):
-    """Names of the rows that a module assigns to: w[NAME + i] or k[r.NAME + i], alone or in a tuple."""
+    """Yield names of the rows that a module assigns to: w[NAME + i] or k[r.NAME + i], also within a tuple."""
     for node in ast.walk(ast.parse(path.read_text())):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         for target in targets:

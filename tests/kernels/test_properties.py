@@ -1,4 +1,4 @@
-"""What holds for every motion, over all parameters and starts (hypothesis; the same examples every time)."""
+"""Properties of every motion, over all parameters and starts (hypothesis; always the same examples)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ bounded = settings(max_examples=300, derandomize=True, deadline=None)
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:
-    """Numbers spread evenly over powers of ten."""
+    """Return numbers distributed evenly over powers of ten."""
     return st.floats(low, high).map(lambda e: 10.0**e)
 
 
@@ -44,7 +44,7 @@ SCENES = st.fixed_dictionaries(
         "tau0": st.one_of(st.just(0.0), st.floats(0, 7), st.floats(-1e9, 1e9)),
     }
 )
-"""Any scene: the amplitudes of interest, level, steep and too steep inclines, all kinds of disturbance and start."""
+"""Any scene: amplitudes of interest, level, moderate and too steep inclines, all disturbances and starts."""
 
 UNDISTURBED = SCENES.map(lambda scene: scene | {"eps": 0.0})
 
@@ -52,7 +52,7 @@ MODEST = SCENES.map(
     lambda scene: (
         scene
         | {"A": min(scene["A"], 5.0), "tau0": scene["tau0"] % 7}
-        | {"dxi0": scene["dxi0"] if abs(scene["dxi0"]) > 1e-20 else 0.0}  # v² is to be seen in 50 digits
+        | {"dxi0": scene["dxi0"] if abs(scene["dxi0"]) > 1e-20 else 0.0}  # v² must be visible in 50 digits
     )
 )
 
@@ -68,7 +68,7 @@ FAINT = st.fixed_dictionaries(
         "tau0": st.floats(-3, 3),
     }
 )
-"""Disturbances that only the high derivatives of a switching function show."""
+"""Disturbances that only the high derivatives of a switching function reveal."""
 
 
 def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
@@ -81,7 +81,7 @@ def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
 @example(dict(A=1.1, B=1.3201919013162353, eps=1e-6, eta=100.99504938362077, xi0=0.0, dxi0=1e-47, tau0=1.0))
 @example(dict(A=0.125, B=1.0, eps=1.0, eta=2.0, xi0=0.0, dxi0=2.0, tau0=0.0))
 def test_order_of_states(scene):
-    """Every switch is one of Fig. 2's, and begins in the state in which the last one ended."""
+    """Every switch is one of Fig. 2, and its state before is the state after the previous switch."""
     check_order(motion(scene, 20))
 
 
@@ -95,7 +95,7 @@ def test_never_below_the_obstacle(scene):
 @given(SCENES)
 @example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
 def test_every_switch_satisfies_its_switching_function(scene):
-    """To rounding, evaluated in 50 digits from the switch before."""
+    """Its value is within rounding of zero, evaluated in 50 digits from the switch before."""
     t = motion(scene)
     model = oscillator(t)
     mp.dps = 60
@@ -116,7 +116,7 @@ def test_no_switching_function_changes_sign_inside_a_segment(scene):
 @settings(max_examples=1000, derandomize=True, deadline=None)
 @given(FAINT)
 def test_faint_disturbance(scene):
-    """Every switch satisfies its switching function, and no other lies before it."""
+    """Every switch satisfies its switching function, and no earlier zero was missed."""
     t = motion(scene, 1)
     mp.dps = 60
     for s, values, noise in switching_functions(t)[:8]:
@@ -128,11 +128,11 @@ def test_faint_disturbance(scene):
 @bounded
 @given(SCENES)
 def test_energy_never_rises_at_an_impact(scene):
-    """Whatever is lost is the kinetic energy it arrives with: ξ' < 0 before, 0 after, and ξ = 0 on both sides."""
+    """The loss is the kinetic energy on arrival: ξ' < 0 before the impact, 0 after it, and ξ = 0 on both sides."""
     t = motion(scene)
     rows = t.switches
     before = np.flatnonzero(rows["after"] == State.IMPACT)
-    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # what rounding makes of a speed of 0
+    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # rounding of a speed of 0
     assert (rows["dxi"][before] <= touch).all()
     assert (rows["xi"][before] == 0).all()
     leaving = np.flatnonzero(rows["before"] == State.IMPACT)
@@ -144,7 +144,7 @@ def test_energy_never_rises_at_an_impact(scene):
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(UNDISTURBED)
 def test_work_is_what_the_forces_do(scene):
-    """Between two switches the kinetic energy changes by the work of H and friction along the way (Simpson's rule)."""
+    """Between two switches the kinetic energy changes by the work of H and friction (Simpson's rule)."""
     assume(scene["xi0"] < 1e6)
     t = motion(scene, 3)
     model = oscillator(t)
@@ -165,11 +165,11 @@ def test_work_is_what_the_forces_do(scene):
 @settings(max_examples=400, derandomize=True, deadline=None)
 @given(MODEST)
 def test_certified_is_the_reference(scene):
-    """400 scenes: the states of the 50-digit reference wherever margins are above 1e-9; below, the same or a flag."""
+    """400 scenes: the states of the 50-digit reference if all margins exceed 1e-9; otherwise the same or a flag."""
     assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # else a fall of a million periods
     try:
         found = follow(scene, most=16, periods=12)
-    except ArithmeticError:  # a zero of order three: no number of digits tells
+    except ArithmeticError:  # a zero of order three: no number of digits decides it
         assert flagged(motion(scene))
         return
     if found.agrees:
@@ -182,7 +182,7 @@ def test_certified_is_the_reference(scene):
 @bounded
 @given(MODEST, powers(-3, 0.3))
 def test_skipping_is_visiting(scene, dtau):
-    """Fixed and Muller: what `skip` jumps over carries no change of sign, so both scans agree to the bit."""
+    """`skip` never skips a sign change, so fixed and Muller give the same bits with both scans."""
     for method in ("fixed", "muller"):
         skip, literal = (
             vd.simulate(**scene, method=method, dtau=dtau, scan=scan, transient=0, periods=4, budget=10_000)
@@ -195,13 +195,13 @@ def test_skipping_is_visiting(scene, dtau):
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(MODEST, powers(-2, 0.3))
 def test_fixed_is_the_literal_loop(scene, dtau):
-    """The same states at the same grid points as the obvious loop, up to where that loop sees a hair's breadth."""
+    """The states and grid points of the plain loop, up to the first value of that loop within 1e-11 of zero."""
     assume(scene["xi0"] <= 1e3)
     theirs = naive.fixed(**scene, dtau=dtau, periods=3).switches
     ours = vd.simulate(**scene, method="fixed", dtau=dtau, transient=0, periods=3).switches
     for a, b in zip(theirs, ours, strict=False):
         if (a.before, a.after) != (b["before"], b["after"]) or abs(a.tau - _tau(b)) > dtau / 2:
-            # doubles differ in their last bits: only a value next to zero may tell the two apart
+            # doubles differ in their last bits: only a value close to zero may cause different decisions
             assert _hair(scene, a) < 1e-11
             break
 
@@ -211,7 +211,7 @@ def _tau(row: np.void) -> float:
 
 
 def _hair(scene: dict[str, float], s: naive.Switch) -> float:
-    """The smallest value that could have decided otherwise at a switch of the literal loop."""
+    """Return the smallest value that decides a switch of the literal loop."""
     model = naive.Model(scene["A"], scene["B"], scene["eps"], scene["eta"])
     force = abs(abs(model.H(s.tau)) - 1)
     return min(force, *(abs(v) for v in (s.xi, s.dxi)))
@@ -220,7 +220,7 @@ def _hair(scene: dict[str, float], s: naive.Switch) -> float:
 @bounded
 @given(SCENES)
 def test_status_and_section_fit(scene):
-    """NaN in the section exactly where the budget ended the motion; margins are never negative, never NaN."""
+    """The section is NaN exactly where the budget ended the motion; margins are never negative or NaN."""
     t = motion(scene)
     assert t.margin >= 0
     assert np.isnan(t.section).any() <= (t.status == Status.BUDGET)

@@ -1,5 +1,7 @@
-"""A motion that comes back to where it was is not computed again (recurrence.py): the numbers are those that
-computing gives, to the bit, and they cost nothing. `simulate` computes them: it writes every switch down."""
+"""Repeated cycles of a motion are copied (recurrence.py): no evaluations, and the same bits as if computed.
+
+`simulate` always computes them, as it records every switch.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
-"""A motion that rests in each period, and one that never does again but is drawn in to the last bit."""
+"""Amplitudes of a motion that rests in each period, and of one that does not but converges to the last bit."""
 
 
 def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
@@ -31,7 +33,7 @@ def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
 
 
 def evaluations(**arguments) -> float:
-    """How many a sweep of these arguments takes."""
+    """Return the number of evaluations in a sweep of these arguments."""
     plan = make_plan(arguments)
     s, n = plan.settings, plan.n_points
     points, work = plan.points(0, n), np.empty(n)
@@ -48,7 +50,7 @@ def evaluations(**arguments) -> float:
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(4))
 def test_copied_equals_computed(seed):
-    """Windows that begin and end anywhere in a cycle, sections and starts at any phase."""
+    """Windows begin and end anywhere in a cycle; sections and starts are at any phase."""
     rng = np.random.default_rng(seed)
     A = np.array([RESTS, DRAWN_IN, 1.2, 2.55, 3.06, 3.1, 3.17, *rng.uniform(1.05, 3.3, 13)])
     window = dict(
@@ -92,7 +94,7 @@ def test_what_repeats_costs_nothing(A):
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_after_a_billion_periods(A):
-    """The transient is passed over as well; only its remainder by the cycle counts."""
+    """Cycles are skipped in the transient as well: only its length modulo the cycle matters."""
     late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
     assert np.array_equal(late.section, early.section)
     assert np.array_equal(late.switches, early.switches)
@@ -109,7 +111,7 @@ def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
 @pytest.mark.jit
 @pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
 def test_the_budget_of_a_period_is_kept(budget):
-    """Too small a budget for a later period ends the motion there, though its first period was cheaper."""
+    """A budget that is too small for a later period ends the motion there, although its first period was cheaper."""
     A = [RESTS, DRAWN_IN, 3.17]
     swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)
     for k, a in enumerate(A):

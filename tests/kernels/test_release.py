@@ -1,4 +1,4 @@
-"""φ_up and φ_down: one formula for the engine and for the map of orbits, within two units in the last place."""
+"""φ_up and φ_down: one formula for the event loop and the map of orbits, exact to two units in the last place."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
 
 
 def places(seed: int, n: int) -> np.ndarray:
-    """(n, 2) pairs (A, B) with A > 1 + B, half of them with B > 1."""
+    """Return (n, 2) pairs (A, B) with A > 1 + B, half of them with B > 1."""
     rng = np.random.default_rng(seed)
     B = np.where(rng.random(n) < 0.5, rng.uniform(0.0, 1.0, n), 10.0 ** rng.uniform(0.0, 3.0, n))
     return np.column_stack(((1.0 + B) * (1.0 + 10.0 ** rng.uniform(-3.0, 2.0, n)), B))
 
 
 def waits_end(A: float, B: float) -> tuple[float, float]:
-    """The phases at which the engine ends a sticking that begins at H = 0, as H rises and as it falls."""
+    """Return the phases at which the event loop ends a stick that begins at H = 0, as H rises and as it falls."""
     middle = math.asin(B / A)
     up, down = (
         vd.simulate(A=A, B=B, xi0=1.0, tau0=start, transient=0, periods=1).switches[0]
@@ -35,7 +35,7 @@ def waits_end(A: float, B: float) -> tuple[float, float]:
 
 @pytest.mark.jit
 def test_the_engine_and_the_map_agree_to_the_bit():
-    """A case that once differed in the last bit: φ_down, for some B > 1."""
+    """φ_down agrees for B > 1, too, where it once differed in the last bit."""
     seen = 0
     for A, B in places(1, 2000).tolist():
         ends = waits_end(A, B)
@@ -51,7 +51,7 @@ def test_the_engine_and_the_map_agree_to_the_bit():
 
 @pytest.mark.jit
 def test_the_mass_moves_from_onset_on():
-    """At A = 1 + B static friction just holds, one double further it does not; the engine agrees on either side."""
+    """At A = 1 + B static friction just holds, and at the next double it does not; simulated motions agree."""
     for B in (0.0, 0.1, 1.0, 3.7):
         assert not moves(onset(B), B)
         assert moves(np.nextafter(onset(B), np.inf), B)
@@ -61,7 +61,7 @@ def test_the_mass_moves_from_onset_on():
 
 
 def test_against_fifty_digits():
-    """Both phases, and A cos φ there, are within two units in the last place."""
+    """Both phases, and A cos φ there, are exact to two units in the last place."""
     with mp.workdps(50):
         for A, B in places(3, 2000).tolist():
             a, b = mp.mpf(A), mp.mpf(B)

@@ -1,4 +1,4 @@
-"""Certified motions that were once wrong or stuck, and their neighbours, against closed forms in 50 digits."""
+"""Certified motions that were once wrong or stuck, and similar ones, against closed forms in 50 digits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def digits():
 
 
 def slide(scene, tau, s=-1):
-    """(ξ, ξ', H) at `tau` of a slide of direction s from the start of a scene: eqs. (2), (4), (5), (9)."""
+    """Return (ξ, ξ', H) at `tau` of a slide in direction s from the start of a scene: eqs. (2), (4), (5), (9)."""
     a, b, eps, eta, x, v, start = (
         mp.mpf(scene.get(name, default))
         for name, default in (("A", 0), ("B", 0.1), ("eps", 0), ("eta", ETA), ("xi0", 0), ("dxi0", 0), ("tau0", 0))
@@ -56,7 +56,7 @@ FAST = [
 
 
 def fast_impacts(count):
-    """Impacts at 100 to 10⁸ times the speed that the excitation gives, anywhere in the first two periods."""
+    """Yield impacts at 100 to 10⁸ times the speed of the excitation, anywhere in the first two periods."""
     draw = np.random.default_rng(14)
     for _ in range(count):
         speed = 10 ** draw.uniform(2, 8)
@@ -83,18 +83,18 @@ def test_fast_impact(scene):
     ],
 )
 def test_strong_ripple_over_a_long_slide(scene):
-    """ξ dips below 0 by 1e-10 where the mass would turn: η h is of the order 10⁶ there."""
+    """ξ falls below 0 by 1e-10 where the mass would turn: η h is of the order 10⁶ there."""
     motion = vd.simulate(**scene, transient=0, periods=86)
     impact = motion.switches[0]
     assert (impact["before"], impact["after"]) == (DOWN, IMPACT)
     tau = time_of(impact)
     xi, dxi, _ = slide(scene, tau)
-    assert abs(xi) < 2e-11  # the rounding of ξ₀, 2e-12, and of the start of the last stretch
+    assert abs(xi) < 2e-11  # rounding of ξ₀, 2e-12, and of the start of the last stretch
     assert dxi < 0
 
 
 def test_slide_from_rest_under_strong_ripple():
-    """ξ at its end: A ε η² is 36 000 here and its rounding does not add up over the slide."""
+    """ξ at the end of the slide: A ε η² is 36 000 here, and its rounding does not accumulate over the slide."""
     scene = dict(A=4.346792718684417, eps=0.005409430943170665, eta=1238.6871187775064, tau0=1.245016202052283)
     motion = vd.simulate(**scene, dxi0=1.2274500536187732e-18, transient=0, periods=1)
     begin, end = motion.switches[3:5]
@@ -105,7 +105,7 @@ def test_slide_from_rest_under_strong_ripple():
 
 
 def falling_zero(a, b, level=1):
-    """The phase in (π/2, 3π/2) where H falls through `level`, ε = 0."""
+    """Return the phase in (π/2, 3π/2) where H falls through `level`, ε = 0."""
     return math.pi - math.asin((b + level) / a)
 
 
@@ -120,7 +120,7 @@ BOUNDARIES = [
 @pytest.mark.parametrize("eps", [0.0, 1e-9])
 @pytest.mark.parametrize("gap", [0.0, 1.0])
 def test_start_where_the_force_falls_to_one(gap, eps):
-    """Whether the mass still lifts off there is nothing, and decided by rounding; what follows is not."""
+    """Rounding decides if the mass lifts off there; that slide is negligible, and the motion after it is right."""
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)
         for off in range(-3, 4):
@@ -145,8 +145,10 @@ def test_impact_where_the_force_falls_to_one():
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
 def test_a_slow_impact_where_the_force_falls_to_one(speed):
-    """H misses 1 by more than its own rounding, but that of ξ moves so slow an impact by as much. A sweep bounds no
-    errors: there nothing else tells."""
+    """H misses 1 by more than its own rounding, but the rounding of ξ shifts so slow an impact by as much.
+
+    A sweep computes no bounds of errors: the margin must flag this case.
+    """
     scene = dict(A=3.04, tau0=2.2)
     impact = mp.mpf(falling_zero(3.04, 0.1)) + mp.mpf(3e-15) / speed
     scene["dxi0"] = float(-speed - slide(scene, impact)[1])
@@ -159,12 +161,12 @@ def test_a_slow_impact_where_the_force_falls_to_one(speed):
 
 
 def test_no_gap_is_too_small():
-    """Under a disturbance a gap that no double can add to anything closes as soon as the mass begins to fall."""
+    """Under a disturbance, a gap too small to change any sum closes as soon as the mass begins to fall."""
     scene = dict(A=6.640823138230711, B=2.0, eps=4.481376927180557e-06, eta=147.8154875011132, tau0=-78.81932951798649)
     seen = vd.simulate(**scene, xi0=1e-20, transient=0, periods=2)
     for gap in (1e-29, 1e-31, 1e-60, 1e-80, 1e-200, 5e-324):
         motion = vd.simulate(**scene, xi0=gap, transient=0, periods=2)
-        # the smallest close sooner than the end of the wait is known
+        # the smallest gaps close within the uncertainty of the end of the wait
         assert motion.status == (vd.Status.OK if gap > 1e-50 else vd.Status.TOO_CLOSE)
         assert motion.evaluations < 2 * seen.evaluations + 200
         assert np.array_equal(motion.switches["after"], seen.switches["after"])
@@ -192,7 +194,10 @@ def test_no_gap_is_too_small():
     ],
 )  # fmt: skip
 def test_graze_after_a_stick_under_ripple(scene):
-    """The mass falls through its whole gap, by 1e-14 of it: where the stick ends counts to η times its rounding."""
+    """The mass grazes after falling through its gap, with a relative distance of 1e-14.
+
+    The rounding of the end of the stick enters multiplied by η.
+    """
     motion = vd.simulate(**scene, transient=0, periods=1)
     states = [(row["before"], row["after"]) for row in motion.switches[:2]]
     assert states == [(STICK, DOWN), (DOWN, IMPACT)] or motion.status == vd.Status.TOO_CLOSE
@@ -207,7 +212,7 @@ SCANNED = [
          method="muller", dtau=0.0027761733736793017, tol=6.342018237727862e-05, periods=3),
     dict(A=20.4903024393604, eps=2.279753337772712e-09, eta=35146.453447660984, xi0=4.5448988983974114e-200,
          method="muller", dtau=0.08546414755107967, tol=0.00013800221549820703, periods=1),
-    # ξ falls below 0 and rises again between grid points at all of which ξ' < 0
+    # ξ falls below 0 and rises again between two grid points; ξ' < 0 at both of them
     dict(A=0.6963907173756203, B=0.01132728906346433, eps=0.00021921874625096044, eta=8352.996175319993,
          xi0=4.5414103517155956e-89, method="fixed", dtau=0.4077451002682671, periods=3),
     dict(A=9.165567220558879, B=0.7684219343644937, eps=0.011911967832519764, eta=100.99504938362077,
@@ -230,20 +235,20 @@ STARTS = [
     dict(A=1.895957175637014, eps=3.373121021471122e-05, eta=1000.0, xi0=1.4463205615846848, dxi0=-0.5487352769550277,
          tau0=-1.362319856741268),
     *(dict(A=3.04, xi0=0.5, dxi0=-0.3, tau0=tau0) for tau0 in (-1e-300, -1e-20, -4.4e-16, -5e-16)),
-    # H rounds to ±1, but is not
+    # H rounds to ±1 but differs from it
     dict(A=2.093, xi0=6.858203428851564e-10, dxi0=-1e-6, tau0=5.8386872381702055),
     dict(A=1.1000000075206713, xi0=1.9329026367943846e-11, dxi0=1e-17, tau0=1.5706793911393189),
-    # it rounds to more than 1, is less, and turns the mass at once
+    # H rounds to more than 1 but is less, and the mass turns immediately
     dict(A=1.825864922378041, dxi0=3.333302917989881e-43, tau0=0.6465724070261151),
     dict(A=3.7119619166298983, xi0=7.53164536378848e-17, dxi0=1.1134871069022562e-44, tau0=0.3008574458121069),
-    # its first gap is below the smallest double
+    # the first gap is below the smallest double
     dict(A=3.8053715145824043, B=0.6, eps=0.00010123287233329773, eta=26.00713995041946, tau0=0.010144705945132487,
          dxi0=7.037947552933589e-259),
 ]  # fmt: skip
 
 
 def drawn_starts(count):
-    """Starts of which each bit is drawn: at any time, and where H is ±1 to the last bit."""
+    """Yield random starts: half at any time, half where H is ±1 to the last bit."""
     draw = np.random.default_rng(30)
 
     def size(least, most):
@@ -263,7 +268,7 @@ def drawn_starts(count):
 
 @pytest.mark.parametrize("scenes", [STARTS, list(drawn_starts(240))], ids=["named", "drawn"])
 def test_a_start_is_as_exact_as_it_is_written(scenes):
-    """Bounds of errors hold, and states that are certain are right."""
+    """The bounds of the errors hold, and certain states are right."""
     certain = 0
     for scene in scenes:
         exact = reference(**scene, periods=1, max_switches=8, digits=400 if abs(scene["dxi0"]) < 1e-60 else 50)
@@ -271,7 +276,7 @@ def test_a_start_is_as_exact_as_it_is_written(scenes):
         held = compare(motion, exact, most=8)
         assert not [p for p in held.pairs if not p.error <= p.bound + 1e-45], scene
         last = [s.tau for s in exact.switches[-1:]] + [time_of(row) for row in motion.switches[-1:]]
-        undecided = any(abs(tau - scene["tau0"] - 2 * mp.pi) < 1e-14 for tau in last)  # whether it is in the record
+        undecided = any(abs(tau - scene["tau0"] - 2 * mp.pi) < 1e-14 for tau in last)  # at the end of the record
         assert not held.others or undecided, scene
         certain += math.isinf(motion.certain_until)
     assert certain > len(scenes) / 2

@@ -1,4 +1,4 @@
-"""Fig. 2: the table of transitions is what the kernels decide, and all that motions show."""
+"""Fig. 2: the kernels decide as its table of transitions says, and motions show no other transitions."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_every_decision_is_that_of_the_table():
 
     decides = njit(lambda which, side, force: decide(which, side, force))
     for state, name, condition, after in TRANSITIONS:
-        # an impact is decided at once: its force is that at the zero of S1
+        # the force that decides after an impact is that at the zero of S1
         which = FUNCTIONS.get(name, S1)
         if after == vd.State.IMPACT:
             continue  # the zero of S1 itself
@@ -47,11 +47,11 @@ def test_every_state_is_ended_as_in_the_table():
 
     ends = njit(lambda state: terminating_function(state))
     for state, names in ENDED_BY.items():
-        assert ends(int(state)) == FUNCTIONS[names[-1]]  # sliding down, S2 is searched, and ξ watched for S1
+        assert ends(int(state)) == FUNCTIONS[names[-1]]  # a slide down searches S2 and tests ξ for S1
 
 
 def test_the_table_is_complete():
-    """Every end of every state is in it, and with it every value of H."""
+    """The table contains every end of every state, and every value of H for it."""
     for state, names in ENDED_BY.items():
         assert sorted({name for s, name, _, _ in TRANSITIONS if s == state}) == names
     for state, *forbidden in ((vd.State.IMPACT, "H > 1", "H <= 1"),):

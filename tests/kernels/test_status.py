@@ -1,4 +1,4 @@
-"""What a trajectory says about how it ended: status, advice, margin; for one motion and each point of a sweep."""
+"""Status, advice and margin of a motion, for one motion and for each point of a sweep."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_ok():
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
 def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
-    """A throw that turns back just above the obstacle: ξ there is the margin, as nothing else comes closer."""
+    """A throw turns back just above the obstacle: the margin is ξ there, as no other decision is closer."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=gap - drop)
@@ -38,7 +38,7 @@ def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
 def test_margin_is_how_far_an_impact_would_have_dipped(depth):
-    """The same throw from a little lower: the free flight would have gone `depth` below the obstacle."""
+    """The same throw from slightly lower: the free flight would have gone `depth` below the obstacle."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=-depth - drop)
@@ -47,7 +47,7 @@ def test_margin_is_how_far_an_impact_would_have_dipped(depth):
 
 
 def test_margin_of_a_start():
-    """Where nothing but the start is decided, its distance counts: |H - 1| at the obstacle, ||H| - 1| above it."""
+    """The only decision is that of the start: its distance is |H - 1| at the obstacle and ||H| - 1| above it."""
     rest = vd.simulate(A=0.0, B=0.25, transient=0, periods=2)
     assert rest.margin == pytest.approx(1.25)
     stick = vd.simulate(A=0.0, B=0.25, xi0=1.0, transient=0, periods=2)
@@ -56,7 +56,7 @@ def test_margin_of_a_start():
 
 @pytest.mark.parametrize("eps", [0.0, 1e-5])
 def test_margin_of_a_wait_without_end(eps):
-    """What H lacks at most: the disturbance may add its amplitude to that of the excitation."""
+    """The margin is the least distance of H from its limit; the disturbance may add its amplitude."""
     scene = dict(A=0.4, B=0.25, eps=eps, eta=100.0, transient=0, periods=2)
     reach = 0.4 * (1.0 + eps * 1e4)
     assert vd.simulate(**scene).margin == vd.sweep(**scene).margin == pytest.approx(1.25 - reach)
@@ -72,7 +72,7 @@ def test_margin_of_a_wait_that_all_but_ends(gap):
 
 
 def test_never_leaves_is_an_answer():
-    """A section for every period, constant; whether it came to rest at once or after some motion."""
+    """The section has a row for every period, all equal, if the mass rests from the start or after some motion."""
     for start in ({}, {"xi0": 2.0, "dxi0": 1.0}, {"dxi0": 3.0}):
         t = vd.simulate(A=0.4, **start, transient=3, periods=5)
         assert t.status == Status.NEVER_LEAVES
@@ -82,20 +82,20 @@ def test_never_leaves_is_an_answer():
 
 
 def test_budget_is_per_period_and_configurable():
-    """83 switches a period: 100 suffice for any number of periods, 50 for none."""
+    """The motion has 83 switches a period: 100 suffice for any number of periods, 50 for none."""
     scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}
     assert vd.simulate(**scene, budget=200).status == Status.OK
     spent = vd.simulate(**scene, budget=50)
     assert spent.status == Status.BUDGET
     assert 0 < len(spent.switches) <= 51
     full = vd.simulate(**scene)
-    assert (spent.switches == full.switches[: len(spent.switches)]).all(), "what was computed stands"
+    assert (spent.switches == full.switches[: len(spent.switches)]).all(), "switches before the end remain"
     assert np.isnan(spent.section).all()
-    assert np.isnan(spent.sample(16).xi[-1]), "nothing is drawn where nothing was computed"
+    assert np.isnan(spent.sample(16).xi[-1]), "samples after the last switch are NaN"
 
 
 def test_samples_end_with_the_last_switch_that_was_computed():
-    """All of them up to it, and none behind: what the mass does there is not known."""
+    """All samples up to the last switch are finite; the motion after it is unknown."""
     spent = vd.simulate(A=1.5, eps=5e-4, tau0=1.0, transient=0, periods=30, budget=50)
     last = spent.switches[-1]
     found = spent.sample(64)
@@ -108,15 +108,17 @@ def test_samples_end_with_the_last_switch_that_was_computed():
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])
 def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
-    """Grid points are counted, too: visiting 6e10 of them is no way to hang, and skipping them costs nothing."""
+    """Visited grid points count: a literal scan of 6e10 points ends by budget, and skipped points cost nothing."""
     t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
     assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
 
 
 @pytest.mark.parametrize("eps", [0.0, 1e-6])
 def test_rounding_adds_up_over_waits(eps):
-    """51 slides down with a stick behind each: after the last the gap is more than one slide can be off by, and less
-    than all of them."""
+    """The mass slides down 51 times, each time into a stick.
+
+    After the last slide the gap exceeds the error of one slide but not the sum of all errors.
+    """
     scene = dict(A=1.0, eps=eps, transient=0)
     sticks = [row for row in vd.simulate(**scene, xi0=64.0, periods=60).switches if row["after"] == State.STICK]
     scene |= dict(xi0=64.0 - sticks[50]["xi"] + 5e-14, periods=int(sticks[50]["period"]) + 1)
@@ -127,7 +129,7 @@ def test_rounding_adds_up_over_waits(eps):
 
 
 def test_sweep_goes_on_past_every_kind_of_point():
-    """One of each in a sweep: each its own status and margin, the same as by itself, and no neighbour harmed."""
+    """A sweep over points of every status: each has the status, margin and section of its single motion."""
     A = [1.5, 0.4, 1.0, 3.04]
     r = vd.sweep(A=A, B=[0.0, 0.1], eps=[0.0, 5e-4], transient=0, periods=20, budget=60)
     assert r.status.shape == r.margin.shape == (4, 2, 2)
@@ -142,7 +144,7 @@ def test_sweep_goes_on_past_every_kind_of_point():
 
 
 def test_too_close_goes_on():
-    """The motion before a decision too close to call stands, and a branch of it is followed to the end."""
+    """The motion before a decision too close to call remains valid, and one branch of it is followed to the end."""
     t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
     assert t.status == Status.TOO_CLOSE
     assert t.margin < 1e-14
@@ -151,7 +153,7 @@ def test_too_close_goes_on():
 
 
 def test_first_of_two_reasons_is_kept():
-    """Too close to call and then at rest for ever: that it was too close is what matters."""
+    """A decision too close to call followed by rest for the remaining time: the status is TOO_CLOSE."""
     t = vd.simulate(A=1.0, B=0.0, transient=0, periods=3)
     assert t.status == Status.TOO_CLOSE
     assert t.margin == 0.0
@@ -166,7 +168,7 @@ def test_first_of_two_reasons_is_kept():
     ],
 )
 def test_a_tangency_met_once_is_not_held_against_later_switches(start):
-    """A first slide that hardly moves passes close to a zero it does not have; that is over when it ends."""
+    """A first slide that hardly moves passes close to a zero that it does not have; later margins ignore it."""
     window = dict(dxi0=1e-14, transient=0, periods=3)
     alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)
     assert alone.margin == swept.margin

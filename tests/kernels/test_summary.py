@@ -1,5 +1,8 @@
-"""A summary is what the switches of a motion come to: sums made here again, quadrature, orbits found otherwise, and to
-the bit what the same switches of a single motion come to."""
+"""A summary follows from the switches of a motion.
+
+It is compared with sums over the switches, quadrature, orbits found in another way, and, to the bit, with the summary
+computed from the recorded switches of a single motion.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ def times(switches):
 
 
 def one_period(motion, n):
-    """The switches of the last period of a motion of period n, from an impact to the same one, both included."""
+    """Return the switches of the last period of a motion of period n, from an impact to the same one, inclusive."""
     switches, late = motion.switches, times(motion.switches)
     last = np.flatnonzero(switches["after"] == vd.State.IMPACT)[-1]
     first = int(np.argmin(abs(late - (late[last] - n * TURN))))
@@ -39,14 +42,14 @@ def one_period(motion, n):
 
 
 def segments(switches):
-    """(state, its beginning, its end) of what lies between switches; an impact takes no time."""
+    """Yield (state, its beginning, its end) for each interval between switches; an impact takes no time."""
     for a, b in pairwise(switches):
         if a["after"] != vd.State.IMPACT:
             yield int(a["after"]), a, b
 
 
 def naive(switches, duration):
-    """Extensive quantities an excitation period, and shares of time: loops over switches, nothing else."""
+    """Return extensive quantities per excitation period and shares of time, by plain loops over the switches."""
     out = dict.fromkeys(("impacts", "momentum", "energy", "friction_loss"), 0.0)
     share, speeds = np.zeros(4), []
     for state, a, b in segments(switches):
@@ -93,7 +96,7 @@ def test_a_periodic_motion_is_measured_over_one_of_its_periods(scene):
 @pytest.mark.parametrize("eps", [0.0, 1e-4])
 @pytest.mark.parametrize("A", [1.5, 2.65, 3.04])
 def test_work_and_extremes_are_those_of_the_curve(A, eps):
-    """The work of the excitation by Simpson's rule on each slide, the largest velocities among a million points."""
+    """The work of the excitation by Simpson's rule on each slide; the extreme velocities among a million points."""
     run = dict(transient=200, periods=8)
     swept = vd.sweep(A=[A], eps=eps, **run, record="summary")
     motion = vd.simulate(A=A, eps=eps, **run)
@@ -124,7 +127,7 @@ def test_work_and_extremes_are_those_of_the_curve(A, eps):
 
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
 def test_the_fastest_of_a_slide_of_many_turns(speed):
-    """On a steep incline the mass comes down faster in each period: the last of them has the largest speed."""
+    """On a steep incline the mass slides down faster in each period: its speed is largest in the last one."""
     scene = dict(A=2.4, B=1.3, dxi0=speed, transient=0)
     (first, *_) = (row for row in vd.simulate(**scene, periods=60).switches if row["after"] == vd.State.IMPACT)
     scene["periods"] = int(first["period"]) + 1
@@ -133,12 +136,12 @@ def test_the_fastest_of_a_slide_of_many_turns(speed):
     found = motion.sample(20_000)
     least = found.dxi[found.tau <= times(first)].min()
     assert least - 1e-6 < swept.dxi_min <= least
-    assert least < first["dxi"] - 1.0, "it is reached before the impact"
+    assert least < first["dxi"] - 1.0, "the largest speed is reached before the impact"
 
 
 @pytest.mark.jit
 def test_periods_and_exponents_are_those_of_the_orbits():
-    """λ = log |multiplier| / n of the stable orbit that `vd.orbits` finds from the map; -∞ where the mass rests."""
+    """λ = log |multiplier| / n of the stable orbit that `vd.orbits` finds from the map; -∞ if the mass rests."""
     A = [2.9, 3.0, 3.04, 3.05]
     swept = vd.sweep(A=A, transient=4000, periods=20, record="summary")
     for k, a in enumerate(A):
@@ -153,7 +156,7 @@ def test_periods_and_exponents_are_those_of_the_orbits():
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
 def test_an_exponent_is_the_growth_of_a_small_difference(number):
-    """Irregular motion: starts from each impact a little earlier and later, and how far apart the next impacts are."""
+    """An irregular motion is restarted from each impact slightly earlier and later; the next impacts move apart."""
     run = dict(transient=500, periods=60)
     many = vd.sweep(A=np.linspace(6.0, 8.0, 401), **run, record="summary")
     A = float(many.axes["A"][(many.period == 0) & (many.lyapunov > 0.1)][number])
@@ -188,8 +191,8 @@ def test_gaps_and_sequences_tell_orbits_apart():
                 root = root[:m]
                 break
         words.setdefault(int(swept.sequence[k]), set()).add(root)
-    assert all(len(w) == 1 for w in words.values()), "equal numbers, equal sequences"
-    assert len(set.union(*words.values())) == len(words), "equal sequences, equal numbers"
+    assert all(len(w) == 1 for w in words.values()), "equal numbers must mean equal sequences"
+    assert len(set.union(*words.values())) == len(words), "equal sequences must have equal numbers"
 
 
 def test_a_motion_that_never_leaves_is_at_rest():
@@ -205,7 +208,7 @@ def summarised(rows, n, state, x, point, totals, out):
 
 
 def of_switches(motion):
-    """The summary of a single motion, from its switches."""
+    """Return the summary of a single motion, computed from its switches."""
     s, a = motion.switches, motion.arguments
     rows = np.stack([s[name].astype(float) for name in s.dtype.names], axis=1) if len(s) else np.zeros((1, 6))
     last = (s if len(s) else motion._start)[-1]
@@ -227,7 +230,7 @@ def assert_same(swept, index, motion):
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(12))
 def test_the_bits_are_those_of_the_switches(seed):
-    """On three paths, disturbed and not, recurrent and irregular, cut off and at rest."""
+    """All methods, with and without a disturbance; periodic and irregular motions, short records, motions at rest."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.5, 0.985, 1.2, rng.uniform(0, 2)]))
     A = np.sort(rng.uniform(abs(1 - B) * 0.5 + 0.01, B + 4, 6))
@@ -250,7 +253,7 @@ def test_the_bits_are_those_of_the_switches(seed):
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
 def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
-    """On a grid ξ at an impact is what it is at the grid point, or at a zero known to the tolerance."""
+    """On a grid, ξ at an impact is its value at the grid point, or at a zero found within the tolerance."""
     scene = dict(A=3.04, eps=eps, transient=2, periods=6, **({} if method == "certified" else {"dtau": 0.05}))
     plan = make_plan(scene | {"method": method})
     w, k = lane.new_lanes(1)
@@ -284,7 +287,7 @@ def test_more_switches_than_a_lane_has_room_for():
 
 @pytest.mark.jit
 def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
-    """Where no period is found all switches count, copied ones, too."""
+    """If no period is found, the summary covers all switches, also copied ones."""
     A, run = [3.158, 3.1605, 3.172, 3.186], dict(transient=3000, periods=900)
     swept = vd.sweep(A=A, **run, record="summary")
     for k, a in enumerate(A):
@@ -293,7 +296,7 @@ def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
 
 @pytest.mark.jit
 def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
-    """The cycle is exact, but the two periods before it are not: this motion has no period yet."""
+    """The cycle is exact, but the two periods before it are not: the period of this motion is not yet found."""
     scene = dict(B=0.1, tau0=0.6385324289869151, transient=1, periods=6)
     A = [2.4, 2.719252649683075]
     swept = vd.sweep(A=A, **scene, record="summary")
@@ -311,7 +314,7 @@ def test_columns_are_those_that_are_named():
 
 @pytest.mark.parametrize("fastest", range(3))
 def test_a_cycle_of_gaps_is_the_same_from_every_impact_on(fastest):
-    """Gaps 1, 2, 1: read from the first of them on, two gaps seem to repeat, but three come round."""
+    """Gaps 1, 2, 1: from the first gap on, a cycle of two seems to repeat, but the cycle has three."""
     rows = np.zeros((3, 6))
     rows[:, PERIOD], rows[:, AFTER], rows[:, DXI] = [0, 1, 3], vd.State.IMPACT, -1.0
     rows[fastest, DXI] = -2.0

@@ -1,4 +1,4 @@
-"""The configuration file: what it may say, and the one line for what it may not."""
+"""The configuration file: allowed contents, and the one-line message for anything else."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_options_replace_what_the_file_says():
     assert plan.settings.periods == 4
     assert plan.settings.method == Method.FIXED
     assert plan.axes["A"].tolist() == [1.0, 1.5, 2.0]
-    assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number of [model] is gone
+    assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number in [model] is replaced
     assert plan.scalars["tol"] == 1e-4
     assert parse(text, ["A=3", "sweep.B=[0.1, 0.3]"]).plan().axes["B"].tolist() == [0.1, 0.3]
 

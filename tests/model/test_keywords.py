@@ -1,5 +1,7 @@
-"""The keywords of the public functions: spelled out, with the defaults that hold, checked by type checkers and at run
-time, and in the order in which the caller wrote them."""
+"""Keywords of the public functions.
+
+They are written out with their real defaults, checked by type checkers and at run time, and keep the caller's order.
+"""
 
 from __future__ import annotations
 
@@ -44,11 +46,11 @@ LEFT_OUT = {
     vd.start_limit: ("method", "eps", "eta", "dtau", "tol", "periods", "section_phase", "scan"),
     vd.unique_limit: ("xi0", "dxi0", "section_phase"),
 }
-"""Where a function differs from what `make_plan` takes."""
+"""Arguments of `make_plan` that a function lacks."""
 
 
 def defaults_of_the_model():
-    """Defaults of what `make_plan` takes, as a signature shows them."""
+    """Return the defaults of the arguments of `make_plan`, as a signature shows them."""
     known = {name: p.default for name, p in PARAMETERS.items()}
     known |= {"A": inspect.Parameter.empty, "dtau": None, "tol": None}
     assert math.isnan(PARAMETERS["dtau"].default)
@@ -181,7 +183,7 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    # where the package is checked, and with its options: what is in a cache that both share is not checked again
+    # run where the package is checked, with its options: results in a shared cache are reused
     paths = {"MYPY_CACHE_DIR": str(tmp_path / "cache")} | os.environ
     ran = subprocess.run(
         [sys.executable, "-m", "mypy", str(script)], cwd=ROOT, env=paths, capture_output=True, text=True, check=False

@@ -1,4 +1,4 @@
-"""The boundary: what passes, what it is cast to, what is refused and how; and the scene in SI units."""
+"""Checks of arguments: allowed values, their types, and the messages for others; scenes in SI units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sweep before it runs: axes in order, points, blocks that tile them, and what is refused."""
+"""A sweep before it runs: order of the axes, points, blocks that cover them, and refused arguments."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
     for start, stop in (blocks[0], blocks[-1]):
         index = np.array(np.unravel_index(np.arange(start, stop), plan.shape)).T
         low, high = index.min(axis=0), index.max(axis=0)
-        assert math.prod(high - low + 1) == stop - start, "a box"
+        assert math.prod(high - low + 1) == stop - start, "the block must be a box"
         assert (low % plan.chunk == 0).all()
-        assert (low // plan.chunk == high // plan.chunk).all(), "in one chunk"
+        assert (low // plan.chunk == high // plan.chunk).all(), "the block must be in one chunk"
 
 
 def test_blocks_are_smaller_the_longer_their_points_take():
-    """Counted: a block of many points and periods would be lost when it is stopped."""
+    """The sizes of blocks follow from counts: a long block would be lost when the run is stopped."""
     long = {"A": np.linspace(3.0, 3.25, 100_000), "transient": 10_000, "periods": 10, "record": "summary"}
 
     def sizes(**changes):
@@ -133,7 +133,7 @@ def test_the_arguments_of_a_point_make_its_plan_again():
 
 
 def test_there_is_one_table_of_settings():
-    """A configuration knows every setting and parameter, and takes and refuses the same values as `make_plan`."""
+    """A configuration accepts and refuses the same values of all settings and parameters as `make_plan`."""
     known = {key for keys in config.HOMES.values() for key in keys}
     assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES, "record", "points"}
     assert list(SETTINGS) == [f.name for f in fields(Settings)]

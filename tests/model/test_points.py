@@ -1,4 +1,4 @@
-"""Parameters that change together, along the axis `point`: in Python, in configurations, in results and files."""
+"""Parameters that vary together along the axis `point`: in Python, in configurations, in results and files."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_configuration_and_a_call_give_the_same_points():
         assert column(plan, "xi0") == 2 * [0.0, 1.0, 2.0, 3.0, 4.0]
         assert column(plan, "eps") == 5 * [0.0] + 5 * [1e-4]
     first = make_plan({"points": POINTS, "eps": [0.0, 1e-4]})
-    assert list(first.axes) == ["point", "eps"], "in the order written"
+    assert list(first.axes) == ["point", "eps"], "axes must keep the order written"
 
 
 def test_pandas_tables_are_points():

@@ -1,5 +1,7 @@
-"""What makes no sense is refused in one sentence: the key, the value, what is allowed. Nobody who gives a public
-function something wrong meets an error of Python's or NumPy's own, a hang, or a number."""
+"""Refusals of invalid arguments, in one sentence with the key, the value and the allowed values.
+
+A wrong argument of a public function never causes an error of Python or NumPy, a hang, or a number.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +87,7 @@ REFUSED = {
     "length": ("xi", IN_SI.length, [None, *NOT_NUMBERS, range(10**15)]),
     "force": ("h", IN_SI.force, [None, *NOT_NUMBERS]),
 }  # fmt: skip
-"""What is called, the key its sentence names, and the values that are refused."""
+"""The call, the key that its message names, and the refused values."""
 
 
 def swept():
@@ -98,7 +100,7 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
     key, call, values = REFUSED[name]
     for value in values:
         with pytest.raises((TypeError, ValueError), match=rf"^{key}(\[\d+\])? = .+: must be .+$") as caught:
-            print(name, type(value), call(value))  # what came out instead
+            print(name, type(value), call(value))  # shown if no error was raised
         assert "\n" not in str(caught.value)
         assert len(str(caught.value)) < 300
 
@@ -127,7 +129,7 @@ def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
 
 @pytest.mark.jit
 def test_too_few_periods_to_judge_are_refused():
-    """The first and the last impact of a record are not judged: what is left must hold the orbit twice."""
+    """The first and the last impact of a record are not judged; the others must contain the orbit twice."""
     with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4, 4 times the period .* at A = 1.5$"):
         vd.limit(A=1.5, periods=1, transient=10)
     with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16, 4 times the period .* at A = 3.1$"):

@@ -1,4 +1,4 @@
-"""Results: named axes, the nearest value, the arrays of a sweep in memory and of its file."""
+"""Results: named axes, selection by the nearest value, the arrays of a sweep in memory and in its file."""
 
 from __future__ import annotations
 
@@ -58,18 +58,18 @@ def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
 
 
 def test_a_value_is_met_within_rounding(plan):
-    """0.1 · 3 is more than 0.3, and every value of a linspace is met by the decimal number meant."""
+    """0.1 · 3 exceeds 0.3 in doubles; the decimal number selects its value of a linspace."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
     axis = np.linspace(3.0, 3.25, 251)
     r = Results({"A": axis}, {}, plan.settings, {"margin": np.arange(251.0)})
     assert [r.select(A=round(3 + k / 1000, 3)).margin for k in range(251)] == list(range(251))
-    assert (axis != [round(3 + k / 1000, 3) for k in range(251)]).any(), "for rounding"
+    assert (axis != [round(3 + k / 1000, 3) for k in range(251)]).any(), "some values must differ by rounding"
 
 
 @pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
 def test_pickled_and_copied_results_are_the_same(plan, chosen):
-    """And of a selection nothing but itself is pickled."""
+    """A pickled selection contains its own data only."""
     whole = collected(plan)
     r = whole.select(**chosen)
     for again in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r), copy.copy(r)):
@@ -91,13 +91,13 @@ def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the
     assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
     assert one != 3
     assert one in [other, same]
-    assert pickle.loads(pickle.dumps(one)) == one, "its Δτ is NaN"
+    assert pickle.loads(pickle.dumps(one)) == one, "motions with Δτ = NaN must compare equal"
     assert (one.sample(5) == same.sample(5)) is True
     assert (one.sample(5) != other.sample(5)) is True
     assert (one.sample(5) == one.sample(6)) is False
     given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
     assert np.isnan(given_up[0].section).any()
-    assert given_up[0] == given_up[1], "NaN is where NaN is"
+    assert given_up[0] == given_up[1], "NaN in the same places must compare equal"
 
 
 def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():

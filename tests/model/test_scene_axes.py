@@ -1,4 +1,4 @@
-"""Quantities of a scene in SI units as axes: every point has the A and B that `Scene` gives it, to the bit."""
+"""Axes in SI units: every point has the A and B that `Scene` computes for it, to the bit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def listed(values):
 
 
 def text(*names, scene=SCENE, more=""):
-    """A configuration with some quantities as axes, in this order, and the others in [physical]."""
+    """Return a configuration with some quantities as axes, in this order, and the others in [physical]."""
     fixed = "".join(f"{key} = {value!r}\n" for key, value in scene.items() if key not in names)
     swept = "".join(f"{name} = {listed(VALUES[name])}\n" for name in names)
     return f"[physical]\n{fixed}[sweep]\n{swept}{more}[run]\ntransient = 3\nperiods = 4\n"
@@ -47,7 +47,7 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
     ]
     assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
     assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
-    assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # whatever the block
+    assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # for any block
 
 
 def test_all_at_once_and_beside_other_parameters_in_the_order_written():
@@ -67,7 +67,7 @@ def test_what_does_not_vary_stays_one_number():
     }
     assert scalars.keys() & {"A", "B"} == {"B"}
     assert parse(text("alpha")).plan().scalars.keys().isdisjoint({"A", "B"})
-    both = parse(text("mass")).plan().scalars  # which changes forces, and not the motion
+    both = parse(text("mass")).plan().scalars  # the mass changes forces but not the motion
     assert (both["A"], both["B"]) == (Scene.quiet(**SCENE).A, Scene.quiet(**SCENE).B)
 
 

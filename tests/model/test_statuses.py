@@ -1,4 +1,4 @@
-"""Statuses print their names, one or many, and are numbers otherwise."""
+"""Statuses print their names, one or many, and behave as numbers otherwise."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_arrays_show_names(statuses):
     assert str(statuses) == "[[OK, TOO_CLOSE],\n [BUDGET, NOT_COMPUTED]]"
     assert repr(statuses[0]) == "Statuses([OK, TOO_CLOSE])"
     assert statuses[0, 1] is Status.TOO_CLOSE
-    assert str(np.array([9], np.int8).view(Statuses)) == "[status 9]", "of a later version"
+    assert str(np.array([9], np.int8).view(Statuses)) == "[status 9]", "an unknown status must print as a number"
     one = np.array(1, np.int8).view(Statuses)
     assert (str(one), f"{one}", repr(one), f"{one:d}") == ("TOO_CLOSE", "TOO_CLOSE", "Statuses(TOO_CLOSE)", "1")
     assert count_statuses(statuses) == {"NOT_COMPUTED": 1, "OK": 1, "TOO_CLOSE": 1, "BUDGET": 1}

@@ -1,4 +1,4 @@
-"""Claims about the limits: what they compute is checked another way, and another configuration turns them."""
+"""Claims about the limits: their results are checked in another way, and depend on the configuration."""
 
 import shutil
 
@@ -17,7 +17,7 @@ from vibrodrive.verdicts import NotApplicable
 
 @pytest.fixture
 def session(tmp_path):
-    """A function that changes configurations, {name: {old text: new}}, and gives a session with them."""
+    """Return a function that changes configurations, {name: {old text: new}}, and returns a session with them."""
 
     def changed(**changes):
         configs = tmp_path / "configs"
@@ -39,7 +39,7 @@ def outcome(name, session):
 
 
 def axis(name):
-    """The line of a configuration that holds its axis of A."""
+    """Return the line of a configuration that defines its axis of A."""
     text = (configurations() / f"{name}.toml").read_text()
     return next(line for line in text.splitlines() if line.startswith("A = "))
 
@@ -90,7 +90,7 @@ def test_a_rational_frequency_gives_its_denominator(session):
     assert found.verdict == Verdict.REPRODUCED
     assert found.record["numbers"]["period"] == [1, 2, 3, 5, 0]
     two = session(fig05={"A = 1.5": "A = 1.5\neta = 100.5"})
-    assert outcome("rational", two).verdict == Verdict.NOT  # the paper's own has a period then
+    assert outcome("rational", two).verdict == Verdict.NOT  # the paper's own frequency has a period then
 
 
 def test_points_repeat_after_the_smallest_number_of_periods():
@@ -111,7 +111,7 @@ def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
 
 @pytest.mark.jit
 def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches(session, monkeypatch):
-    """The verdict, from given times: measured ones depend on other work of the machine."""
+    """The times are prescribed: measured ones depend on other programs on the machine."""
     monkeypatch.setattr(claims_limits, "_seconds_per_period", lambda arguments: 1e-7 / arguments.get("dtau", 1.0))
     found = outcome("computing-time", session())
     assert found.record["numbers"]["seconds"] == pytest.approx(
@@ -143,7 +143,7 @@ def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path
 @pytest.mark.jit
 def test_structures_leave_out_what_has_no_period(session, monkeypatch):
     monkeypatch.setattr("vibrodrive.paper.analysis.SAMPLED", 3)
-    level = {"B = 0.1": "B = 0.02"}  # at A = 2.8 without a period then
+    level = {"B = 0.1": "B = 0.02"}  # at A = 2.8 the motion has no period then
     found = structures(session(fig10=level | {axis("fig10"): "A = [1.9, 2.8]"}), "fig10")
     assert len(found) == 2
     with pytest.raises(NotApplicable, match="no undisturbed motion has a period"):

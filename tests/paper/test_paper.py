@@ -1,4 +1,4 @@
-"""The paper's claims are computed: the files are there, and another configuration gives another verdict."""
+"""The paper's claims are computed: their files exist, and another configuration gives another verdict."""
 
 import json
 import math
@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 def test_every_figure_and_enough_claims():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     modules = {path.stem for path in (ROOT / "vibrodrive" / "paper").glob("claims_*.py")}
-    assert modules == {c.test.__module__.rpartition(".")[2] for c in CLAIMS}  # none is forgotten in run.py
+    assert modules == {c.test.__module__.rpartition(".")[2] for c in CLAIMS}  # run.py imports all of them
     assert f"{len(CLAIMS)} claims:" in (ROOT / "docs" / "claims.md").read_text()
     assert len({c.id for c in CLAIMS}) == len(CLAIMS)
     assert {c.figure for c in CLAIMS} <= set(SUBJECTS)
@@ -85,7 +85,7 @@ def test_an_unknown_figure_is_named_and_nothing_is_written(tmp_path):
 
 @pytest.fixture(scope="module")
 def some(tmp_path_factory):
-    """The quick figures, from the configurations as they are."""
+    """Run the fast figures, with the original configurations."""
     out = tmp_path_factory.mktemp("paper")
     lines = []
     return out, run_paper(out, ["fig02", "fig04", "fig08", "fig09", "fig12"], lines.append), lines

@@ -1,5 +1,5 @@
-"""What the paper shows, number by number: the onsets of Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to
-10, the motion on a coarse grid of Figs. 11 and 12. The numbers come from a program that shares nothing with this one.
+"""Numbers of the paper's figures: the onsets of Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to 10, and
+the motion on a coarse grid of Figs. 11 and 12. The numbers come from a program that shares no code with this one.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ POINTS = np.array([[2.7733816327, -2.6101762195], [1.2155473776, -2.8904206661]]
 
 
 def swept(name):
-    """The sweep of a configuration, its section put where the numbers below were taken: τ = 2πk."""
+    """Return the sweep of a configuration with the section of the numbers below: τ = 2πk."""
     return vd.sweep(**config.read(CONFIGS / f"{name}.toml", ["section_phase=0.0"]).arguments)
 
 
 def period(points, longest=64, close=1e-8):
-    """The period of a row of section points in excitation periods, 0 if it is longer than `longest`."""
+    """Return the period of a row of section points in excitation periods, 0 if it is longer than `longest`."""
     for n in range(1, longest + 1):
         if np.abs(points[n:] - points[:-n]).max() < close:
             return n
@@ -35,13 +35,13 @@ def period(points, longest=64, close=1e-8):
 
 
 def follows(points, orbit):
-    """Whether the nearest point of an orbit advances by one every period."""
+    """Return True if the nearest point of an orbit advances by one in every period."""
     nearest = np.linalg.norm(points[:, None] - orbit, axis=-1).argmin(axis=1)
     return bool((np.diff(nearest) % len(orbit) == 1 % len(orbit)).all())
 
 
 def strong_impacts(motion):
-    """Impacts faster than a tenth of the fastest one."""
+    """Return the impacts faster than a tenth of the fastest one."""
     impacts = motion.switches[motion.switches["after"] == State.IMPACT]
     return impacts[np.abs(impacts["dxi"]) > 0.1 * np.abs(impacts["dxi"]).max()]
 
@@ -50,7 +50,7 @@ def strong_impacts(motion):
 
 
 def periods(A, transient=3000):
-    """Periods over A of the motion, seen at a phase at which the mass never rests for long."""
+    """Return the periods over A of the motion, at a section phase at which the mass never rests for long."""
     found = vd.sweep(A=A, transient=transient, periods=160, section_phase=2.0)
     assert (found.status == vd.Status.OK).all()
     return [period(points) for points in found.section]
@@ -88,7 +88,7 @@ def test_fig03_one_impact_in_two_periods():
 
 
 def test_fig03_windows_of_every_period_from_5_to_36():
-    found = periods(np.linspace(3.156, 3.190, 4001))  # the narrowest of them take a few of these steps
+    found = periods(np.linspace(3.156, 3.190, 4001))  # the narrowest windows are a few steps wide
     assert set(range(5, 37)) <= set(found)
 
 
@@ -110,8 +110,8 @@ def test_fig06_the_limit_lies_between_153e_6_and_177e_6():
     found = vd.sweep(A=3.04, eps=[0.5e-4, 1.0e-4, 1.53e-4, 1.77e-4, 2.5e-4], transient=1000, periods=1500)
     assert [follows(points, POINTS) for points in found.section] == [True, True, True, False, False]
     rho = [np.linalg.norm(points[:, None] - POINTS, axis=-1).min(axis=1).max() for points in found.section]
-    assert rho[0] < 0.2, "near the two points"
-    assert rho[-1] > 5 * rho[0], "a cloud"
+    assert rho[0] < 0.2, "points must be near the two points of the orbit"
+    assert rho[-1] > 5 * rho[0], "the points must form a cloud"
 
 
 # Fig. 5: a broad band of the same coarse motion
@@ -120,20 +120,20 @@ def test_fig06_the_limit_lies_between_153e_6_and_177e_6():
 @pytest.mark.parametrize(("eps", "switches"), [(0.0, 4.0), (5e-4, 83.0)])
 def test_fig05_switches_a_period(eps, switches):
     motion = vd.simulate(A=1.5, eps=eps, transient=1000, periods=250)
-    lasting = motion.switches["after"] != State.IMPACT  # an impact is over at once: no state that lasts
+    lasting = motion.switches["after"] != State.IMPACT  # an impact takes no time and is not counted as a state
     assert lasting.sum() / 250 == pytest.approx(switches, abs=0.5)
     main = vd.simulate(A=1.5, transient=10, periods=1).switches["dxi"].min()
     fast = (motion.switches["after"] == State.IMPACT) & (motion.switches["dxi"] < 0.8 * main)
-    assert (np.diff(motion.switches["period"][fast]) == 1).all(), "one main impact a period"
+    assert (np.diff(motion.switches["period"][fast]) == 1).all(), "there must be one main impact a period"
     assert fast.sum() == 250
 
 
-# Figs. 7 and 10: the same disturbance seen twice
+# Figs. 7 and 10: the same disturbance in two forms
 
 
 @pytest.fixture(scope="module")
 def diagrams():
-    """A, the period of the undisturbed motion, and the section points: undisturbed, ε = 2e-4, Δτ = 0.1."""
+    """Return A, the period of the undisturbed motion, and section points: undisturbed, ε = 2e-4, Δτ = 0.1."""
     physical, numerical = swept("fig07"), swept("fig10")
     for results in (physical, numerical):
         assert (results.status == vd.Status.OK).all()
@@ -144,7 +144,7 @@ def diagrams():
 
 
 def structure_kept(n, undisturbed, disturbed):
-    """Where the disturbed motion follows the undisturbed orbit; False where that has no period."""
+    """Return where the disturbed motion follows the undisturbed orbit; False if that has no period."""
     return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, undisturbed, disturbed, strict=True)])
 
 
@@ -169,20 +169,20 @@ def test_fig07_lines_become_bands_until_the_structure_is_lost(diagrams):
 
 def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
     A, n, undisturbed, disturbed, grid = diagrams
-    assert not structure_kept(n, undisturbed, grid).any(), "Δτ = 0.1 is beyond the limit for every A > 3"
+    assert not structure_kept(n, undisturbed, grid).any(), "Δτ = 0.1 must exceed the limit for every A > 3"
 
     edges = np.linspace(-3.5, 0.5, 41)
 
     def filled(points):
-        """How many of 40 bins of the velocity are met, for each A."""
+        """Return the number of filled bins, of 40 over the velocity, for each A."""
         return np.array([np.count_nonzero(np.histogram(row, edges)[0]) for row in points[..., 1]])
 
     lost = (A > 3.03) & (A < 3.15)
     lines, physical, numerical = (np.median(filled(x[lost])) for x in (undisturbed, disturbed, grid))
     assert lines <= 4
-    assert min(physical, numerical) > 2 * lines, "clouds, both"
+    assert min(physical, numerical) > 2 * lines, "both must be clouds"
     apart = [np.histogram(x[..., 1], edges)[0] / x[..., 1].size for x in (disturbed, grid)]
-    assert 0.5 * np.abs(apart[0] - apart[1]).sum() < 0.25, "over the same velocities"
+    assert 0.5 * np.abs(apart[0] - apart[1]).sum() < 0.25, "both must cover the same velocities"
 
 
 # Fig. 8: a coarse grid
@@ -220,7 +220,7 @@ def test_fig11_the_motion_does_not_depend_on_the_start():
     )
     for k in range(1, 6):
         assert found.section[k].tobytes() == found.section[0].tobytes()
-    assert period(found.section[0]) == 0, "and it is no short orbit"
+    assert period(found.section[0]) == 0, "the motion must not be a short orbit"
 
 
 def test_fig12_basic_motions_of_6_periods_and_transients_of_one():
@@ -231,9 +231,9 @@ def test_fig12_basic_motions_of_6_periods_and_transients_of_one():
     assert set(gaps.tolist()) == {2, 3}
     threes = np.flatnonzero(gaps == 3)
     assert 5 <= len(threes) <= 30
-    assert np.diff(threes).min() > 3, "single: basic motions lie between"
+    assert np.diff(threes).min() > 3, "gaps of three periods must be isolated between basic motions"
     steps = np.rint(tau / 0.1).astype(int)
     basic = steps[3:] - steps[:-3]
     values, counts = np.unique(basic, return_counts=True)
-    assert values[counts.argmax()] == 377, "three gaps of 2 periods, 377 steps of 0.1: 6×2π is 376.99"
+    assert values[counts.argmax()] == 377, "three gaps of 2 periods must be 377 steps of 0.1 (6×2π is 376.99)"
     assert counts.max() > 0.6 * len(basic)

@@ -1,4 +1,4 @@
-"""Assertions about a certified trajectory: it agrees with the 50-digit reference, and is a motion of the model."""
+"""Assertions about a certified motion: it agrees with the 50-digit reference and obeys the model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 
 
 def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) -> Agreement:
-    """The states agree, or the trajectory says that a decision was too close to call."""
+    """Assert that the states agree, or that the motion reports a decision too close to call."""
     found = follow(scene, most, periods)
     assert found.agrees or flagged(found.ours), (scene, found.same, found.ours.status, found.ours.margin)
     check_above_obstacle(found.ours)
@@ -36,7 +36,7 @@ def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) 
 
 
 def check_above_obstacle(trajectory: vd.Trajectory) -> None:
-    """ξ >= 0 at every switch, in the section, and (where it is cheap to look) between."""
+    """Assert ξ >= 0 at every switch and in the section, and in short records also in between."""
     assert (trajectory.switches["xi"] >= 0).all()
     section = trajectory.section[:, 0]
     assert (section[np.isfinite(section)] >= 0).all()
@@ -47,9 +47,9 @@ def check_above_obstacle(trajectory: vd.Trajectory) -> None:
 
 
 def switching_functions(trajectory: vd.Trajectory, count: int = 200) -> list[tuple[Segment, np.ndarray, float]]:
-    """For each segment the valid switching functions (positive while it lasts) at `count` instants inside, in doubles.
+    """Return for each segment the switching functions (positive while it lasts) at `count` instants, in doubles.
 
-    Returns (segment, values (functions, count), rounding).
+    Each entry is (segment, values (functions, count), bound of the rounding).
     """
     model = oscillator(trajectory)
     A, B, eps, eta = (trajectory.arguments[k] for k in ("A", "B", "eps", "eta"))
@@ -81,11 +81,11 @@ ALLOWED = {
     (UP, DOWN), (UP, STICK), (DOWN, IMPACT), (DOWN, UP), (DOWN, STICK),
     (STICK, UP), (STICK, DOWN), (REST, UP), (IMPACT, UP), (IMPACT, REST),
 }  # fmt: skip
-"""Fig. 2: every pair of a state and its successor."""
+"""Fig. 2: all pairs of a state and its successor."""
 
 
 def check_order(trajectory: vd.Trajectory) -> None:
-    """Every switch is one of Fig. 2's and begins in the state the last one ended in."""
+    """Assert that each switch is one of Fig. 2 and starts from the state that the previous one led to."""
     rows = trajectory.switches
     for row in rows:
         assert (row["before"], row["after"]) in ALLOWED
@@ -95,7 +95,10 @@ def check_order(trajectory: vd.Trajectory) -> None:
 
 
 def same_status(alone: vd.Trajectory, swept: int) -> bool:
-    """Whether a motion ends alone as in a sweep, which judges each switch by itself: alone it is TOO_CLOSE, too, where
-    what a switch has inherited may have turned its decision."""
+    """Return True if a single motion has the status that it has in a sweep.
+
+    A sweep judges each switch separately. A single motion is also TOO_CLOSE if errors inherited from earlier switches
+    may have changed a decision.
+    """
     inherited = alone.status == vd.Status.TOO_CLOSE and math.isfinite(alone.certain_until)
     return alone.status == swept or (inherited and swept in (vd.Status.OK, vd.Status.NEVER_LEAVES))

@@ -1,4 +1,4 @@
-"""A headless Chromium, driven as a person would: mouse, keys, and what the page tells about itself."""
+"""A headless Chromium, controlled like a user does: mouse, keys, and the state that the page reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ARGUMENTS = (
 
 
 def lacking():
-    """What is missing for a browser, "" if nothing is."""
+    """Return the part that is missing for a browser, or "" if all are installed."""
     try:
         import selenium  # noqa: F401
     except ImportError:
@@ -27,7 +27,7 @@ def lacking():
 
 @contextmanager
 def browser(width=1250, height=950):
-    """A browser with nothing open yet."""
+    """Yield a browser without an open page."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
@@ -47,7 +47,7 @@ class Tab:
     """The page of an explorer in a browser."""
 
     PATIENCE = 600.0
-    """Seconds that a machine which others use may take for what should be a moment."""
+    """Time limit in seconds for short operations; a machine shared with other programs may need it."""
 
     def __init__(self, driver):
         self.driver = driver
@@ -67,7 +67,7 @@ class Tab:
             sleep(0.02)
 
     def settle(self):
-        """Wait until what was asked for last is painted completely, and stands in the address."""
+        """Wait until the picture of the last request is complete and its state is in the address."""
         self.until("!!page && page.settled && page.begun && !page.waiting", "a settled picture")
 
     def state(self):
@@ -85,7 +85,7 @@ class Tab:
         self.mouse("Released", x, y)
 
     def drag(self, start, places):
-        """Press at a place, move over others, release at the last."""
+        """Press at a place, move over others, release at the last one."""
         self.mouse("Pressed", *start)
         for place in places:
             self.mouse("Moved", *place)
@@ -97,19 +97,19 @@ class Tab:
         )
 
     def model(self, script, *arguments):
-        """Something of Bokeh's models: `all` is a list of them."""
+        """Evaluate a script on Bokeh's models; `all` is the list of them."""
         all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
         return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
 
     def choose(self, name, value):
-        """Set a widget as its user would."""
+        """Set a widget as a user does."""
         self.driver.execute_script("window.explorer.fields[arguments[0]].value = arguments[1]", name, value)
 
     def notice(self):
         return self.ask("page.refused")
 
     def complaints(self):
-        """What the console holds beside notes."""
-        known = ("could not set initial ranges",)  # Bokeh's, of figures without data
+        """Return messages of the console other than notes."""
+        known = ("could not set initial ranges",)  # from Bokeh, for figures without data
         entries = [e for e in self.driver.get_log("browser") if e["level"] != "INFO"]
         return [e["message"] for e in entries if not any(k in e["message"] for k in known)]

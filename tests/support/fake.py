@@ -1,6 +1,6 @@
-"""Blocks that cost nothing, for what the store and the command line do around them.
+"""Blocks without a computation, for tests of the store and of the command line.
 
-Their values depend on the point alone, as those of the kernels do; `delay` makes them last.
+Their values depend on the point only, as those of the kernels do; `delay` is their duration.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vibrodrive.store.writer import open_writer
 
 
 class Block(NamedTuple):
-    """As sweep.Block, without Numba."""
+    """Counterpart of sweep.Block without Numba."""
 
     index: int
     start: int
@@ -33,7 +33,7 @@ class Block(NamedTuple):
 
 
 def block(plan: Plan, k: int) -> Block:
-    """Block k of a plan: numbers of which no two are equal, in the manner of an orbit."""
+    """Return block k of a plan with numbers that all differ, similar to an orbit."""
     start, stop = plan.blocks()[k]
     points = plan.points(start, stop)
     period = np.arange(1, plan.settings.periods + 1)
@@ -50,7 +50,7 @@ def block(plan: Plan, k: int) -> Block:
 
 
 def run_blocks(plan: Plan, which: Sequence[int] | None = None, *, delay: float = 0.0, **_: Any) -> Iterator[Block]:
-    """In the place of sweep.run_blocks."""
+    """Replace sweep.run_blocks."""
     for k in range(len(plan.blocks())) if which is None else which:
         time.sleep(delay)
         yield block(plan, k)
@@ -63,7 +63,10 @@ def write(
     which: Sequence[int] | None = None,
     **options: Any,
 ) -> list[int]:
-    """Write blocks that a file of a sweep lacks, all or some; returns which. `plan`: or a configuration, as text."""
+    """Write all or some of the missing blocks of a file of a sweep; return their numbers.
+
+    `plan` may be a configuration as text.
+    """
     if isinstance(plan, str):
         plan, origin = parse(plan).plan(), origin or plan
     writer = open_writer(Path(path), plan, Origin(origin) if isinstance(origin, str) else origin, **options)

@@ -1,4 +1,4 @@
-"""Impacts in 50 digits, by the reference that imports no kernel: the next one, orbits, slopes."""
+"""Impacts in 50 digits by the reference, which imports no kernel: next impact, orbits, slopes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from tests.support.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
 
 NAMES = {UP: "UP", DOWN: "DOWN", STICK: "STICK", REST: "REST", IMPACT: "IMPACT"}
 
-DIGITS = 50  # whatever was computed before
+DIGITS = 50
 
-SMALL = 1e-12  # step of a difference: its error is of second order, far below what is compared
+SMALL = 1e-12  # step of a difference: its error is of second order, far below the tolerance of comparisons
 
 
 class Landing(NamedTuple):
-    """Next impact: phase (mpf), whole periods between, velocity ξ' (mpf), the states on the way."""
+    """Next impact: phase (mpf), full periods in between, velocity ξ' (mpf), states on the way."""
 
     phase: Any
     periods: int
@@ -23,7 +23,7 @@ class Landing(NamedTuple):
 
 
 def next_impact(A: float, B: float, phi: Any, patience: int = 64) -> Landing:
-    """The impact after one at the phase φ (float or mpf)."""
+    """Return the impact after one at the phase φ (float or mpf)."""
     periods = 2
     while True:
         switches = reference(A, B, tau0=phi, periods=periods).switches
@@ -40,7 +40,7 @@ def next_impact(A: float, B: float, phi: Any, patience: int = 64) -> Landing:
 
 
 def after(A: float, B: float, phi: Any, n: int) -> Any:
-    """2π × periods + phase of the n-th impact after one at φ."""
+    """Return 2π × periods + phase of the n-th impact after one at φ."""
     periods = 0
     for _ in range(n):
         landing = next_impact(A, B, phi)
@@ -51,14 +51,14 @@ def after(A: float, B: float, phi: Any, n: int) -> Any:
 
 @mp.workdps(DIGITS)
 def slope(A: float, B: float, phi: float, n: int = 1) -> Any:
-    """d(n-th impact)/dφ by a central difference."""
+    """Return d(n-th impact)/dφ by a central difference."""
     step = mp.mpf(SMALL)
     return (after(A, B, phi + step, n) - after(A, B, phi - step, n)) / (2 * step)
 
 
 @mp.workdps(DIGITS)
 def orbit_phase(A: float, B: float, near: float, n: int, period: int) -> Any:
-    """The phase near `near` that returns after n impacts and `period` periods, by the secant method."""
+    """Return the phase close to `near` that returns after n impacts and `period` periods (secant method)."""
     turn = 2 * mp.pi * period
     a, b = mp.mpf(near), mp.mpf(near) + mp.mpf(SMALL)
     fa, fb = after(A, B, a, n) - turn - a, after(A, B, b, n) - turn - b

@@ -1,6 +1,6 @@
-"""The paper's two ways to find a switch as obvious loops: slow, literal, nothing of vibrodrive imported.
+"""The paper's two methods to find a switch as plain loops: slow and literal; they import nothing of vibrodrive.
 
-Every grid point is visited; every value is a closed form, (4), (5), (9), from the last switch, in doubles.
+They visit every grid point and evaluate the closed forms (4), (5), (9) from the last switch, in doubles.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Switch(NamedTuple):
-    """One switch. ξ and ξ' are those found there, before ξ' (and at an impact ξ) is set to zero."""
+    """One switch, with ξ and ξ' before ξ' (and at an impact ξ) is set to zero."""
 
     tau: float
     period: int
@@ -63,17 +63,17 @@ class Model:
 
 
 def in_air(H: float) -> int:
-    """Where ξ' = 0 and ξ > 0. Found late, UP may be followed by UP, and DOWN by DOWN."""
+    """Return the state after ξ' = 0 at ξ > 0. If a zero is found late, UP may follow UP, and DOWN may follow DOWN."""
     return UP if H > 1 else DOWN if H < -1 else STICK
 
 
 def at_obstacle(H: float) -> int:
-    """Where ξ = ξ' = 0."""
+    """Return the state after ξ = ξ' = 0."""
     return UP if H > 1 else REST
 
 
 def over(model: Model, state: int, tau: float, *since: float) -> str:
-    """Which switching function (8) has changed sign at τ, if any. Both S1 and S2: it is an impact."""
+    """Return the switching function (8) that has changed sign at τ, or "". If both S1 and S2 have, it is S1."""
     if state == UP:
         return "S3" if model.dxi(tau, state, *since) < 0 else ""
     if state == DOWN:
@@ -99,7 +99,7 @@ def fixed(
     periods: int,
     section_phase: float = 0.0,
 ) -> Naive:
-    """§5: on the grid τ_k = τ0 + k Δτ, the first point past a change of sign is the switching time."""
+    """§5: the switching time is the first point of the grid τ_k = τ0 + k Δτ after a change of sign."""
     model = Model(A, B, eps, eta)
     out = Recorder(model, tau0, periods, section_phase)
     state, tau_i, xi, dxi = out.start(xi0, dxi0)
@@ -160,9 +160,10 @@ def muller(
 
 
 def muller_zero(g: Callable[[float], float], low: float, high: float, tol: float) -> float:
-    """Muller's method (1956) on a bracket with g(low) >= 0 > g(high), until |step| < tol.
+    """Return the zero by Muller's method (1956) in a bracket with g(low) >= 0 > g(high), until |step| < tol.
 
-    A parabola through the last three points; where its root is complex or out of the bracket, bisection.
+    The step is a root of the parabola through the last three points, or a bisection if that root is complex or outside
+    the bracket.
     """
     a, c = low, high
     x = [low, high, 0.5 * (low + high)]
@@ -190,7 +191,7 @@ def muller_zero(g: Callable[[float], float], low: float, high: float, tol: float
 
 
 class Recorder:
-    """Writes switches and section points, and starts the next state with ξ' = 0."""
+    """Recorder of switches and section points, which starts each next state with ξ' = 0."""
 
     def __init__(self, model: Model, tau0: float, periods: int, section_phase: float) -> None:
         self.model, self.tau0 = model, tau0
@@ -210,7 +211,7 @@ class Recorder:
         return state, self.tau0, xi, dxi
 
     def pass_sections(self, until: float, *since: Any) -> None:
-        """Section points up to `until`, in closed form: a section instant is no grid point."""
+        """Record section points up to `until`, in closed form: a section instant is no grid point."""
         while len(self.section) < len(self.section_k):
             tau = self.section_phase + 2 * math.pi * self.section_k[len(self.section)]
             if tau > until:

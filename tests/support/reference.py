@@ -1,4 +1,4 @@
-"""The 50-digit reference as tests use it: each of its scenes computed once a session."""
+"""The 50-digit reference for tests; each of its scenes is computed once in a test run."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ __all__ = [
 
 @functools.cache
 def scene(name: str) -> Reference:
-    """The reference of one of SCENES."""
+    """Return the reference of one of SCENES."""
     return reference(**SCENES[name])

@@ -1,4 +1,4 @@
-"""The references themselves: against known numbers of this oscillator, exact cases, and each other."""
+"""Tests of the references: known numbers of this oscillator, exact cases, and agreement with each other."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ONE_PERIOD = [(REST, UP), (UP, STICK), (STICK, DOWN), (DOWN, IMPACT), (IMPACT, R
 
 
 def words(switches: list) -> dict[int, list[tuple[int, int]]]:
-    """Switches (before, after) by excitation period."""
+    """Return the switches (before, after) by excitation period."""
     by_period: dict[int, list[tuple[int, int]]] = {}
     for s in switches:
         by_period.setdefault(s.period, []).append((s.before, s.after))
@@ -49,7 +49,7 @@ def test_one_periodic_motion_has_four_waits_and_slides_and_one_impact_a_period()
 @LONG
 def test_disturbance_multiplies_the_switches_of_the_one_periodic_motion():
     switches = reference(1.5, eps=5e-4, periods=40).switches
-    states = sum(s.after != IMPACT for s in switches)  # an impact lasts no time: not counted as a state
+    states = sum(s.after != IMPACT for s in switches)  # an impact takes no time and is not counted as a state
     assert states / 40 == pytest.approx(83, abs=1)
     hard = [s.period for s in switches if s.after == IMPACT and s.dxi < -0.3]
     assert hard == list(range(40))
@@ -63,7 +63,7 @@ def test_fixed_step_makes_the_two_periodic_motion_unique():
     assert set(gaps) == {2, 3}
     threes = [i for i, gap in enumerate(gaps) if gap == 3]
     assert threes
-    assert all(b - a > 3 for a, b in pairwise(threes))  # each alone between many twos
+    assert all(b - a > 3 for a, b in pairwise(threes))  # each one isolated between many twos
 
 
 @pytest.mark.parametrize(("dtau", "kept"), [(0.5, True), (0.65, True), (0.7, False)])
@@ -72,11 +72,11 @@ def test_fixed_step_keeps_or_destroys_the_one_periodic_motion(dtau, kept):
     assert all(by_period[p] == ONE_PERIOD for p in range(50, 1012)) == kept
 
 
-# ---- the first zero, where it is known
+# ---- the first zero in known cases
 
 
 def cosine_above(level: str) -> Switching:
-    """g(h) = (1 + level) + sin h: a minimum of height `level` at 3π/2."""
+    """Return g(h) = (1 + level) + sin h, with a minimum of height `level` at 3π/2."""
     mp.dps = 70
     return Switching(1 + mp.mpf(level), mp.zero, 1, 0, [(mp.one, mp.one, mp.zero)])
 
@@ -254,7 +254,7 @@ def test_fixed_loop_switches_on_grid_points_only():
 
 
 def test_coarse_fixed_loop_may_decide_wrongly():
-    """UP found to end where H > 1 goes on UP from rest; DOWN with H < -1 goes on DOWN: a step hid zeros."""
+    """Coarse steps hide zeros: UP may end at H > 1 and be followed by UP, DOWN at H < -1 by DOWN."""
     met = Counter(s[3:5] for s in naive.fixed(3.04, eps=2e-4, dtau=0.02, periods=100).switches)
     assert met[UP, UP]
     assert met[DOWN, DOWN]

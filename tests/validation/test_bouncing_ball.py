@@ -1,4 +1,4 @@
-"""For B → ∞ the mass is the inelastic bouncing ball: its laws against a ball, and the program against the laws."""
+"""For B → ∞ the mass is the inelastic bouncing ball: laws against a plain ball, and the program against the laws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import vibrodrive as vd
 from examples.bouncing_ball import DOCS, figure
 from vibrodrive.validation.bouncing_ball import MIDDLE, approach, laws, measure, table
 
-pytestmark = pytest.mark.jit  # some thousand flights for every B
+pytestmark = pytest.mark.jit  # about a thousand flights for every B
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def found():
 
 
 def ball(phase, gamma):
-    """The completely inelastic ball by hand: the phase launched at -> (phase of the next impact, its speed)."""
+    """Return (phase of the next impact, its speed) of the completely inelastic ball for a launching phase."""
 
     def gap(h):
         return gamma * math.cos(phase) * h - 0.5 * h * h - gamma * (math.sin(phase + h) - math.sin(phase))
@@ -75,7 +75,7 @@ def test_a_law_that_is_wrong_is_said_to_fail(found):
 
 @pytest.mark.parametrize("B", [1e2, 1e4, 1e6])
 def test_simulated_motions_end_on_the_orbit_that_was_found(B):
-    """Not the map but the engine of sweeps, from rest: impact phase and speed after 500 periods."""
+    """The motion is simulated from rest, without the map: impact phase and speed after 500 periods."""
     motion = vd.simulate(A=MIDDLE * B, B=B, transient=500, periods=20)
     _, _, phase, speed, _ = measure(B)
     assert motion.status == vd.Status.OK

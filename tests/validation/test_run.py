@@ -1,4 +1,4 @@
-"""`vibrodrive validate`: each check holds, and each fails where what it looks at is wrong."""
+"""`vibrodrive validate`: each check holds, and each fails if the result that it checks is wrong."""
 
 from __future__ import annotations
 
