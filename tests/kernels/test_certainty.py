@@ -152,6 +152,16 @@ def test_what_a_tolerance_may_turn_is_not_certain():
     assert motion.switch_errors["tau"][1] > 1e4 * fine.switch_errors["tau"][1]
 
 
+@pytest.mark.jit
+def test_a_tolerance_may_turn_a_decision_at_H_near_minus_1():
+    """H falls through -1 where UP ends: before that instant the mass sticks, after it the mass slides down."""
+    scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)
+    fine, coarse = (vd.simulate(**scene, tol=tol) for tol in (1e-9, 1e-2))
+    assert (fine.switches["after"][0], fine.status) == (vd.State.STICK, vd.Status.OK)
+    assert (coarse.switches["after"][0], coarse.status) == (vd.State.DOWN, TOO_CLOSE)
+    assert coarse.certain_until == 0
+
+
 def test_a_fixed_grid_has_no_bounds():
     motion = vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=3)
     assert np.isnan(motion.error).all()
@@ -200,6 +210,8 @@ def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))
         assert 1e-14 < abs(late) <= motion.switch_errors["tau"][0] < 1.1 * abs(late)
+        held = hold(dict(A=A, B=B, eps=0.0, eta=vd.ETA, xi0=1.0, periods=1, section_phase=5.8), most=10)
+        assert not held.broken, "the slide after it is late, too"
 
 
 def test_at_rest_for_ever_nothing_is_off():

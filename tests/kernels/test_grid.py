@@ -11,6 +11,7 @@ import vibrodrive as vd
 from tests.kernels.test_recurrence import evaluations
 from tests.support import naive
 from tests.support.agreement import same_status
+from vibrodrive.kernels.literal_scan import BLOCK
 
 SCENES = [
     dict(A=3.04, dtau=0.1),
@@ -70,6 +71,16 @@ def test_skipping_equals_the_literal_scan(method, eps):
     assert np.array_equal(skip.switches, literal.switches)
     assert np.array_equal(skip.margin, literal.margin)
     assert np.array_equal(skip.status, literal.status)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["fixed", "muller"])
+@pytest.mark.parametrize(("A", "B", "blocks"), [(3.0, 0.5, 1), (3.0, 0.5, 4), (3.5, 0.75, 1)])
+def test_the_last_grid_point_of_a_block_is_judged_by_the_exact_form(A, B, blocks, method):
+    """The first rest ends there, within rounding: the tables of the literal scan cannot tell on which side."""
+    scene = dict(A=A, B=B, method=method, dtau=math.asin((1 + B) / A) / (blocks * BLOCK), transient=0, periods=3)
+    literal, skip = (vd.simulate(**scene, scan=scan) for scan in ("literal", "skip"))
+    assert np.array_equal(literal.switches, skip.switches)
 
 
 @pytest.mark.jit

@@ -94,6 +94,16 @@ def test_budget_is_per_period_and_configurable():
     assert np.isnan(spent.sample(16).xi[-1]), "samples after the last switch are NaN"
 
 
+@pytest.mark.jit
+@pytest.mark.parametrize("scene", [dict(A=1.5), dict(A=1.5, eps=5e-4), dict(A=3.04, method="fixed", dtau=0.1)], ids=str)
+def test_the_budget_of_a_point_is_its_own(scene):
+    """A lane takes many points in turn; each begins with a full budget, the least that suffices here."""
+    run = dict(transient=0, periods=2)
+    enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
+    swept = vd.sweep(**(scene | {"A": [scene["A"]] * 200}), **run, budget=enough, threads=1)
+    assert (swept.status == Status.OK).all()
+
+
 def test_samples_end_with_the_last_switch_that_was_computed():
     """All samples up to the last switch are finite; the motion after it is unknown."""
     spent = vd.simulate(A=1.5, eps=5e-4, tau0=1.0, transient=0, periods=30, budget=50)

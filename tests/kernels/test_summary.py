@@ -125,6 +125,14 @@ def test_work_and_extremes_are_those_of_the_curve(A, eps):
     assert least >= swept.dxi_min[0] - 1e-12 >= least - 1e-6
 
 
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [1e-5, 1e-3])
+def test_no_impact_is_faster_than_the_largest_velocity_down(eps):
+    """An impact ends a slide, often where the mass is fastest: the end of each slide counts."""
+    swept = vd.sweep(A=np.linspace(1.3, 6.0, 100), eps=eps, transient=20, periods=6, record="summary")
+    assert (swept.dxi_min <= 1e-12 - swept.impact_speed_max).all()
+
+
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
 def test_the_fastest_of_a_slide_of_many_turns(speed):
     """On a steep incline the mass slides down faster in each period: its speed is largest in the last one."""
@@ -200,6 +208,12 @@ def test_a_motion_that_never_leaves_is_at_rest():
     assert (swept.period[0], swept.impacts[0], swept.energy[0], swept.share_rest[0]) == (1, 0.0, 0.0, 1.0)
     assert swept.lyapunov[0] == -math.inf
     assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (0.0, 0.0, 0.0)
+
+
+def test_a_motion_that_sticks_for_ever_has_period_1():
+    swept = vd.sweep(A=[0.4], B=0.25, xi0=2.0, transient=3, periods=4, record="summary")
+    assert (swept.period[0], swept.impacts[0], swept.share_stick[0], swept.share_rest[0]) == (1, 0.0, 1.0, 0.0)
+    assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (2.0, 0.0, 0.0)
 
 
 @numba.njit(error_model="numpy")

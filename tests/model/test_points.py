@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.errors import ConfigError, Different
+from vibrodrive.errors import ConfigError, Damaged, Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
@@ -87,6 +88,15 @@ def test_a_file_has_them_as_coordinates(tmp_path):
     again.close()
     with pytest.raises(Different, match=r"points\.xi0 is 5 values from 0 to 4 there and 5 values from 0 to 5 here"):
         open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
+
+
+def test_a_point_that_was_changed_in_a_file_is_found(tmp_path):
+    path, config = tmp_path / "x.h5", parse(TEXT)
+    open_writer(path, config.plan(), Origin(TEXT)).close()
+    with h5py.File(path, "a") as file:
+        file["xi0"][3] += 0.5
+    with pytest.raises(Damaged, match="axis xi0: changed after it was written"):
+        load(path)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from vibrodrive.periodic.conditions import Condition, Slide
 from vibrodrive.periodic.curves import Curve
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import Meeting
-from vibrodrive.store import curves
+from vibrodrive.store import curves, tables
 from vibrodrive.store.curves import StoredCurves, save
 from vibrodrive.store.every_kind import load, summary
 from vibrodrive.store.header import read_kind
@@ -79,6 +79,17 @@ def test_damage_and_other_kinds_are_named(tmp_path):
         file["condition"][1] = "{"
     with pytest.raises(Damaged, match="damaged beyond reading"):
         load(path)
+
+
+@pytest.mark.parametrize("lengths", [[2, 1], [1, 3], [2, 3]])
+def test_parts_of_a_table_are_all_of_it(lengths):
+    """Of 4 rows: one too few, a part that begins elsewhere, one too many."""
+    with h5py.File("parts", "w", driver="core", backing_store=False) as file:
+        file["first"], file["points"], file["point"] = [0, 2], lengths, np.arange(4)
+        with pytest.raises(ValueError, match="first: does not match points"):
+            tables.parts(file, "first", "points", "point")
+        file["points"][:] = [2, 2]
+        assert list(tables.parts(file, "first", "points", "point")) == [slice(0, 2), slice(2, 4)]
 
 
 def test_a_word_damaged_within_json_is_named(tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from vibrodrive.errors import Busy
+from vibrodrive.errors import Busy, NoResult
 from vibrodrive.figures.style import save
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
@@ -83,6 +83,34 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
         draft.write_text("new")
     assert (there.read_text(), link.is_symlink()) == ("new", True)
     assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_no_draft_is_left_behind(error, tmp_path):
+    """Whatever ends the block that writes it, Ctrl-C, too."""
+
+    def half_a_file():
+        with drafted(tmp_path / "x.txt") as draft:
+            draft.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        half_a_file()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_foreign_file_that_appears_meanwhile_is_not_replaced(tmp_path):
+    """A computation may take hours: whether a result may go there is judged again at its end."""
+    path = tmp_path / "x.h5"
+
+    def meanwhile():
+        with new_file(path) as file:
+            file["x"] = 1.0
+            path.write_text("precious")
+
+    with pytest.raises(NoResult, match="replaces result files only"):
+        meanwhile()
+    assert path.read_text() == "precious"
 
 
 def test_a_lock_may_be_given_back_twice(tmp_path):

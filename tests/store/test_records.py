@@ -131,6 +131,26 @@ def test_records_that_changed_places_are_found(path):
     assert list(verify(path).faults) == [0, 1]
 
 
+def test_two_quantities_that_changed_places_are_found(path):
+    write(path, make(("summary",)))
+    with h5py.File(path, "a") as file:
+        energy, momentum = file["energy"][:20], file["momentum"][:20]
+        file["energy"][:20], file["momentum"][:20] = momentum, energy
+    assert list(verify(path).faults) == [0]
+
+
+def test_counts_of_switches_have_the_width_that_the_budget_asks_for(path):
+    """Without sections they take 4 bytes, unless there may be 2³¹ of them in all periods."""
+    plan = make_plan({"A": [3.0], "transient": 0, "periods": 12, "budget": 2**30, "record": "summary"})
+    block = fake.block(plan, 0)
+    writer = open_writer(path, plan, Origin(TEXT))
+    writer.write(block._replace(switches=block.switches + 2**31 + 5))
+    writer.close()
+    assert load(path).switches.tolist() == [[2**31 + 5] * 5]
+    assert verify(path).sound
+    assert {v.name: v.dtype for v in variables_of(make(("summary",)))}["switches"] == "<i4"
+
+
 def test_a_stranger_reads_units_and_meanings(path, plan):
     write(path, plan)
     with xr.open_dataset(path, engine="h5netcdf") as data:

@@ -462,6 +462,15 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
     assert load(finished).computed == 0.0
 
 
+def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monkeypatch):
+    """Another process may have made it just now: only who overwrites may replace it."""
+    monkeypatch.setattr(writer_module, "refuse_large_file", lambda plan, place: place.write_text("another"))
+    with pytest.raises(Busy, match="another process is writing it"):
+        open_writer(path, make(), Origin(TEXT))
+    assert path.read_text() == "another"
+    assert list(path.parent.iterdir()) == [path]
+
+
 def test_a_link_stays_a_link(finished, tmp_path):
     link = tmp_path / "link.h5"
     link.symlink_to(finished)
