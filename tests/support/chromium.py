@@ -46,7 +46,7 @@ def browser(width=1250, height=950):
 class Tab:
     """The page of an explorer in a browser."""
 
-    PATIENCE = 600.0
+    PATIENCE = 25.0
     """Seconds that a machine which others use may take for what should be a moment."""
 
     def __init__(self, driver):
@@ -100,6 +100,15 @@ class Tab:
         """Something of Bokeh's models: `all` is a list of them."""
         all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
         return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
+
+    def frame(self, figure="first"):
+        """Left and upper edge, width and height of the frame of a figure, in pixels of the page."""
+        return self.model(
+            "const view = Bokeh.index.find_one_by_id(all.find((m) => m.name === arguments[0]).id);"
+            "const {left, top} = view.canvas_view.el.getBoundingClientRect(), box = view.frame.bbox;"
+            "return [left + box.left, top + box.top, box.width, box.height]",
+            figure,
+        )
 
     def choose(self, name, value):
         """Set a widget as its user would."""

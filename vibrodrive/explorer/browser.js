@@ -107,7 +107,6 @@ page.send = () => {
   page.began = page.changed;
   const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
-  if (page.refused && !Object.values(fields).some(refuses)) say(page.refused = "", "notice");
   clearTimeout(page.slow);
   page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before the first picture LOADING is shown
   tell({view, only_motion, pixels: page.pixels});
@@ -138,6 +137,11 @@ const tell = (message) => {
 
 page.ask = (again) => {
   page.changed = performance.now();
+  if (page.refused && !Object.values(fields).some(refuses)) say(page.refused = "", "notice");
+  request_picture(again);
+};
+
+const request_picture = (again) => {
   if (page.pending) return;
   if (!again && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return page.send();
@@ -287,7 +291,7 @@ const measure = () => {
   if (!(width > 1 && height > 1) || String(pixels) === String(page.pixels)) return;
   page.pixels = pixels;
   clearTimeout(page.resized);
-  if (page.begun) page.resized = setTimeout(() => page.ask(), STEADY);
+  if (page.last) page.resized = setTimeout(request_picture, STEADY);
 };
 window.addEventListener("resize", scale_letters);
 
@@ -316,7 +320,10 @@ page.painted = () => {
   }, 0));
 };
 
-const settle = () => { page.settled = page.whole === page.asked && !page.pending; };
+const settle = () => {
+  const latest = page.last === but_for_motion(page.state()); // also of the present size
+  page.settled = page.whole === page.asked && !page.pending && latest;
+};
 
 const said = {};
 const say = (text, where = "status") => {

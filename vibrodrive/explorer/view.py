@@ -15,6 +15,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 
+from vibrodrive.explorer.numbers import number_of
 from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
@@ -41,9 +42,13 @@ ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colour
 MAY_LACK = (*ENDS, "at", "columns", "rows")
 
 
+def _real(value: object) -> float:
+    return number_of(value) if isinstance(value, str) else float(value)  # type: ignore[arg-type]
+
+
 def _number(key: str, value: object) -> float:
     try:
-        found = float(value)  # type: ignore[arg-type]
+        found = _real(value)
     except (TypeError, ValueError):
         raise ValueError(bad(key, value, "a number")) from None
     if not math.isfinite(found):
@@ -53,7 +58,7 @@ def _number(key: str, value: object) -> float:
 
 def _parameter(key: str, value: object) -> float:
     try:
-        return check(key, float(value))  # type: ignore[arg-type]
+        return check(key, _real(value))
     except (TypeError, ValueError):
         raise ValueError(bad(key, value, PARAMETERS[key].allowed)) from None
 
