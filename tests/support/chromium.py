@@ -46,7 +46,7 @@ def browser(width=1250, height=950):
 class Tab:
     """The page of an explorer in a browser."""
 
-    PATIENCE = 25.0
+    PATIENCE = 600.0
     """Seconds that a machine which others use may take for what should be a moment."""
 
     def __init__(self, driver):

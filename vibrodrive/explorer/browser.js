@@ -100,7 +100,7 @@ const refuse = (text) => {
   if (!field || refuses(field) || !(field.name in page.good)) return;
   field.control.classList.add("refused");
   element(field.name + "-hint").textContent = text;
-  page.last = but_for_motion(page.state()); // the picture shown has these values
+  request_picture(true);
 };
 
 page.send = () => {

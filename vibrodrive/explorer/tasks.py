@@ -19,7 +19,7 @@ from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.controls import symbol, unit
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.image import PICTURE_ROWS, difference, fitting_range, ink_palette, pictures
-from vibrodrive.explorer.layout import CURVE_COLOURS
+from vibrodrive.explorer.layout import CURVE_COLOURS, key_of_curves
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
@@ -146,6 +146,10 @@ def _legend(view: View) -> str:
         said = " · black: both methods, "
         said += f"<span style='color:#D55E00'>vermilion: {view.method} only</span>, "
         said += "<span style='color:#0072B2'>blue: certified only</span>"
+    if view.mode == MAP:
+        said += " · a click shows the diagram through a point"
+    elif not view.follows:
+        said += " · a click shows the motion of a column"
     if view.orbits and view.mode != MAP:
         said += " · orbits of the undisturbed motion (blue: stable, dashed vermilion: unstable), circles: bifurcations"
     return said
@@ -161,7 +165,7 @@ def _paint(session: Session, frames: list[dict[str, Any]]) -> None:
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Show the curves of the motion at `view.at` and its description."""
     motion = motion_at(view, halt)
-    said = words(motion, view)
+    said = [*words(motion, view), key_of_curves()]
     columns = lines(motion.trajectory)
 
     def show() -> None:
