@@ -53,15 +53,16 @@ def play(film):
     """Zoom into a diagram, disturb it, and look at one of its motions."""
     tab = film.tab
     film.shoot(LONG // 2)
+    left, top, width, height = tab.frame()
     for _ in range(9):
-        tab.wheel(716, 500, -100)  # on the axis: zooms along this axis only
+        tab.wheel(left + 0.75 * width, top + height + 15, -100)  # on the axis: zooms along this axis only
         film.shoot()
     film.shoot(LONG // 2)
     for eps in np.linspace(0.0, 2e-4, 13)[1:]:
         tab.choose("eps", f"{eps:.3g}")
         film.shoot()
     film.shoot(LONG // 2)
-    tab.click(690, 300)
+    tab.click(left + 0.72 * width, 300)
     tab.until("page.words && !page.words.includes('being computed')", "the complete text of a motion")
     film.shoot(LONG)
 

@@ -101,6 +101,15 @@ class Tab:
         all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
         return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
 
+    def frame(self, figure="first"):
+        """Left and upper edge, width and height of the frame of a figure, in pixels of the page."""
+        return self.model(
+            "const view = Bokeh.index.find_one_by_id(all.find((m) => m.name === arguments[0]).id);"
+            "const {left, top} = view.canvas_view.el.getBoundingClientRect(), box = view.frame.bbox;"
+            "return [left + box.left, top + box.top, box.width, box.height]",
+            figure,
+        )
+
     def choose(self, name, value):
         """Set a widget as a user does."""
         self.driver.execute_script("window.explorer.fields[arguments[0]].value = arguments[1]", name, value)

@@ -25,7 +25,10 @@ const page = {
   file: null, // the last file downloaded
   words: "", // description of the selected motion
   followed: NaN, // coordinate of that motion on the abscissa
+  fit: false, // the ordinate follows the values, until it is moved
   refused: "", // error message of the last request
+  good: {}, // values of fields that the server has accepted, used in place of a refused one
+  pixels: null, // width and height of the frame in pixels of the screen, for which pictures are computed
   status: "", // status line below the diagrams, without COMPILING
   slow: 0, // timer until COMPILING is shown
 };
@@ -42,10 +45,22 @@ const REST = 300; // ms without a change after which a view becomes a step of "b
 Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-fields = plain(fields);
-sliders = plain(sliders);
-only = plain(only);
-axes = plain(axes);
+[only, axes, symbols, formatters] = [only, axes, symbols, formatters].map(plain);
+const element = (id) => document.getElementById(id);
+
+// Controls by the names of the fields of a view. To set `value` is the same as to type or choose it.
+const fields = {}, sliders = {};
+for (const control of document.querySelectorAll("[data-field]")) {
+  const name = control.dataset.field, input = element(name), slider = control.querySelector("[type=range]");
+  fields[name] = {
+    name, control, input, hint: control.title,
+    get value() { return input.value; },
+    set value(text) { input.value = text; page.enter(this); },
+  };
+  input.addEventListener("change", () => page.enter(fields[name]));
+  if (slider) slider.addEventListener("input", () => page.slide(name));
+  if (slider) sliders[name] = slider;
+}
 page.fields = fields;
 const log = (name) => page.scales[name] === "log";
 const shown = (u, name) => (log(name) ? Math.pow(10, u) : u);
@@ -65,21 +80,36 @@ const put_span = (range, name, low, high) => {
 
 page.state = () => {
   const view = {...page.extra};
-  for (const [name, field] of Object.entries(fields)) view[name] = field.value;
+  for (const [name, field] of Object.entries(fields)) view[name] = refuses(field) ? page.good[name] : field.value;
   Object.assign(view, span(x_range, "scale", "low", "high"));
   if (page.over_plane) Object.assign(view, span(y_range, "y_scale", "y_low", "y_high"));
   else if (!page.fit) Object.assign(view, {bottom: y_range.start, top: y_range.end});
   return view;
 };
 
+const refuses = (field) => field.control.classList.contains("refused");
+const accept = (field) => {
+  field.control.classList.remove("refused");
+  element(field.name + "-hint").textContent = field.hint;
+};
+
+// Mark the field that an error message begins with. The other fields continue to act, with its last accepted value.
+const refuse = (text) => {
+  say(page.refused = text, "notice");
+  const field = fields[text.split(" = ")[0]];
+  if (!field || refuses(field) || !(field.name in page.good)) return;
+  field.control.classList.add("refused");
+  element(field.name + "-hint").textContent = text;
+  request_picture(true);
+};
+
 page.send = () => {
   page.began = page.changed;
   const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
-  if (page.refused) say(page.refused = "", notice);
   clearTimeout(page.slow);
   page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before the first picture LOADING is shown
-  tell({view, only_motion});
+  tell({view, only_motion, pixels: page.pixels});
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
 
@@ -98,7 +128,7 @@ const release = () => {
   first.hold_render = second.hold_render = false;
 };
 
-const but_for_motion = (view) => JSON.stringify({...view, at: null});
+const but_for_motion = (view) => JSON.stringify({...view, at: null, pixels: page.pixels});
 
 const tell = (message) => {
   if (!("file" in message)) page.seq += 1; // a file request does not replace the running one
@@ -107,6 +137,11 @@ const tell = (message) => {
 
 page.ask = (again) => {
   page.changed = performance.now();
+  if (page.refused && !Object.values(fields).some(refuses)) say(page.refused = "", "notice");
+  request_picture(again);
+};
+
+const request_picture = (again) => {
   if (page.pending) return;
   if (!again && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return page.send();
@@ -133,7 +168,7 @@ const free = () => {
 
 page.command = (message) => {
   if (!("file" in message)) Object.assign(page, {asked: 0, settled: false}); // the running request is obsolete
-  tell({view: page.state(), ...message});
+  tell({view: page.state(), pixels: page.pixels, ...message});
 };
 
 // Return true if a value differs from the one handled last, and record it as handled.
@@ -145,28 +180,29 @@ const is_new = (name, value) => {
 
 const set_field = (name, value) => {
   page.known[name] = value;
-  fields[name].value = value;
+  fields[name].input.value = value;
+  accept(fields[name]);
 };
 
 // Slider and field of a parameter have the same value; the sliders in `exponents` have its logarithm.
-page.slide = ({name, value: place}) => {
-  if (!is_new("slider " + name, place)) return;
-  const value = exponents.includes(name) ? Math.pow(10, place) : place;
+page.slide = (name) => {
+  const place = Number(sliders[name].value), value = exponents.includes(name) ? Math.pow(10, place) : place;
   set_field(name, String(Number(value.toPrecision(10))));
+  arrange();
   page.ask();
 };
 
 const follow = (name) => {
   const slider = sliders[name], value = Number(fields[name].value);
   if (!slider || !Number.isFinite(value)) return;
-  const place = exponents.includes(name) ? Math.log10(value) : value;
-  page.known["slider " + name] = Math.min(slider.end, Math.max(slider.start, place));
-  slider.value = page.known["slider " + name];
+  slider.value = exponents.includes(name) ? Math.log10(value) : value;
 };
 
 const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "scene"];
-page.enter = ({name, value}) => {
+page.enter = (field) => {
+  const {name, value} = field;
   if (!is_new(name, value)) return;
+  accept(field);
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();
@@ -182,13 +218,15 @@ page.fit_now = () => {
 // Write a complete view from the server into all widgets and ranges, with a single request at the end.
 page.apply = (view) => {
   for (const [name, field] of Object.entries(fields)) {
-    set_field(name, typeof field.value === "string" ? String(view[name]) : view[name]);
+    set_field(name, view[name] === null ? "" : String(view[name]));
     follow(name);
   }
   const over_plane = view.mode === "map";
   if (over_plane !== page.over_plane) clear_pictures();
   page.over_plane = over_plane;
   page.scales = {scale: view.scale, y_scale: view.y_scale};
+  formatters.x.args = {scale: view.scale};
+  formatters.y.args = {scale: over_plane ? view.y_scale : "linear"};
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
   point_at(view.at === null ? NaN : drawn(view.at, "scale"));
@@ -200,42 +238,76 @@ page.apply = (view) => {
   page.ask(true);
 };
 
-const label = (name) => {
-  const field = fields[name], found = field.options.find((option) => option[0] === field.value);
-  return found ? found[1] : field.value;
+// Reasons why a control has no effect now, by name.
+const idle = () => {
+  const is = (name, value) => fields[name].value === value, why = {};
+  const over_plane = is("mode", "map"), along = over_plane ? ["x", "y"] : ["x"];
+  const crossed = (name) => along.some((axis) => is(axis, name));
+  if (is("method", "certified")) why.dtau = why.tol = "acts only if switches are found by fixed or muller";
+  else if (is("method", "fixed")) why.tol = "acts only if switches are found by muller";
+  if (is("method", "certified")) why.compare = "compares another method with certified: choose fixed or muller above";
+  if (!crossed("eps") && Number(fields.eps.value) === 0) why.eta = "acts only where ε > 0";
+  if (!crossed("A") || (over_plane && !crossed("B"))) why.orbits = "are drawn only over A, or over A and B";
+  for (const axis of along) why[fields[axis].value] = "is on an axis: the window of the picture sets it";
+  return why;
 };
 
 const arrange = () => {
-  const over_plane = fields.mode.value === "map";
-  for (const axis of axes.x) axis.axis_label = label("x");
-  for (const axis of axes.y) axis.axis_label = label(over_plane ? "y" : "quantity");
+  const mode = fields.mode.value, over_plane = mode === "map", shown_now = [mode, fields.scene.value];
+  const why = idle(), [across, up] = [fields.x.value, fields[over_plane ? "y" : "quantity"].value];
+  for (const axis of axes.x) axis.axis_label = symbols[across];
+  for (const axis of axes.y) axis.axis_label = symbols[up];
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   second.visible = two;
-  first.height = second.height = heights[two ? 1 : 0];
+  element("second").hidden = !two;
   mirror(x_range, x2);
   mirror(y_range, y2);
-  for (const [name, items] of Object.entries(only)) {
-    for (const item of items) item.visible = name === fields.mode.value || name === fields.scene.value;
-  }
-  for (const [name, field] of Object.entries(fields)) { // the window sets the parameters along the axes
-    field.disabled = name === fields.x.value || (over_plane && name === fields.y.value);
-    if (sliders[name]) sliders[name].disabled = field.disabled;
+  for (const [name, items] of Object.entries(only)) for (const item of items) item.visible = name === mode;
+  for (const [name, {control, input, hint}] of Object.entries(fields)) {
+    const where = control.dataset.only, reason = why[name];
+    control.hidden = where !== undefined && !shown_now.includes(where);
+    input.disabled = Boolean(reason);
+    if (sliders[name]) sliders[name].disabled = Boolean(reason);
+    control.title = reason ? `${control.querySelector("label").textContent} ${reason}.` : hint;
   }
 };
+
+// Letters and borders of the figures have the size of those of the page.
+const scale_letters = () => {
+  const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const [large, usual] = [1.1 * size, 0.9 * size].map((pixels) => `${pixels.toFixed(1)}px`);
+  for (const plot of [first, second, ...small]) {
+    for (const axis of [...plot.left, ...plot.below]) {
+      Object.assign(axis, {major_label_text_font_size: usual, axis_label_text_font_size: large});
+    }
+  }
+  for (const plot of [first, second]) plot.min_border_left = Math.round(5 * size);
+};
+
+// Pictures are computed for the pixels of the frame; this runs after each painting of the first diagram.
+const measure = () => {
+  const {width, height} = pictures[first.id].view.frame.bbox;
+  const pixels = [width, height].map((length) => Math.round(length * devicePixelRatio));
+  if (!(width > 1 && height > 1) || String(pixels) === String(page.pixels)) return;
+  page.pixels = pixels;
+  clearTimeout(page.resized);
+  if (page.last) page.resized = setTimeout(request_picture, STEADY);
+};
+window.addEventListener("resize", scale_letters);
 
 // A frame has arrived: request the next one immediately, so that it is computed while this one is painted. The browser
 // processes frames in order, so the next one cannot be painted first.
 page.painted = () => {
   const head = JSON.parse(frame.data.head[0]), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) {
-    put_span(y_range, "", ...head.fit); // the range of a coarse picture may still grow
-    page.fit = !head.complete;
-    if (head.complete && !page.pending) page.last = but_for_motion(page.state());
+    put_span(y_range, "", ...head.fit);
   }
   page.patience = PATIENCE;
   draw_picture(first, frame.data);
   if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
   Object.assign(page, {answered: head.seq, status: head.status});
+  say(head.title, "title");
+  for (const [name, field] of Object.entries(fields)) if (!refuses(field)) page.good[name] = field.value;
   if (head.seq === page.asked) remember(head.address);
   free();
   requestAnimationFrame(() => setTimeout(() => {
@@ -248,13 +320,14 @@ page.painted = () => {
   }, 0));
 };
 
-const settle = () => { page.settled = page.whole === page.asked && !page.pending; };
+const settle = () => {
+  const latest = page.last === but_for_motion(page.state()); // also of the present size
+  page.settled = page.whole === page.asked && !page.pending && latest;
+};
 
-// Write texts directly into the page: a change of a Bokeh model would lay out the page again.
 const said = {};
-const say = (text, where = status) => {
-  const place = said[where.id] !== text && Bokeh.index.find_one_by_id(where.id)?.shadow_el.querySelector(".bk-clearfix");
-  if (place) place.innerHTML = said[where.id] = text;
+const say = (text, where = "status") => {
+  if (said[where] !== text) element(where).innerHTML = said[where] = text;
 };
 
 // Write the view into the address after REST ms, as a new step of "back".
@@ -285,12 +358,15 @@ page.hear = () => {
     page.heard = item.number;
     if (item.apply) page.apply(item.apply);
     if (item.file) download(item.file);
-    if (item.refused !== undefined) say(page.refused = item.refused, notice);
+    if (item.refused) refuse(item.refused);
     if (item.picture === page.answered) {
       page.status = item.status;
       if (!page.busy) say(page.status);
     }
-    if (item.words !== undefined) say(page.words = item.words, words);
+    if (item.words !== undefined) {
+      say(page.words = item.words, "words");
+      element("motion").hidden = !item.words;
+    }
     if (item.done === page.seq) {
       if (item.address !== undefined) remember(item.address);
       free();
@@ -316,7 +392,7 @@ page.tap = (event) => {
 };
 
 page.lost = (gone) => {
-  say(gone ? "The explorer no longer answers. Restart it and open the address that it prints." : "", notice);
+  say(gone ? "The explorer no longer answers. Restart it and open the address that it prints." : "", "notice");
   if (!gone) { page.busy = false; page.ask(true); }
 };
 
@@ -341,4 +417,42 @@ page.moved = (range) => {
   page.ask();
 };
 
+const press = (id, act) => element(id).addEventListener("click", act);
+press("back", () => history.back());
+press("reset", () => page.command({reset: true}));
+press("follow", page.fit_now);
+press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
+for (const button of document.querySelectorAll("[data-file]")) {
+  button.addEventListener("click", () => page.command({file: button.dataset.file}));
+}
+
+// Move a range by a share of its width, and make it wider by a factor.
+const shift = (range, share, factor = 1) => {
+  const middle = (range.start + range.end) / 2 + share * (range.end - range.start);
+  const half = factor * (range.end - range.start) / 2;
+  range.setv({start: middle - half, end: middle + half});
+};
+const KEYS = {
+  ArrowLeft: () => shift(x_range, -0.1), ArrowRight: () => shift(x_range, 0.1),
+  ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
+  "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
+  Backspace: () => history.back(), Home: () => page.command({reset: true}), f: () => page.fit_now(),
+  x: () => element("full").click(), Escape: () => page.forget(),
+};
+window.addEventListener("keydown", (event) => {
+  if (event.target.matches?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const act = KEYS[event.key];
+  if (act) { event.preventDefault(); act(); }
+});
+
+// Show no motion below the diagram.
+page.forget = () => {
+  page.extra.at = null;
+  point_at(NaN);
+  page.ask(true);
+};
+
+scale_letters();
+for (const plot of [first, second]) if (Bokeh.index.find_one_by_id(plot.id)) picture_of(plot);
+measure();
 tell({hello: true});

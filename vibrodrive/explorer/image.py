@@ -14,7 +14,7 @@ from vibrodrive.figures.ink import ink_of
 from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
-PICTURE_ROWS = 360
+PICTURE_ROWS = 360  # of a diagram without a page
 SHADES = 64  # of ink; shade 0 is blank. The palette of a difference has three such scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
@@ -61,10 +61,10 @@ def ink_palette() -> np.ndarray:
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
-    """Draw values (n, k) into columns of an image uint8 (PICTURE_ROWS, columns), as shades 0 to SHADES - 1."""
+    """Draw values (n, k) into columns of an image uint8 (rows, columns), as shades 0 to SHADES - 1."""
     k = values.shape[1]
     table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
-    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(PICTURE_ROWS, np.int64), image)
+    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(len(image), np.int64), image)
 
 
 def _near(there: np.ndarray) -> np.ndarray:
@@ -86,8 +86,8 @@ def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
     return out
 
 
-def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.ndarray]:
-    """Return one image uint8 (PICTURE_ROWS, columns) for each method of the level."""
+def pictures(level: Level, quantity: str, low: float, high: float, rows: int = PICTURE_ROWS) -> list[np.ndarray]:
+    """Return one image uint8 (rows, columns) for each method of the level."""
     done, rest = level.sweep.done, None
     there = done
     if level.sketch is not None:
@@ -95,7 +95,7 @@ def pictures(level: Level, quantity: str, low: float, high: float) -> list[np.nd
         there = done | level.sketch.done
     out = []
     for k, results in enumerate(level.sweep.results):
-        image = np.empty((PICTURE_ROWS, len(done)), np.uint8)
+        image = np.empty((rows, len(done)), np.uint8)
         if level.sketch is not None and rest is not None:
             shades_of(values_of(level.sketch.results[k], quantity)[rest], rest, low, high, image)
         now = np.flatnonzero(done)

@@ -1,42 +1,37 @@
-"""Bokeh models of the page: figures, widgets, and the data sources that connect it to the server."""
+"""Page of the explorer: template, figures, and the few sources through which it and the server exchange data."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bokeh import models
+from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.events import DoubleTap, Tap
-from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Div, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, HoverTool, Range1d
 from bokeh.plotting import figure
 
-from vibrodrive.explorer.view import BESIDE, COMPARISONS, DIAGRAM, DIMENSIONLESS, METHODS, OF_MAPS, RANGES, SI, View
+from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
+from vibrodrive.explorer.view import BESIDE, RANGES, View
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
-from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
 from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # states of LASTING, then the excitation
-SLIDERS = ("B", "eps", "eta", "section_phase", "dtau", "A", "transient", "periods")
-EXPONENTS = ("dtau",)  # sliders of the decimal logarithm of their value
-PLAIN_FIELDS = ("xi0", "dxi0", "tau0", "tol", "columns", "rows")
-WIDE, TALL, LOW = 900, 440, 280
-WORDS_TALL = 260  # fixed, since a height that follows the text would lay out the page again at each click
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
+KINDS = {
+    "toml": "Save the configuration of this view, for vibrodrive sweep",
+    "png": "Save this view as a picture",
+    "pdf": "Save this view as a figure for print",
+}
+OPENED = ("Parameters", "Method")  # groups of controls that are open at first
 
 
 @dataclass
 class Page:
-    """Models that the server changes or observes.
+    """Models that the server changes or listens to. `frame` and `other` (of the second diagram) have one image each."""
 
-    `frame` contains the image of the first diagram, `other` that of the second.
-    """
-
-    root: Any
     request: ColumnDataSource
     news: ColumnDataSource
     frame: ColumnDataSource
@@ -46,12 +41,10 @@ class Page:
     unstable: ColumnDataSource
     marks: ColumnDataSource
     curves: ColumnDataSource
-    figures: list[Any]
 
 
 BLANK: dict[str, Any] = {name: [0] for name in ("head", "image", "palette", "x", "y", "dw", "dh")}
-LOADING = "loading the kernels; the first run after an installation compiles them, which takes a few minutes"
-HINT = "A click on a diagram shows the motion at that point. A click on a map shows the diagram at that point."
+LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
 NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
 NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}
@@ -59,15 +52,15 @@ NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour"
 
 
 def build(document: Document, view: View, token: str) -> Page:
-    """Build all models for a view, and the scripts that connect them in the browser."""
+    """Fill a document with the models for a view, and with the scripts that join them in the browser."""
     frame, other = (ColumnDataSource(BLANK) for _ in range(2))
     request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
-    # separate ranges for the second diagram: with shared ones Bokeh would lay it out at each move even while hidden
+    # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
-    inputs = _inputs(view)
-    sliders = {name: _slider(name, view) for name in SLIDERS}
-    format_x, format_y = _ticks(inputs["scale"], None), _ticks(inputs["y_scale"], inputs["mode"])
-    one, two = (_diagram(x, y, format_x, format_y) for x, y in ((x_range, y_range), (x2, y2)))
+    formatters = {name: _ticks() for name in ("x", "y")}
+    one, two = (
+        _diagram(name, *ranges, formatters) for name, ranges in (("first", (x_range, y_range)), ("second", (x2, y2)))
+    )
     stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
     lines = [
         one.multi_line("x", "y", source=stable, color="#0072B2", width=1.5),
@@ -78,173 +71,93 @@ def build(document: Document, view: View, token: str) -> Page:
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
     motion = ColumnDataSource(NO_MOTION)
-    phase = _curve(motion, "xi", "dxi", 300, tools="pan,wheel_zoom,box_zoom,reset", y_axis_label="ξ′", x_axis_label="ξ")
-    tools = "xpan,xwheel_zoom,box_zoom,reset"
-    time = _curve(motion, "time", "xi", 600, tools=tools, x_axis_label="τ/2π", y_axis_label="ξ")
-    notice = Div(text="", width=WIDE, height=18, styles={"color": "#b00020"})
-    status, words = Div(text=LOADING, width=WIDE, height=36), Div(text=HINT, width=270, height=WORDS_TALL)
-    labels = ("Back", "Reset", "Fit", "TOML", "PNG", "PDF")
-    buttons = {label: models.Button(label=label, width=70, height=30) for label in labels}
-    top = ("mode", "quantity", "shade", "x", "scale", "y", "y_scale", "method", "compare", "orbits")
-    side = {n: row(sliders[n], inputs[n]) for n in SLIDERS}
-    scene = [row(*(inputs[n] for n in names)) for names in (tuple(SCENE)[:3], tuple(SCENE)[3:])]
-    only = {
-        DIMENSIONLESS: [side["A"], side["B"]],
-        SI: scene,
-        "map": [inputs["shade"], inputs["y"], inputs["y_scale"], inputs["rows"], named],
-        "diagram": [inputs["quantity"], inputs["compare"], *lines],
-    }
-    # the same visibility as the script sets, since each later change would lay out the page again
+    phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom,box_zoom,reset", y_axis_label="ξ′",
+                   x_axis_label="ξ")  # fmt: skip
+    time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom,box_zoom,reset", x_axis_label="τ/2π",
+                  y_axis_label="ξ")  # fmt: skip
+    only: dict[str, list[Any]] = {MAP: [named], "diagram": [*lines]}
+    # as the scripts will arrange all that: each later change of it would lay out the page again
     for name, items in only.items():
         for item in items:
-            item.visible = name in (view.mode, view.scene)
+            item.visible = name == view.mode
     two.visible = view.compared and view.compare == BESIDE
     for p in (one, two):
-        p.height = LOW if two.visible else TALL
         p.xaxis.axis_label = symbol(view.x)
         p.yaxis.axis_label = symbol(view.y if view.mode == MAP else view.quantity)
-    root = column(
-        row(*(inputs[n] for n in top)),
-        row(
-            column(notice, one, two, status, _legend(), row(phase, time)),
-            column(
-                row(*list(buttons.values())[:3]),
-                row(*list(buttons.values())[3:]),
-                *side.values(),
-                inputs["scene"],
-                *scene,
-                row(*(inputs[n] for n in PLAIN_FIELDS[:3])),
-                row(*(inputs[n] for n in PLAIN_FIELDS[3:])),
-                words,
-            ),
-        ),
-    )
-    axes = {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]}
     args = {
-        "request": request, "news": news, "x_range": x_range, "y_range": y_range, "fields": inputs,
-        "sliders": sliders, "exponents": list(EXPONENTS), "second": two, "only": only, "status": status,
-        "notice": notice, "words": words, "token": token, "axes": axes,
-        "x2": x2, "y2": y2, "first": one, "heights": [TALL, LOW], "frame": frame, "other": other,
+        "request": request, "news": news, "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
+        "second": two, "only": only, "token": token, "formatters": formatters,
+        "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
+        "small": [phase, time], "x2": x2, "y2": y2, "first": one, "frame": frame, "other": other,
+        "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
     }  # fmt: skip
-    _join(document, args, buttons)
+    _join(document, args)
     for shown in (one, two, x_range, y_range, x2, y2):
-        shown.syncable = False  # the script sends complete views to the server instead
-    root.tags = [request, news, frame, other]  # otherwise models used by scripts only are not part of the document
+        shown.syncable = False  # the server receives a view as a whole
+    one.tags = [request, news, frame, other]  # otherwise models that only scripts use are no part of a document
     document.title = "vibrodrive explore"
-    document.add_root(root)
-    return Page(root, request, news, frame, other, motion, stable, unstable, marks, curves, [one, two])
+    document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
+    document.template_variables.update(
+        groups=GROUPS, opened=OPENED, kinds=KINDS, loading=LOADING, style=(HERE / "page.css").read_text()
+    )
+    for root in (one, two, phase, time):
+        document.add_root(root)
+    return Page(request, news, frame, other, motion, stable, unstable, marks, curves)
 
 
-def _join(document: Document, args: dict[str, Any], buttons: dict[str, models.Button]) -> None:
+def _join(document: Document, args: dict[str, Any]) -> None:
     """Pass the models to the scripts, by the names used there, and connect every change to them."""
     script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
-    moved, entered, slid, tapped = map(_call, ("moved(cb_obj)", "enter(cb_obj)", "slide(cb_obj)", "tap(cb_obj)"))
+    moved, tapped = map(_call, ("moved(cb_obj)", "tap(cb_obj)"))
     for axis in (args[name] for name in ("x_range", "y_range", "x2", "y2")):
         for end in ("start", "end"):
             axis.js_on_change(end, moved)
-    for field in args["fields"].values():
-        field.js_on_change("value", entered)
-    for slider in args["sliders"].values():
-        slider.js_on_change("value", slid)
     args["frame"].js_on_change("data", _call("painted()"))
     args["news"].js_on_change("data", _call("hear()"))
     for shown in (args["first"], args["second"]):
-        for click in (Tap, DoubleTap):  # two quick clicks on neighbouring columns give a DoubleTap
+        for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
             shown.js_on_event(click, tapped)
-    buttons["Back"].js_on_click(CustomJS(code="history.back()"))
-    buttons["Fit"].js_on_click(_call("fit_now()"))
-    buttons["Reset"].js_on_click(_call("command({reset: true})"))
-    for kind in ("TOML", "PNG", "PDF"):
-        buttons[kind].js_on_click(_call(f"command({{file: '{kind.lower()}'}})"))
-
-
-def symbol(name: str) -> str:
-    """Return the symbol of the paper in Unicode, with the unit: SI units on the page, while figures may show mm."""
-    if name not in NAMES:
-        return name.replace("_", " ")
-    row = NAMES[name]
-    unit = row.unit if row.scale != 1.0 else row.shown
-    return f"{row.symbol} ({unit})" if unit else row.symbol
 
 
 def _call(call: str) -> CustomJS:
-    """Return a callback that calls a function of browser.js, if that script has run."""
+    """Return a call into browser.js, which does nothing before that has run."""
     return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
 
 
-def _ticks(scale: models.Select, mode: models.Select | None) -> CustomJSTickFormatter:
-    return CustomJSTickFormatter(args={"scale": scale, "mode": mode}, code=(HERE / "ticks.js").read_text())
+def _ticks() -> CustomJSTickFormatter:
+    """Return the formatter of an axis; browser.js sets its scale."""
+    return CustomJSTickFormatter(args={"scale": "linear"}, code=(HERE / "ticks.js").read_text())
 
 
-def _diagram(x_range: Range1d, y_range: Range1d, format_x: Any, format_y: Any) -> Any:
+def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str, Any]) -> Any:
     p = figure(
-        width=WIDE, height=TALL, x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom", active_drag="pan",
-        active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=100, min_border_right=30,
-        min_border_bottom=50, background_fill_color=None, border_fill_color=None,
+        name=name, sizing_mode="stretch_both", x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom",
+        active_drag="pan", active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=70,
+        min_border_right=20, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.center.clear()  # no grid: it would be redrawn with every frame
-    p.axis.minor_tick_line_color = None
-    p.xaxis.formatter, p.yaxis.formatter = format_x, format_y
-    p.xaxis.ticker.desired_num_ticks = 6
+    p.center.clear()  # a grid would be drawn again with every frame, under the image
+    p.xaxis.formatter, p.yaxis.formatter = formatters["x"], formatters["y"]
     return p
 
 
-def _curve(motion: ColumnDataSource, x: str, y: str, width: int, **options: Any) -> Any:
+def _curve(name: str, motion: ColumnDataSource, x: str, y: str, **options: Any) -> Any:
     """Return a small figure of two columns of a motion."""
-    p = figure(width=width, height=250, **options)
+    p = figure(name=name, sizing_mode="stretch_both", **options)
     p.toolbar.logo = None
-    p.yaxis.major_label_orientation = "vertical"  # constant width, so that the page is not laid out again
+    p.yaxis.major_label_orientation = "vertical"  # labels of constant width: otherwise the page is laid out again
     p.axis.minor_tick_line_color = None
-    p.center.clear()  # no grids: they take a tenth of the time from a click to the curves
+    p.center.clear()  # grids take a tenth of the time to the curves
     p.multi_line(x, y, source=motion, color="colour", line_width=1.5)
     return p
 
 
-def _legend() -> Div:
-    """Return the legend of the curves of a motion."""
+def key_of_curves() -> str:
+    """Return the key to the colours of the curves of a motion, as HTML."""
     names = [*(state.name.lower() for state in LASTING), "sin τ (scaled)"]
-    lines = (f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True))
-    return Div(text=" &emsp; ".join(lines), width=WIDE - 30, height=18, styles={"text-align": "right"})
-
-
-def _inputs(view: View) -> dict[str, Any]:
-    """Return a widget for every field of a view except the ranges."""
-    parameters = [(name, symbol(name)) for name in RANGES]
-    choices = {
-        "mode": ("mode", [DIAGRAM, MAP], 95),
-        "quantity": ("ordinate", [(q, symbol(q)) for q in DIAGRAM_QUANTITIES], 115),
-        "shade": ("colour", list(OF_MAPS), 150),
-        "x": ("abscissa", parameters, 105),
-        "scale": ("axis", [LINEAR, LOG], 80),
-        "y": ("ordinate", parameters, 105),
-        "y_scale": ("axis", [LINEAR, LOG], 80),
-        "method": ("switches by", list(METHODS), 105),
-        "compare": ("certified too", list(COMPARISONS), 110),
-        "scene": ("A and B", [(DIMENSIONLESS, "entered directly"), (SI, "from a scene (SI)")], 165),
-    }
-    state = view.state()
-    found: dict[str, Any] = {
-        name: models.Select(name=name, title=title, options=options, value=state[name], width=width)
-        for name, (title, options, width) in choices.items()
-    }
-    for name in (*SLIDERS, *PLAIN_FIELDS, *SCENE, "orbits"):
-        title = "" if name in SLIDERS else "exact orbits to period" if name == "orbits" else symbol(name)
-        width = 100 if name in SLIDERS else 140 if name == "orbits" else 80
-        found[name] = models.TextInput(
-            name=name, title=title, value=repr(state[name]), width=width, disabled=name in view.axes
-        )
-    assert {*found} == {f.name for f in fields(View)} - {"low", "high", "bottom", "top", "y_low", "y_high", "at"}
-    return found
-
-
-def _slider(name: str, view: View) -> models.Slider:
-    start, end, step = NAMES[name].slider or (0.0, 1.0, 0.1)
-    value = float(getattr(view, name))
-    value = math.log10(value) if name in EXPONENTS else value
-    shown = "log Δτ" if name in EXPONENTS else symbol(name)
-    shown_as: dict[str, Any] = {"title": shown, "width": 150, "show_value": False, "disabled": name in view.axes}
-    return models.Slider(name=name, start=start, end=end, step=step, value=min(end, max(start, value)), **shown_as)
+    return " ".join(
+        f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True)
+    )

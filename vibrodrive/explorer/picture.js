@@ -14,6 +14,7 @@ const picture_of = (plot) => {
   view.repainted.connect(() => {
     page.due = false;
     move_picture(plot);
+    if (plot === first) measure();
   });
   return pictures[plot.id] = {view, box, canvas, line, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
 };

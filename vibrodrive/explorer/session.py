@@ -14,8 +14,8 @@ from urllib.parse import parse_qsl
 from bokeh.document import Document
 
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.layout import HINT, NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
-from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.layout import NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
+from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, MOST_COLUMNS, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
@@ -39,6 +39,7 @@ class Session:
         self.work: Work | None = None
         self.made_from: list[str] = []
         self.view, self.seq = base, 0
+        self.pixels: tuple[int, int] | None = None
         self.refused = ""
         self.unpainted = 0
         self.unheard: list[dict[str, Any]] = []
@@ -67,6 +68,8 @@ class Session:
     def _heard(self, message: str) -> None:
         asked = json.loads(message)
         self.seq = asked["seq"]
+        if asked.get("pixels"):
+            self.pixels = checked_pixels(asked["pixels"])
         self.unheard = [item for item in self.unheard if item["number"] > asked["heard"]]
         try:
             self._answer(asked)
@@ -89,7 +92,7 @@ class Session:
             there = {view.y: asked["dive"], "mode": "diagram", "bottom": None, "top": None}
             self.tell({"apply": View.read(asked["view"] | there).state()})
         elif "file" in asked:
-            self.request(Rank.EXPORT, View.read(asked["view"]), asked["file"])
+            self.request(Rank.EXPORT, self.sized(View.read(asked["view"])), asked["file"])
         else:
             self._show(View.read(asked["view"]), asked.get("only_motion", False))
 
@@ -102,9 +105,13 @@ class Session:
         if self.page.motion.data["time"] and not view.follows:
             self._forget_motion()
         if only_motion:
-            self.request(Rank.MOTION, view, seq, instead_of=(Rank.EXACT,))
+            self.request(Rank.MOTION, self.sized(view), seq, instead_of=(Rank.EXACT,))
         else:
-            self.request(Rank.PICTURE, view, seq, instead_of=(Rank.EXACT, Rank.MOTION))
+            self.request(Rank.PICTURE, self.sized(view), seq, instead_of=(Rank.EXACT, Rank.MOTION))
+
+    def sized(self, view: View) -> View:
+        """Return the view with numbers of columns and rows that suit the frame of the page."""
+        return view if self.pixels is None else view.sized(*self.pixels)
 
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
         """Request the task of this rank with these arguments, and cancel those of the ranks in `instead_of`."""
@@ -161,7 +168,7 @@ class Session:
 
     def _forget_motion(self) -> None:
         self.page.motion.data = dict(NO_MOTION)
-        self.tell({"words": HINT})
+        self.tell({"words": ""})
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
@@ -184,6 +191,12 @@ def overlay_of(view: View) -> Overlay | None:
 
 def _one_line(error: BaseException) -> str:
     return html.escape(" ".join(str(error).split()) or type(error).__name__)
+
+
+def checked_pixels(given: Any) -> tuple[int, int]:
+    """Return the width and height of a frame, within the limits of a picture."""
+    width, height = (min(MOST_COLUMNS, max(2, int(length))) for length in given)
+    return width, height
 
 
 def read_address(address: str) -> View:

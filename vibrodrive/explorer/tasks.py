@@ -16,20 +16,21 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.explorer import exact, export
+from vibrodrive.explorer.controls import symbol, unit
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.image import difference, fitting_range, ink_palette, pictures
-from vibrodrive.explorer.layout import CURVE_COLOURS
+from vibrodrive.explorer.image import PICTURE_ROWS, difference, fitting_range, ink_palette, pictures
+from vibrodrive.explorer.layout import CURVE_COLOURS, key_of_curves
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
-from vibrodrive.explorer.view import DIFFERENCE, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIFFERENCE, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.choices import Method
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LOG
+from vibrodrive.model.names import LOG, NAMES, SCENE
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12  # pause between the first picture and finer ones; a moving mouse makes the next request earlier
@@ -57,7 +58,7 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
             _draw(session, view, seq, level)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
-    latest = session.view  # differs from `view` at most by `at`, after a click
+    latest = session.sized(session.view)  # differs from `view` at most by `at`, after a click
     if latest.follows:
         session.follow(halt, Rank.MOTION, latest, seq)
     else:
@@ -67,15 +68,17 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     # address of the latest view: either it differs only by `at`, or the page ignores this address
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
-    said, meaning = "complete", _legend(view)
+    head["title"] = title_of(view)
+    said, meaning = count_of_motions(level), _legend(view)
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None:
             s = level.sketch.results[0].settings
             said += f"; the rest is a sketch with {s.transient} + {s.periods} periods"
-    left, right = _edges(view, SPAN, view.columns)
+    columns, rows = view.grid
+    left, right = _edges(view, SPAN, columns)
     if view.mode == MAP:
-        low, high = _edges(view, Y_SPAN, view.rows)
+        low, high = _edges(view, Y_SPAN, rows)
         cells, palette, legend = painted(level, view.shade, view.limits)
         meaning += f"<br>{legend}"
         images = [cells]
@@ -85,7 +88,9 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
         if low != low:
             low, high = fitting_range(level, view.quantity)
             head["fit"] = [low, high]
-        images = pictures(level, view.quantity, low, high)
+        height = session.pixels[1] if session.pixels else PICTURE_ROWS
+        images = pictures(level, view.quantity, low, high, height)
+        said = _nothing_in_window(images) + said
         if view.compared and view.compare == DIFFERENCE:
             images = [difference(*images)]
     place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
@@ -99,6 +104,41 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     session.later(partial(_paint, session, frames))
 
 
+STATUS_WORDS = {
+    Status.TOO_CLOSE: "undecided by rounding",
+    Status.BUDGET: "stopped by their budget of switches",
+    Status.NEVER_LEAVES: "that rest for ever",
+}
+
+
+def count_of_motions(level: Level) -> str:
+    """Return the number of motions, and how many of them have a status other than OK."""
+    status = level.sweep.results[0].status
+    counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
+    return ", ".join([f"{status.size} motions", *(f"{count} {words}" for words, count in counts.items() if count)])
+
+
+def _nothing_in_window(images: list[np.ndarray]) -> str:
+    """Return a notice if no value of a diagram lies in its window."""
+    return "" if any(image.any() for image in images) else "No value lies in this window: press Follow. "
+
+
+def title_of(view: View) -> str:
+    """Return what the picture shows, and the conditions that all its motions share."""
+    over = f"{symbol(view.quantity)} over {symbol(view.x)}"
+    if view.mode == MAP:
+        over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
+    given = [name for name in (*(SCENE if view.scene == SI else ("A", "B")), "eps") if name not in view.axes]
+    given += ["eta"] if "eta" not in view.axes and ("eps" in view.axes or view.eps > 0.0) else []
+    given += [name for name in ("dtau",) if view.method != "certified" and name not in view.axes]
+    given += [
+        name for name in ("section_phase", "xi0", "dxi0", "tau0") if name not in view.axes and getattr(view, name)
+    ]
+    values = [f"{NAMES[name].symbol} = {getattr(view, name):.6g} {unit(name)}".rstrip() for name in given]
+    periods = f"periods {view.transient + 1} to {view.transient + view.periods}"
+    return ", ".join([f"<b>{over}</b>", *values, view.method, periods])
+
+
 def _legend(view: View) -> str:
     """Return the legend of the colours of a diagram."""
     said = f" · above: {view.method}, below: certified" if view.compared else ""
@@ -106,6 +146,10 @@ def _legend(view: View) -> str:
         said = " · black: both methods, "
         said += f"<span style='color:#D55E00'>vermilion: {view.method} only</span>, "
         said += "<span style='color:#0072B2'>blue: certified only</span>"
+    if view.mode == MAP:
+        said += " · a click shows the diagram through a point"
+    elif not view.follows:
+        said += " · a click shows the motion of a column"
     if view.orbits and view.mode != MAP:
         said += " · orbits of the undisturbed motion (blue: stable, dashed vermilion: unstable), circles: bifurcations"
     return said
@@ -121,14 +165,14 @@ def _paint(session: Session, frames: list[dict[str, Any]]) -> None:
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Show the curves of the motion at `view.at` and its description."""
     motion = motion_at(view, halt)
-    said = words(motion, view)
+    said = [*words(motion, view), key_of_curves()]
     columns = lines(motion.trajectory)
 
     def show() -> None:
         if not session.view.follows:  # the view has changed since
             return
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
-        session.tell({"words": "<br>".join([*said, PENDING]), "address": view.address(), "done": seq})
+        session.tell({"words": "<br>".join([*said, PENDING]), "address": session.view.address(), "done": seq})
 
     session.later(show)
     session.follow(halt, Rank.EXACT, view, motion, said)

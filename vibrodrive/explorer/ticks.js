@@ -1,6 +1,6 @@
 // Format the numbers of an axis. On a wide axis every number is complete. On a narrow axis the first number is complete
 // and the others are differences from it, because there is no space for all digits.
-const log = scale !== null && scale.value === "log" && (mode === null || mode.value === "map");
+const log = scale === "log";
 const value = (u) => (log ? Math.pow(10, u) : u);
 const plain = (v, digits) => {
   const n = Math.min(17, Math.max(1, digits));

@@ -15,6 +15,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 
+from vibrodrive.explorer.numbers import number_of
 from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
@@ -31,17 +32,23 @@ DIMENSIONLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
+COLUMNS, ROWS = 1000, 250  # of a view without a page
+CELLS = 250_000  # of a map whose numbers of columns and rows follow from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
 NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
-MAY_LACK = (*ENDS, "at")
+MAY_LACK = (*ENDS, "at", "columns", "rows")
+
+
+def _real(value: object) -> float:
+    return number_of(value) if isinstance(value, str) else float(value)  # type: ignore[arg-type]
 
 
 def _number(key: str, value: object) -> float:
     try:
-        found = float(value)  # type: ignore[arg-type]
+        found = _real(value)
     except (TypeError, ValueError):
         raise ValueError(bad(key, value, "a number")) from None
     if not math.isfinite(found):
@@ -51,7 +58,7 @@ def _number(key: str, value: object) -> float:
 
 def _parameter(key: str, value: object) -> float:
     try:
-        return check(key, float(value))  # type: ignore[arg-type]
+        return check(key, _real(value))
     except (TypeError, ValueError):
         raise ValueError(bad(key, value, PARAMETERS[key].allowed)) from None
 
@@ -87,7 +94,8 @@ def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
 class View:
     """Complete state of a page. Its fields are the keys of the address.
 
-    The abscissa is the parameter x, with `columns` values from `low` to `high` (by default the range in RANGES). The
+    The abscissa is the parameter x, with `columns` values from `low` to `high` (by default the range in RANGES; None:
+    as many as the page has pixels, see `sized`). The
     ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate of a map is
     the parameter y, with `rows` values from `y_low` to `y_high`; its colour is `shade`, from `bottom` to `top`.
 
@@ -110,7 +118,7 @@ class View:
     low: float = _set(RANGES["A"][0], _number)
     high: float = _set(RANGES["A"][1], _number)
     scale: str = _set(RANGES["A"][2], _choice, names=(LINEAR, LOG))
-    columns: int = _set(1000, _count, low=2, high=MOST_COLUMNS)
+    columns: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
     quantity: str = _set("dxi", _choice, names=drawing.DIAGRAM_QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
     top: float = _set(NOWHERE, _number)
@@ -118,7 +126,7 @@ class View:
     y_low: float = _set(RANGES["B"][0], _number)
     y_high: float = _set(RANGES["B"][1], _number)
     y_scale: str = _set(RANGES["B"][2], _choice, names=(LINEAR, LOG))
-    rows: int = _set(250, _count, low=2, high=MOST_COLUMNS)
+    rows: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
     shade: str = _set("period", _choice, names=OF_MAPS)
     compare: str = _set(ALONE, _choice, names=COMPARISONS)
     orbits: int = _set(0, _count, low=0, high=12)
@@ -176,8 +184,9 @@ class View:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
             check_range("bottom and top", self.limits, self.shade)
-            if self.columns * self.rows > MOST_CELLS:
-                raise ValueError(bad("rows", self.rows, f"<= {MOST_CELLS // self.columns} at {self.columns} columns"))
+            columns, rows = self.grid
+            if columns * rows > MOST_CELLS:
+                raise ValueError(bad("rows", rows, f"<= {MOST_CELLS // columns} at {columns} columns"))
         plan = self.plan()
         if self.mode == MAP:
             choose_drawing(plan, MAP, self.shade)
@@ -186,6 +195,20 @@ class View:
     def axes(self) -> tuple[str, ...]:
         """Parameters along the axes of the sweep."""
         return (self.x, self.y) if self.mode == MAP else (self.x,)
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Numbers of columns and, for a map, of rows."""
+        return self.columns or COLUMNS, self.rows or ROWS
+
+    def sized(self, width: int, height: int) -> View:
+        """Return the view with the columns and rows that suit a frame of so many pixels, where none are given.
+
+        A diagram gets one column for each pixel. A map gets square cells of whole pixels, at most CELLS in all.
+        """
+        cell = math.ceil(math.sqrt(width * height / CELLS)) if self.mode == MAP else 1
+        columns, rows = (max(2, length // cell) for length in (width, height))
+        return replace(self, columns=self.columns or columns, rows=self.rows or rows)
 
     @property
     def incline(self) -> float:
@@ -205,7 +228,7 @@ class View:
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
         defaults["scene"] = self._usual_scene
         values = ((name, getattr(self, name)) for name in defaults)
-        return {name: v for name, v in values if v != defaults[name] and v == v}
+        return {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
 
     def state(self) -> dict[str, Any]:
         """Return all fields for JSON, with None in place of NaN."""
@@ -237,9 +260,10 @@ class View:
 
     def toml(self) -> str:
         """Return the configuration of this view for `vibrodrive sweep`. It contains every number, defaults included."""
-        over = {self.x: (self.low, self.high, self.columns, self.scale)}
+        columns, rows = self.grid
+        over = {self.x: (self.low, self.high, columns, self.scale)}
         if self.mode == MAP:
-            over[self.y] = (self.y_low, self.y_high, self.rows, self.y_scale)
+            over[self.y] = (self.y_low, self.y_high, rows, self.y_scale)
 
         def numbers(names: Iterable[str]) -> list[str]:
             return [f"{name} = {getattr(self, name)!r}" for name in names if name not in over]

@@ -1,0 +1,41 @@
+"""Numbers as people type them into the page."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from vibrodrive.explorer.numbers import number_of
+from vibrodrive.explorer.view import View
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0,0002", 2e-4), ("1/5000", 2e-4), ("pi/2", math.pi / 2), ("10*sqrt(102)", 10 * math.sqrt(102)),
+        ("2^-3", 0.125), ("−1,5e-3", -1.5e-3), (" 3.04 ", 3.04), ("(1+2)*3", 9.0), ("2π", None),
+    ],
+)  # fmt: skip
+def test_expressions_of_numbers(text, value):
+    if value is None:
+        with pytest.raises(ValueError, match="syntax"):
+            number_of(text)
+    else:
+        assert number_of(text) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "x", "__import__('os')", "().__class__", "9**9**9**9", "1/0", "[1]", "sqrt(-1)", "sqrt(2, 3)", "True",
+     "lambda: 1", "1;2", "(" * 2000, "1" * 101 + "+1", "1j"],
+)  # fmt: skip
+def test_nothing_else_is_evaluated(text):
+    with pytest.raises(ValueError):  # noqa: PT011 - any message: the view gives its own
+        number_of(text)
+
+
+def test_a_view_has_their_values_and_names_the_limits_of_a_count():
+    assert View.read({"eps": "1/5000", "section_phase": "pi/2"}).eps == 2e-4
+    with pytest.raises(ValueError, match=r"columns = 5000: must be .* 4000"):
+        View.read({"columns": "5000"})

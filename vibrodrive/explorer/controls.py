@@ -1,0 +1,107 @@
+"""Controls of the page: one row for each field of a view that is no range, with its label and its sentence."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vibrodrive.explorer.view import (
+    ALONE,
+    BESIDE,
+    DIAGRAM,
+    DIFFERENCE,
+    DIMENSIONLESS,
+    METHODS,
+    OF_MAPS,
+    RANGES,
+    SI,
+)
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
+from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
+
+EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
+SLIDER_STEPS = 400  # of a slider that has the range of an axis
+
+
+class Control(NamedTuple):
+    """Control of one field. `only`: the mode or scene without which it is hidden; `slider`: its ends and its step."""
+
+    name: str
+    label: str
+    hint: str
+    options: tuple[tuple[str, str], ...] = ()
+    slider: tuple[float, float, float] | None = None
+    only: str = ""
+
+
+def unit(name: str) -> str:
+    """Return the unit of a parameter as pages show it: SI units, where figures may show mm."""
+    row = NAMES[name]
+    return row.unit if row.scale != 1.0 else row.shown
+
+
+def symbol(name: str) -> str:
+    """Return the symbol of the paper and the unit of a parameter or quantity."""
+    if name not in NAMES:
+        return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
+    return f"{NAMES[name].symbol} ({unit(name)})" if unit(name) else NAMES[name].symbol
+
+
+def _sentence(meaning: str) -> str:
+    return meaning[0].upper() + meaning[1:] + "."
+
+
+def _number(name: str, only: str = "") -> Control:
+    """Return the control of a parameter, with the slider of the table of names or one over the range of its axis."""
+    row = NAMES[name]
+    slider = row.slider
+    if slider is None and row.axis and row.axis[2] == LINEAR:
+        low, high, _ = row.axis
+        slider = low, high, (high - low) / SLIDER_STEPS
+    return Control(name, symbol(name), _sentence(row.meaning), slider=slider, only=only)
+
+
+def _choice(name: str, label: str, hint: str, options: dict[str, str], only: str = "") -> Control:
+    return Control(name, label, hint, tuple(options.items()), only=only)
+
+
+_SCALES = {LINEAR: "linear", LOG: "logarithmic"}
+_PARAMETERS = {name: symbol(name) for name in RANGES}
+
+GROUPS: dict[str, tuple[Control, ...]] = {
+    "Picture": (
+        _choice("mode", "Picture", "A diagram shows many motions over one parameter, a map one number over two.",
+                {DIAGRAM: "diagram", MAP: "map"}),
+        _choice("quantity", "Upwards", "The quantity drawn upwards: one dot for each section point or impact.",
+                {q: symbol(q) if q not in ("xi", "dxi") else f"{symbol(q)} at the section"
+                 for q in DIAGRAM_QUANTITIES}, DIAGRAM),
+        _choice("shade", "Colour", "The quantity that the colours of the map show.",
+                {q: q.replace("_", " ") for q in OF_MAPS}, MAP),
+        _choice("x", "Across", "The parameter along the horizontal axis.", _PARAMETERS),
+        _choice("scale", "Axis across", "Equal steps, or equal ratios, along the horizontal axis.", _SCALES),
+        _choice("y", "Upwards", "The parameter along the vertical axis of the map.", _PARAMETERS, MAP),
+        _choice("y_scale", "Axis upwards", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, MAP),
+    ),
+    "Parameters": (
+        _choice("scene", "Given as", "Enter A and B, or a machine in SI units from which A and B follow.",
+                {DIMENSIONLESS: "A and B", SI: "a machine in SI units"}),
+        _number("A", DIMENSIONLESS), _number("B", DIMENSIONLESS), *(_number(name, SI) for name in SCENE),
+        _number("eps"), _number("eta"),
+    ),
+    "Method": (
+        _choice("method", "Switches found by", "Certified: the first zero, proved. Muller: the paper's iteration on "
+                "a grid. Fixed: the next grid point.", {m: m for m in METHODS}),
+        _number("dtau"), _number("tol"),
+        _choice("compare", "Certified motions", "Show the certified motions beside those of the method, or the "
+                "difference of both.", {ALONE: "not shown", BESIDE: "below", DIFFERENCE: "as a difference"}, DIAGRAM),
+    ),
+    "Run": (
+        _number("section_phase"), _number("transient"), _number("periods"),
+        Control("orbits", "Exact orbits up to period", "Draw periodic orbits of the undisturbed motion up to this "
+                "period, and their bifurcations; 0: none."),
+        Control("columns", "Motions across", "Number of motions across, 2 to 4000; empty: one for each pixel."),
+        Control("rows", "Motions upwards", "Number of motions upwards, 2 to 4000; empty: as many as suit the size.",
+                only=MAP),
+    ),
+    "Start": (_number("xi0"), _number("dxi0"), _number("tau0")),
+}  # fmt: skip
+"""All controls, in the order of the page; the first group is above the picture, the others beside it."""
