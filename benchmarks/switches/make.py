@@ -148,7 +148,8 @@ def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: A
 def smallest_distance(level: int, x: dict[str, float], exact: Sequence) -> Any:
     """Return the smallest distance between two zeros in a search, None if no search has two."""
     if level:
-        return min((e["nearest_other_zero"] for e in exact.fields["events"] if e["nearest_other_zero"]), key=mp.mpf)
+        near = (e["nearest_other_zero"] for e in exact.fields["events"])
+        return min((mp.mpf(n) for n in near if n), default=None)
     at = [*exact.times]
     if not level0.function(x).at(mp.zero)[0]:
         at.insert(0, mp.zero)
@@ -197,18 +198,26 @@ def make(task: Task) -> tuple[Task, str]:
     return task, dump(case(task))
 
 
+COLUMNS = ("tau", "before", "after", "xi", "dxi")
+
+
+def rounded(value: str) -> str:
+    """Return a number as the nearest double; a state as it is."""
+    return value if value.isalpha() else repr(float(value))
+
+
 def write_tables(folder: Path) -> None:
-    """Write the events of levels 1 to 3 as CSV, from the cases."""
+    """Write times, states, ξ and ξ' of the events of levels 1 to 3 as CSV, from the cases, rounded to doubles."""
     for level in (1, 2, 3):
         paths = sorted((folder / "cases" / f"level{level}").glob("*.json"))
         if not paths:
             continue
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["id", "tau", "before", "after", "xi", "dxi", "slope", "nearest_other_zero"])
+        writer.writerow(["id", *COLUMNS])
         for path in paths:
             known = json.loads(path.read_text(encoding="utf-8"))
-            writer.writerows([known["id"], *event.values()] for event in known["events"])
+            writer.writerows([known["id"], *(rounded(event[c]) for c in COLUMNS)] for event in known["events"])
         (folder / f"level{level}.csv").write_text(out.getvalue(), encoding="utf-8")
 
 
