@@ -114,7 +114,7 @@ def late_start(draw: Draw, i: int) -> Drawn:
 FAMILIES: dict[str, tuple[int, Callable[[Draw, int], Drawn]]] = {
     "plain": (6, plain),
     "impact or reversal": (10, impact_or_reversal),
-    "grazing": (28, grazing),
+    "grazing": (32, grazing),
     "both sides of friction": (10, both_sides),
     "short slide": (10, short_slide),
     "dip": (12, dip),

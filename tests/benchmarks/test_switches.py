@@ -1,0 +1,555 @@
+"""The set of switches: cases satisfy the schema and are made again to the byte, and score.py gives each verdict."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import json
+import math
+import random
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from decimal import Decimal
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+import vibrodrive as vd
+from benchmarks.switches import make, score
+
+FOLDER = Path(score.__file__).parent
+SCHEMA = json.loads((FOLDER / "schema.json").read_text(encoding="utf-8"))
+LEVELS = (0, 1, 2, 3)
+AFTER = {
+    "UP": {"DOWN", "STICK"},
+    "DOWN": {"IMPACT", "UP", "STICK"},
+    "STICK": {"UP", "DOWN"},
+    "REST": {"UP"},
+    "IMPACT": {"UP", "REST"},
+}
+
+
+@cache
+def stored(level):
+    """Return the cases of a level by their ids."""
+    paths = sorted((FOLDER / "cases" / f"level{level}").glob("*.json"))
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in paths}
+
+
+def values(case):
+    """Return the inputs as doubles."""
+    return {name: float.fromhex(value) for name, value in case["inputs_hex"].items()}
+
+
+# The form of a case.
+
+TYPES = {"object": dict, "array": list, "string": str, "null": type(None), "number": (int, float)}
+NOTES = {"$schema", "$defs", "title", "description", "then", "else"}
+ABOUT = {"pattern": str, "minItems": list, "maxItems": list, "items": list}
+ABOUT |= dict.fromkeys(("required", "properties", "additionalProperties", "maxProperties"), dict)
+
+
+def faults(value, schema, at="case"):
+    """Yield the violations of a schema; a keyword that is not known here is an error of this function."""
+    if schema is False:
+        yield f"{at} is not allowed"
+        return
+    for key, rule in schema.items():
+        if key not in NOTES and isinstance(value, ABOUT.get(key, object)):
+            yield from KEYWORDS[key](value, rule, schema, at)
+
+
+def when(ok, message):
+    return [] if ok else [message]
+
+
+def condition(value, rule, schema, at):
+    branch = "else" if any(faults(value, rule)) else "then"
+    return faults(value, schema[branch], at) if branch in schema else ()
+
+
+def additional(value, rule, schema, at):
+    names = value.keys() - schema.get("properties", {}).keys()
+    return [fault for name in names for fault in faults(value[name], rule, f"{at}.{name}")]
+
+
+def one_type(value, rule, _, at):
+    expected = [TYPES[name] for name in ([rule] if isinstance(rule, str) else rule)]
+    return when(any(isinstance(value, t) for t in expected), f"{at}: {value!r} is no {rule}")
+
+
+KEYWORDS = {
+    "type": one_type,
+    "enum": lambda v, rule, _, at: when(v in rule, f"{at}: {v!r}"),
+    "const": lambda v, rule, _, at: when(v == rule, f"{at}: {v!r}"),
+    "pattern": lambda v, rule, _, at: when(re.search(rule, v), f"{at}: {v!r}"),
+    "properties": lambda v, rule, _, at: [
+        fault for name, part in rule.items() if name in v for fault in faults(v[name], part, f"{at}.{name}")
+    ],
+    "required": lambda v, rule, _, at: [f"{at}: no {name}" for name in rule if name not in v],
+    "additionalProperties": additional,
+    "maxProperties": lambda v, rule, _, at: when(len(v) <= rule, f"{at}: {len(v)} fields"),
+    "minItems": lambda v, rule, _, at: when(len(v) >= rule, f"{at}: {len(v)} items"),
+    "maxItems": lambda v, rule, _, at: when(len(v) <= rule, f"{at}: {len(v)} items"),
+    "items": lambda v, rule, _, at: [f for i, x in enumerate(v) for f in faults(x, rule, f"{at}[{i}]")],
+    "$ref": lambda v, rule, _, at: faults(v, SCHEMA["$defs"][rule.removeprefix("#/$defs/")], at),
+    "allOf": lambda v, rule, _, at: [fault for part in rule for fault in faults(v, part, at)],
+    "anyOf": lambda v, rule, _, at: when(any(not [*faults(v, part)] for part in rule), f"{at}: {v!r}"),
+    "if": condition,
+}
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_every_case_satisfies_the_schema(level):
+    for name, case in stored(level).items():
+        assert not [*faults(case, SCHEMA)], name
+        assert case["id"] == name
+        assert case["level"] == level
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("L0-plain-01", {"level": 4}),
+        ("L0-plain-01", {"family": "grazing"}),
+        ("L0-plain-01", {"zeros": [1.5]}),
+        ("L0-plain-01", {"multiplicities": [3]}),
+        ("L0-plain-01", {"inputs": {}}),
+        ("L0-plain-01", {"verdict": "either"}),
+        ("L0-plain-01", {"answers": [[]]}),
+        ("L0-plain-01", {"events": []}),
+        ("L0-plain-01", {"note": ""}),
+        ("L0-plain-01", {"tags": "smooth"}),
+        ("L0-plain-01", {"certain_until": 12.8}),
+        ("L0-plain-01", {"difficulty": "2"}),
+        ("L0-double-zero-17", {"answers": []}),
+        ("L1-plain-01", {"zeros": []}),
+        ("L1-plain-01", {"inputs_hex": {"A": "3.04"}}),
+        ("L2-paper-01", {"events": [{"tau": "1.5"}]}),
+    ],
+)
+def test_a_violation_of_the_schema_is_found(name, change):
+    case = stored(int(name[1]))[name]
+    assert [*faults(case | change, SCHEMA)]
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_decimal_inputs_are_the_doubles(level):
+    for case in stored(level).values():
+        exact = values(case)
+        assert list(exact) == list(case["inputs"])
+        assert {name: float(value) for name, value in case["inputs"].items()} == exact
+
+
+def digits(number):
+    """Return the number of digits of a number as text."""
+    return len(re.sub(r"e.*|\D", "", number).lstrip("0"))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_numbers_have_30_digits(level):
+    for name, case in stored(level).items():
+        numbers = [*case.get("zeros", []), *case.get("slopes", [])]
+        numbers += [e[k] for e in case.get("events", []) for k in ("tau", "xi", "dxi", "slope", "nearest_other_zero")]
+        assert {digits(n) for n in numbers if n and n != "0"} <= {30}, name
+
+
+def test_the_sizes_of_the_set_are_those_of_its_readme():
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert [int(n) for n in re.findall(r"^\| [0-3] \| (\d+) \|", text, re.M)] == [
+        len(stored(level)) for level in LEVELS
+    ]
+    assert sum(len(stored(level)) for level in LEVELS) == int(re.search(r"(\d+) cases", text)[1])
+    for level in LEVELS:
+        for family, (count, _) in make.DRAWN[level].items():
+            assert len([c for c in stored(level).values() if c["family"] == family]) == count
+            assert re.search(rf"^\| {family}( \(level {level}\))? \| (\d+, )?{count}(, \d+)? \|", text, re.M), family
+    assert (FOLDER / "VERSION").read_text(encoding="utf-8") == f"{make.VERSION}\n"
+    assert f"Version {make.VERSION}." in text
+
+
+# The answers.
+
+
+def test_zeros_are_in_order_and_their_slopes_fit():
+    for name, case in stored(0).items():
+        zeros, slopes, multiplicities = case["zeros"], case["slopes"], case["multiplicities"]
+        assert len(zeros) == len(slopes) == len(multiplicities), name
+        at = [Decimal(0), *map(Decimal, zeros)]
+        assert all(a < b for a, b in pairwise(at)), name
+        assert at[-1] <= Decimal(values(case)["T"]), name
+        assert [s == "0" for s in slopes] == [m == 2 for m in multiplicities], name
+        signs = [Decimal(s) > 0 for s, m in zip(slopes, multiplicities, strict=True) if m == 1]
+        assert all(a != b for a, b in pairwise(signs)), name  # g cannot cross twice in one direction
+        assert case.get("answers", [zeros])[0] == zeros, name
+
+
+def begins(x):
+    """Return the state in which a motion starts."""
+    if x["dxi0"]:
+        return "UP" if x["dxi0"] > 0 else "DOWN"
+    H = x["A"] * (math.sin(x["tau0"]) + x["eps"] * x["eta"] ** 2 * math.sin(x["eta"] * x["tau0"])) - x["B"]
+    if H > 1:
+        return "UP"
+    if not x["xi0"]:
+        return "REST"
+    return "DOWN" if H < -1 else "STICK"
+
+
+BELOW = {"L1-grazing-02"}
+"""Starts below the obstacle, which no motion can reach."""
+
+
+def test_motions_start_above_the_obstacle():
+    found = {name for level in (1, 2, 3) for name, case in stored(level).items() if values(case)["xi0"] < 0}
+    assert found == BELOW
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_events_are_in_order_and_states_follow_each_other(level):
+    for name, case in stored(level).items():
+        x, state, tau = values(case), None, None
+        end = x["tau0"] + 2 * math.pi * x["periods"]
+        for event in case["events"]:
+            state, tau = state or begins(x), tau or Decimal(x["tau0"])
+            place = (name, event["tau"])
+            assert event["before"] == state, place
+            assert event["after"] in AFTER[state], place
+            at, xi, dxi = (Decimal(event[key]) for key in ("tau", "xi", "dxi"))
+            assert (at == tau if state == "IMPACT" else at > tau) or name in BELOW, place
+            assert (xi == 0) if "IMPACT" in (state, event["after"]) or state == "REST" else (xi > 0), place
+            assert (dxi < 0) if event["after"] == "IMPACT" else (dxi == 0), place
+            assert (event["slope"] is None) == (state == "IMPACT"), place
+            assert event["slope"] is None or Decimal(event["slope"]) < 0, place
+            assert event["nearest_other_zero"] is None or Decimal(event["nearest_other_zero"]) > 0, place
+            state, tau = event["after"], at
+        assert tau is None or tau <= end, name
+        assert Decimal(case["certain_until"]) <= Decimal(end) + Decimal("1e-6"), name
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_the_table_agrees_with_the_cases(level):
+    with open(FOLDER / f"level{level}.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    events = [(name, e) for name, case in stored(level).items() for e in case["events"]]
+    assert len(rows) == len(events)
+    for row, (name, event) in zip(rows, events, strict=True):
+        assert row.keys() == {"id", "tau", "before", "after", "xi", "dxi"}
+        assert [row["id"], row["before"], row["after"]] == [name, event["before"], event["after"]]
+        for key in ("tau", "xi", "dxi"):
+            assert float(row[key]) == float(event[key])
+
+
+def drawn():
+    """Return ten cases of levels 0 to 2 that are made within a second."""
+    quick = [task for task in make.tasks() if task.name not in ("late", "known", "disturbed", "another incline")]
+    pools = [[t for t in quick if t.level == level] for level in (0, 1)]
+    pools.append([t for t in quick if t.level == 2 and t.name == "paper" and t.number in (1, 2, 3, 4)])
+    draw = random.Random(33)
+    return [task for pool, count in zip(pools, (5, 4, 1), strict=True) for task in draw.sample(pool, count)]
+
+
+@pytest.mark.parametrize("task", drawn(), ids=lambda task: task.id)
+def test_a_case_is_made_again_to_the_byte(task):
+    made, text = make.make(task)
+    assert made == task
+    path = FOLDER / "cases" / f"level{task.level}" / f"{task.id}.json"
+    assert text.encode() == path.read_bytes()
+
+
+def test_the_tables_and_the_version_are_made_again(tmp_path, capsys):
+    assert make.main(["--only", "L1-plain-01", "L1-plain-02", "--folder", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.split() == ["L1-plain-01.json", "L1-plain-02.json"]
+    lines = (FOLDER / "level1.csv").read_text(encoding="utf-8").splitlines()
+    expected = [line for line in lines if line.startswith(("id", "L1-plain-01", "L1-plain-02"))]
+    assert (tmp_path / "level1.csv").read_text(encoding="utf-8").splitlines() == expected
+    assert (tmp_path / "VERSION").read_text(encoding="utf-8") == f"{make.VERSION}\n"
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", ["L2-paper-07", "L3-hard-spot-01"])
+def test_the_certified_method_agrees(name):
+    case = stored(int(name[1]))[name]
+    x = values(case)
+    motion = vd.simulate(**{k: v for k, v in x.items() if k != "periods"}, transient=0, periods=int(x["periods"]))
+    assert motion.status.name == "OK"
+    states = ("UP", "DOWN", "STICK", "REST", "IMPACT")
+    events = [
+        [2 * math.pi * float(s["period"]) + float(s["phase"]), states[s["before"]], states[s["after"]]]
+        for s in motion.switches
+    ]
+    verdict = score.judge(case, {"events": events})
+    assert verdict["verdict"] == "right"
+    assert verdict["digits"] > 10
+
+
+# The score.
+
+FAR, PAIR = ["1.0", "3.0"], ["1.0", "1.0000003"]
+
+
+def zero_case(zeros=FAR, **fields):
+    """Return what the score reads of a case of level 0 with T = 4."""
+    return {"id": "L0-a", "level": 0, "family": "a", "inputs_hex": {"T": (4.0).hex()}, "zeros": zeros} | fields
+
+
+def event(tau, before="UP", after="DOWN", near=None):
+    """Return what the score reads of an event."""
+    return {"tau": tau, "before": before, "after": after, "nearest_other_zero": near}
+
+
+TWO = [event("1.0"), event("2.0", "DOWN", "STICK", near="0.0000003")]
+
+
+def motion_case(events=TWO, level=2, **fields):
+    """Return what the score reads of a case of levels 1 to 3."""
+    return {"id": "L2-a", "level": level, "family": "a", "events": events, "certain_until": "9.0"} | fields
+
+
+@pytest.mark.parametrize(
+    ("zeros", "answer", "verdict", "whole"),
+    [
+        (FAR, [1, 3], "right", True),
+        (FAR, ["1.0000009", 3.0], "right", True),
+        (FAR, [0.9999991, 3], "right", True),
+        (FAR, [1], "right", False),
+        (FAR, [1, 2, 3], "right", False),
+        (FAR, [1, 3, 4.5], "right", True),  # behind T
+        (FAR, [3], "missed", False),
+        (FAR, [1.0000011], "missed", False),
+        (FAR, [], "missed", False),
+        (FAR, [5], "missed", False),
+        (FAR, [0, 1, 3], "invented", False),
+        (FAR, [0.999998, 1, 3], "invented", False),
+        ([], [], "right", True),
+        ([], [2], "invented", False),
+        (PAIR, ["1.00000009", "1.0000003"], "right", True),
+        (PAIR, ["1.00000011"], "missed", False),
+        (PAIR, ["0.99999989"], "invented", False),
+        (["0.0000003"], ["0.00000039"], "right", True),  # the start counts as a zero
+        (["0.0000003"], ["0.00000041"], "missed", False),
+        (["0.0000003"], ["0"], "invented", False),
+        (FAR, None, "refused", False),
+        (FAR, ["1,0"], "refused", False),
+        (FAR, [True], "refused", False),
+        (FAR, [None], "refused", False),
+        (FAR, ["nan"], "refused", False),
+        (FAR, [math.inf], "refused", False),
+        (FAR, [[1]], "refused", False),
+        (FAR, 1, "refused", False),
+    ],
+)
+def test_verdicts_on_zeros(zeros, answer, verdict, whole):
+    found = score.judge(zero_case(zeros), {"zeros": answer})
+    assert (found["verdict"], found["all"]) == (verdict, whole)
+
+
+@pytest.mark.parametrize("answer", [None, [], [1, 3], "1", {}, {"events": []}, {"zeros": None}])
+def test_an_answer_of_another_form_is_refused(answer):
+    assert score.judge(zero_case(), answer)["verdict"] == "refused"
+
+
+@pytest.mark.parametrize(
+    ("answer", "verdict"),
+    [
+        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"]], "right"),
+        ([[1.0000009, "UP", "DOWN"], ["2.00000009", "DOWN", "STICK"]], "right"),
+        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [9.5, "STICK", "UP"]], "right"),  # after certain_until
+        ([[1, "UP", "DOWN"], ["2.00000011", "DOWN", "STICK"]], "missed"),
+        ([[1, "UP", "DOWN"]], "missed"),
+        ([], "missed"),
+        ([[2, "DOWN", "STICK"]], "missed"),
+        ([[1, "UP", "DOWN"], [1.5, "DOWN", "UP"], [2, "UP", "STICK"]], "invented"),
+        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [3, "STICK", "UP"]], "invented"),
+        ([[1, "UP", "DOWN"], ["1.99999989", "DOWN", "STICK"]], "invented"),
+        ([[1, "UP", "STICK"], [2, "STICK", "UP"]], "wrong event"),
+        ([[1, "UP", "DOWN"], [2, "DOWN", "IMPACT"]], "wrong event"),
+        ([[1, 0, 1], [2, 1, 2]], "wrong event"),
+        ([[1, "UP"]], "refused"),
+        ([1, 2], "refused"),
+        ([["one", "UP", "DOWN"]], "refused"),
+        (None, "refused"),
+    ],
+)
+def test_verdicts_on_events(answer, verdict):
+    assert score.judge(motion_case(), {"events": answer})["verdict"] == verdict
+
+
+def test_the_first_event_decides_at_level_1():
+    case = motion_case(TWO[:1], level=1)
+    assert score.judge(case, {"events": [[1, "UP", "DOWN"], [7, "DOWN", "REST"]]})["verdict"] == "right"
+    assert score.judge(case, {"events": [[1, "UP", "STICK"]]})["verdict"] == "wrong event"
+
+
+@pytest.mark.parametrize(("answer", "verdict"), [([1, 3], "right"), ([], "right"), ([3], "missed"), ([2], "missed")])
+def test_each_answer_to_an_undecided_case_is_right(answer, verdict):
+    case = zero_case(verdict="either", answers=[FAR, []])
+    assert score.judge(case, {"zeros": answer})["verdict"] == verdict
+
+
+def test_each_event_of_an_undecided_segment_is_right():
+    one, other = [event("1.0", "DOWN", "IMPACT")], [event("1.1", "DOWN", "STICK")]
+    case = motion_case(one, level=1, verdict="either", answers=[one, other])
+    verdicts = [
+        score.judge(case, {"events": [e]})["verdict"]
+        for e in ([1.0, "DOWN", "IMPACT"], [1.1, "DOWN", "STICK"], [1.1, "DOWN", "IMPACT"], [1.0, "DOWN", "STICK"])
+    ]
+    assert verdicts == ["right", "right", "missed", "wrong event"]
+
+
+def test_an_undecided_motion_is_judged_until_its_answers_part():
+    case = motion_case(verdict="either", answers=[TWO[1:], []], certain_until="1.5")
+    for answer in (
+        [[1, "UP", "DOWN"]],
+        [[1, "UP", "DOWN"], [2, "DOWN", "STICK"]],
+        [[1, "UP", "DOWN"], [1.7, "a", "b"]],
+    ):
+        assert score.judge(case, {"events": answer})["verdict"] == "right"
+    assert score.judge(case, {"events": []})["verdict"] == "missed"
+    assert score.judge(case, {"events": [[1, "UP", "DOWN"], [1.4, "DOWN", "UP"]]})["verdict"] == "invented"
+
+
+@pytest.mark.parametrize(("answer", "expected"), [("2.00000002", 8.0), ("1.9999998", 7.0), ("2", 30.0), ("0.5", None)])
+def test_digits_are_of_the_relative_error(answer, expected):
+    found = score.judge(zero_case(["2.0"]), {"zeros": [answer]})["digits"]
+    assert found == (expected if expected is None else pytest.approx(expected, abs=1e-12))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_stored_answers_are_right(level):
+    for name, case in stored(level).items():
+        exact = case["events" if level else "zeros"]
+        for known in [exact, *(case.get("answers", []) if level < 2 else [])]:
+            answer = {"events": [[e["tau"], e["before"], e["after"]] for e in known]} if level else {"zeros": known}
+            found = score.judge(case, answer)
+            assert found["verdict"] == "right", name
+            assert found["all"] == (level == 0), name
+            if known == exact and known:
+                assert found["digits"] > 27, name
+
+
+BOTH = (zero_case(verdict="certain"), motion_case(verdict="certain"))
+
+
+@pytest.fixture
+def judged(tmp_path, monkeypatch, capsys):
+    """Run score.py on cases and an answers file; returns (exit code, stdout, stderr)."""
+
+    def call(sent, *options, cases=BOTH):
+        for case in cases:
+            path = tmp_path / "cases" / f"level{case['level']}" / f"{case['id']}.json"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps(case), encoding="utf-8")
+        answers = tmp_path / "answers.json"
+        if sent is not None:
+            answers.write_text(sent if isinstance(sent, str) else json.dumps(sent), encoding="utf-8")
+        folder = str(tmp_path / "cases")
+        monkeypatch.setattr(sys, "argv", ["score.py", str(answers), "--cases", folder, *map(str, options)])
+        return score.main(), *capsys.readouterr()
+
+    return call
+
+
+def test_the_table_counts_verdicts(judged):
+    sent = {"solver": "hand", "version": "2", "settings": "none", "seconds": {"L0-a": 0.25}}
+    code, out, err = judged(sent | {"answers": {"L0-a": {"zeros": [1]}, "L2-a": {"events": []}, "L9-a": {}}})
+    assert (code, err) == (0, "")
+    lines = [re.split(r" {2,}", line.strip()) for line in out.splitlines()]
+    assert ["hand 2 none"] in lines
+    assert ["0", "a", "1", "1", "0", "0", "0", "0", "100.0", "0.0", "30.0", "30.0", "0.25"] in lines
+    assert ["2", "all", "1", "0", "1", "0", "0", "0", "0.0"] in lines
+    assert re.search(r"^L0-a +right +30\.0$", out, re.M)
+    assert re.search(r"^L2-a +missed$", out, re.M)
+    assert "1 answers have ids of no case" in out
+
+
+def test_brief_prints_the_table_alone(judged):
+    _, out, _ = judged({"answers": {}}, "--brief")
+    assert "L0-a" not in out
+    assert out.count("refused") == 1  # a column
+
+
+UNREADABLE = [None, "", "{", "[]", "1", "{}", '{"answers": 1}', '{"answers": null}', "[" * 100_000]
+UNREADABLE += ['{"answers": {}, "seconds": [1]}', '{"answers": {}, "seconds": {"L0-a": "?"}}']
+
+
+@pytest.mark.parametrize("sent", UNREADABLE, ids=lambda sent: str(sent)[:40])
+def test_an_unreadable_file_ends_with_code_2(judged, sent):
+    code, out, err = judged(sent)
+    assert (code, out) == (2, "")
+    assert "not readable as answers" in err
+
+
+def test_a_folder_without_cases_ends_with_code_2(judged):
+    assert judged({"answers": {}}, cases=())[0] == 2
+
+
+@pytest.mark.parametrize("answers", [{}, {"L0-a": {"zeros": [1]}}, {"L0-a": None, "L2-a": 1}])
+def test_the_score_does_not_change_the_exit_code(judged, answers):
+    assert judged({"answers": answers})[0] == 0
+
+
+def test_junit(judged, tmp_path):
+    cases = [zero_case(id=f"L0-{name}") for name in "abc"]
+    answers = {"L0-a": {"zeros": [1, 3]}, "L0-b": {"zeros": [3]}}
+    code, _, _ = judged({"answers": answers, "seconds": {"L0-b": 2}}, "--junit", tmp_path / "out.xml", cases=cases)
+    suite = ElementTree.parse(tmp_path / "out.xml").getroot()
+    assert code == 0
+    assert {k: suite.get(k) for k in ("tests", "failures", "skipped")} == {
+        "tests": "3",
+        "failures": "1",
+        "skipped": "1",
+    }
+    found = {test.get("name"): [(e.tag, e.get("message")) for e in test] for test in suite}
+    assert found == {"L0-a": [], "L0-b": [("failure", "missed")], "L0-c": [("skipped", "refused")]}
+    assert [test.get("time") for test in suite] == ["0", "2.0", "0"]
+    assert {test.get("classname") for test in suite} == {"level0.a"}
+
+
+def test_the_score_imports_the_standard_library_only():
+    source = (FOLDER / "score.py").read_text(encoding="utf-8")
+    tree = ast.walk(ast.parse(source))
+    names = {a.name if isinstance(n, ast.Import) else n.module for n in tree
+             if isinstance(n, ast.Import | ast.ImportFrom) for a in n.names}  # fmt: skip
+    assert names
+    assert {name.partition(".")[0] for name in names} <= sys.stdlib_module_names
+    assert "__import__" not in source
+    assert "importlib" not in source
+
+
+@pytest.mark.integration
+def test_the_score_runs_alone(tmp_path):
+    """Without site-packages and away from the repository."""
+    shutil.copy(FOLDER / "score.py", tmp_path)
+    (tmp_path / "cases" / "level0").mkdir(parents=True)
+    shutil.copy(FOLDER / "cases/level0/L0-plain-01.json", tmp_path / "cases/level0")
+    zeros = stored(0)["L0-plain-01"]["zeros"]
+    (tmp_path / "answers.json").write_text(json.dumps({"answers": {"L0-plain-01": {"zeros": zeros}}}))
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "score.py", "answers.json"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^L0-plain-01 +right +30\.0$", done.stdout, re.M)
+
+
+def test_the_solver_of_the_readme_scores_as_shown(tmp_path, monkeypatch, capsys):
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    (solver,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+    assert len([line for line in solver.splitlines() if line]) == 20
+    (tmp_path / "solver.py").write_text(solver, encoding="utf-8")
+    (tmp_path / "cases").symlink_to(FOLDER / "cases")
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path("solver.py")
+    monkeypatch.setattr(sys, "argv", ["score.py", "answers.json", "--brief"])
+    assert score.main() == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    shown = [line.split() for line in re.search(r"^```text\n.*?\n(.*?)^```", text, re.M | re.S)[1].splitlines()]
+    assert shown
+    for row in shown:
+        assert row in [r[: len(row)] for r in rows]
