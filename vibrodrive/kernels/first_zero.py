@@ -272,8 +272,7 @@ def first_cursor(search, limit):
 
 @inline
 def first_grid_point(search, dtau, limit):
-    """Return the first grid point to evaluate for a slide from rest. At all points before it the function exceeds its
-    noise.
+    """Return the first grid point to evaluate for a slide from rest. Before it the function is above its noise.
 
     The lower bound of g/s is a concave function of s, so its minimum is at one end of the interval.
     """

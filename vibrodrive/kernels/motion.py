@@ -339,10 +339,10 @@ def on_boundary(w, i, where, there, level, h):
 
 @part
 def propagate(w, k, i, wait_ends, level):
-    """Return (arrival, LATE) at the cursor of lane i, with a disturbance or without; by `on_boundary` if a wait ends
-    there.
+    """Return (arrival, LATE) at the cursor of lane i, with a disturbance or without.
 
-    ξ and ξ' of the arrival are those of a slide. At the end of a wait they have no meaning.
+    If a wait ends there (`wait_ends`), the arrival is corrected by `on_boundary`. ξ and ξ' of the arrival are those of
+    a slide. At the end of a wait they have no meaning.
     """
     h = w[r.CURSOR + i]
     if w[r.AF + i] > 0.0:
