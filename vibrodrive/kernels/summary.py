@@ -85,7 +85,7 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """Return (φ, A cos φ) where the slow part of s H falls to 1 in a slide of direction s; (NaN, 0) if it never does."""
+    """Return (φ, A cos φ) where the slow part of s H falls to 1 in a slide of direction s, or else (NaN, 0)."""
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0

@@ -68,7 +68,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; otherwise leave it for `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

@@ -41,7 +41,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; otherwise leave it for `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)

@@ -48,7 +48,7 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; otherwise leave it for `event.py`.
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`.
 
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
