@@ -11,15 +11,15 @@ import numpy as np
 from benchmarks.switches.model import IMPACT, decide, force, jit, start
 
 CROWD = 20_000
-"""Switches in one period after which a solver is stopped: a motion that chatters has no end."""
+"""A solver is stopped after this many switches in one period, because a motion that chatters would take for ever."""
 
 
 def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]:
     """Return `run(point, initial, setting, times, before, after)`, which follows a motion.
 
-    It fills the three arrays with the switches up to the end or up to their length, and returns the number of switches.
-    `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ there);
-    τ > `end` if the state does not end before. A compiled `locate` needs `compiled=True`.
+    It writes the switches into the three arrays until the motion ends or the arrays are full, and returns the number of
+    switches. `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ
+    there), with τ > `end` if the state does not end before `end`. A compiled `locate` needs `compiled=True`.
     """
 
     def run(point, initial, setting, times, before, after):

@@ -23,20 +23,21 @@ The form of an answers file (JSON):
 zeros    level 0: the zeros in (0, T], in order; [] says that there is none
 events   levels 1 to 3: [tau, state before, state after] in order; the states are UP DOWN STICK REST IMPACT; an impact
          is two events of one tau: DOWN to IMPACT, IMPACT to UP or REST
-numbers  JSON numbers, or strings where a double has too few digits
+numbers  JSON numbers, or strings if a double has too few digits
 seconds  may be left out
 
-A case that is left out, is null, or has another form counts as refused.
+A case counts as refused if its answer is left out, is null, or has another form.
 
   right        level 0: the first zero, or that there is none; level 1: the first event; levels 2, 3: all events
   missed       the first difference: a true zero is not there, or comes later
   invented     the first difference: a zero that does not exist
   wrong event  the first difference: the right time, the wrong states
 
-A zero is found if it lies within min(1e-6, a third of the distance to the nearest true zero). At level 0, the start
-of the search counts as a zero in this rule. An answer to an `either` case is right if it is one of its `answers`; at
-levels 2 and 3 nothing after `certain_until` is judged. "all zeros": the share of level 0 with every zero right. Digits
-are -log10 of the relative error of a right answer (the worst of its events), at most 30."""
+A true zero is found if the answer is within min(1e-6, a third of the distance to the nearest other true zero). At
+level 0, the start of the search counts as a zero in this rule. An answer to a case with the verdict `either` is right
+if it is one of the `answers` of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros"
+is the share of the cases of level 0 with every zero right. "digits" are -log10 of the relative error of a right answer
+(of its worst event), at most 30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
@@ -44,7 +45,7 @@ WIDTHS = (5, 19, *[max(6, len(name)) for name in COLUMNS[2:]])
 
 
 def number(value: object) -> Decimal:
-    """Return a number of an answer; raise ValueError if it is none."""
+    """Return a value of an answer as an exact number. Raises ValueError if it is not a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float | str | Decimal):
         raise ValueError(f"{value!r} is no number")
     try:
@@ -57,26 +58,29 @@ def number(value: object) -> Decimal:
 
 
 def tolerance(distance: Decimal | None) -> Decimal:
-    """Return how far from a true zero an answer may lie; `distance`: to the nearest other true zero."""
+    """Return the largest distance of a right answer from a true zero.
+
+    distance : distance of this zero from the nearest other true zero, or None if there is none
+    """
     widest = Decimal("1e-6")
     return widest if distance is None else min(widest, distance / 3)
 
 
 def true_zeros(zeros: list[str]) -> list[tuple[Decimal, Decimal, None]]:
-    """Return the zeros of level 0, each with its tolerance; they have no states."""
+    """Return (zero, tolerance, None) for the zeros of a case of level 0, which have no states."""
     at = [Decimal(0), *map(Decimal, zeros)]
     gaps = [b - a for a, b in pairwise(at)]
     return [(z, tolerance(min(gaps[i : i + 2])), None) for i, z in enumerate(at[1:])]
 
 
 def true_events(events: list[dict]) -> list[tuple[Decimal, Decimal, tuple[str, str]]]:
-    """Return the events of levels 1 to 3, each with its tolerance and states."""
+    """Return (τ, tolerance, states) for the events of a case of levels 1 to 3."""
     near = [e["nearest_other_zero"] and Decimal(e["nearest_other_zero"]) for e in events]
     return [(Decimal(e["tau"]), tolerance(n), (e["before"], e["after"])) for e, n in zip(events, near, strict=True)]
 
 
 def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
-    """Return the verdict on events in order, by their first difference, and the digits if there is none."""
+    """Return (verdict, digits) for the answer `given`: the verdict on its first difference, or right and its digits."""
     digits = []
     for (at, within, states), (tau, said) in zip(true, given, strict=False):
         error = abs(tau - at)
@@ -91,7 +95,7 @@ def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
 
 
 def read_answer(case: dict, answer: object) -> list[tuple]:
-    """Return what an answer says as (tau, states), up to where it is judged; raise ValueError if its form is wrong."""
+    """Return the part of an answer that is judged, as pairs (τ, states). Raises ValueError if its form is wrong."""
     level = case["level"]
     key = "events" if level else "zeros"
     if not isinstance(answer, dict) or not isinstance(answer.get(key), list):
@@ -115,7 +119,7 @@ def judge(case: dict, answer: object) -> dict:
         return {"verdict": "refused", "digits": None, "all": False, "note": str(error)}
     level, exact = case["level"], case["events" if case["level"] else "zeros"]
     results, whole = [], False
-    # What the answers of a long motion have in common ends at certain_until, so that its events stand for all.
+    # the answers of a long motion agree until certain_until, so its events up to there represent all answers
     for alternative in case.get("answers", [exact]) if level < 2 else [exact]:
         true: list[tuple] = [*true_events(alternative)] if level else [*true_zeros(alternative)]
         if level == 0:
@@ -149,7 +153,7 @@ def rows(cases: list[dict], results: dict[str, dict], seconds: dict) -> list[tup
 
 
 def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds: dict) -> None:
-    """Write one test case for each case: wrong ones fail, refused ones are skipped."""
+    """Write JUnit XML with one test for each case. A wrong answer is a failure, a refused case is skipped."""
     counts = Counter(r["verdict"] for r in results.values())
     failed = len(cases) - counts["right"] - counts["refused"]
     totals = {"tests": str(len(cases)), "failures": str(failed), "skipped": str(counts["refused"])}
@@ -168,8 +172,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, epilog=FORM, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("answers", type=Path, help="the answers file")
     parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")
-    parser.add_argument("--brief", action="store_true", help="print the table alone, not each case")
-    parser.add_argument("--junit", type=Path, metavar="FILE", help="write the verdicts as JUnit XML, too")
+    parser.add_argument("--brief", action="store_true", help="print only the table, not each case")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="also write the verdicts to this file as JUnit XML")
     options = parser.parse_args()
     try:
         sent = json.loads(options.answers.read_text(encoding="utf-8"), parse_float=Decimal)
@@ -191,7 +195,7 @@ def main() -> int:
             "  ".join(f"{x:<{w}}" if i < 2 else f"{x:>{w}}" for i, (x, w) in enumerate(zip(row, WIDTHS, strict=True)))
         )
     if unknown := len(answers.keys() - results.keys()):
-        print(f"{unknown} answers have ids of no case and were not read")
+        print(f"{unknown} answers have an id that no case has, and were not read")
     if options.junit:
         write_junit(options.junit, cases, results, seconds)
     return 0
