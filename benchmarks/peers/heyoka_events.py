@@ -23,7 +23,7 @@ NUDGE = 1e-16
 
 
 class Integrators:
-    """Compiled Taylor integrators: up, down, and for ε > 0 two with events on H. Parameters: A, B; for ε > 0 also ε, η."""
+    """Compiled Taylor integrators: up, down, for ε > 0 two with events on H. Parameters: A, B, for ε > 0 also ε, η."""
 
     def __init__(self, disturbed: bool, tol: float) -> None:
         xi, dxi, level = hy.make_vars("xi", "dxi", "level")
