@@ -10,8 +10,8 @@ The error of the instant at which a slide ends is the error of the function that
 After an impact only the error of its instant remains. A wait (sticking or resting) ends when H reaches 1 or -1, so the
 error of this instant does not depend on earlier errors.
 
-If the error may have changed a decision, the motion is not certain from then on. Its status is TOO_CLOSE, and all
-bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
+If the error may have changed a decision, the motion is not certain after it. Its status changes from OK to TOO_CLOSE,
+and all bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
 
 These functions never change the motion. Kernels without bounds pass None for `errors` and compile without this code.
 """
@@ -151,7 +151,7 @@ def velocity_error(w, k, i, h):
     """Return the two parts of the error of ξ' at h after the last switch, while the mass slides.
 
     A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). This instant has an error
-    of at most SHIFT. On a grid `begin` may change the slope L to correct ξ'', by `bent`.
+    of at most SHIFT. On a grid `begin` may correct ξ'' by a change of the slope L, which is `bent` here.
     """
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
@@ -177,7 +177,7 @@ def gap_error(w, k, i, h):
 
 @part
 def judge_tangency(w, k, i):
-    """Mark the motion as uncertain if a minimum of |ξ'| before the end of a slide is closer to 0 than its error allows.
+    """Mark the motion as uncertain if ξ' comes so close to 0 before the end of a slide that the slide may end there.
 
     The limit is twice the error of ξ', because the value at the minimum is extrapolated from an instant near it.
     """

@@ -24,8 +24,7 @@ STEEP_COST = 1.0 / SEARCH_PRICE
 
 @inline
 def decide_after_slide(impact, force):
-    """Return the state after a slide (Fig. 2), which ends in an impact or, if not `impact`, in the air with H =
-    `force`.
+    """Return the state after a slide, Fig. 2. `impact`: whether the slide ends in an impact; force: H at its end.
 
     If the slide ends exactly at ξ' = 0 in the air, a slide in the same direction cannot follow. On a fixed grid the
     switch is late, so such a slide may follow, and the mass continues from rest (§5). At the obstacle the mass rests

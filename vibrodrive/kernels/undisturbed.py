@@ -104,9 +104,9 @@ def usual_end(lo, hi):
 
 @inline
 def gap_guess(x, below, h):
-    """Return a guess of the time at which a gap is zero that falls from x at 0 to `below` <= 0 at h.
+    """Return a guess of the zero of a gap that falls from x at the time 0 to `below` <= 0 at the time h.
 
-    It is the zero of the cubic that has these values, and the slope 0, at both ends.
+    The guess is the zero of the cubic that has these values, and the slope 0, at both times.
     """
     y = x / (x - below)
     late = y > 0.5
