@@ -15,6 +15,7 @@ from vibrodrive.explorer import export
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
+from vibrodrive.explorer.starts import STARTS
 from vibrodrive.explorer.tasks import _edges, place
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Work
@@ -243,3 +244,10 @@ def test_a_logarithmic_axis_begins_above_zero():
         View.read({"x": "eps", "low": 0.0, "high": 1e-3, "scale": "linear"}).state() | {"scale": "log"}, "scale"
     )
     assert 0.0 < found.low < found.high
+
+
+@pytest.mark.parametrize("start", STARTS, ids=lambda start: start.name)
+def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
+    view = read_address(start.address)
+    assert read_address(view.address()).state() == view.state()
+    assert 2 <= start.text.count(". ") + start.text.endswith(".") <= 3

@@ -287,8 +287,18 @@ def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
     k = call(exact.limit_at, {name: known[name] for name in names})
     if k["k2"] == k["k2"]:
         yield f"k₂ in ε{whose}: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
+        if known["eps"] > 0.0:
+            yield f"<b>{compared_with_limit(known['eps'], k['k2'], k['last_kept'])}</b>"
     else:
         yield f"k₂ in ε{whose}: {html.escape(k['how'])}"
+
+
+def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:
+    """Return a sentence on a disturbance and the limit of its motion."""
+    if eps < k2:
+        return f"your ε = {eps:.3g} is {eps / k2:.2g} of the limit: the structure is kept"
+    lost = "it is lost" if eps > last_kept else "some such values keep it, others lose it"
+    return f"your ε = {eps:.3g} is {eps / k2:.3g} times the limit: {lost}"
 
 
 def place(values: Any, scale: str) -> Any:
