@@ -1,7 +1,5 @@
 """Score answers to the set of switches: pass rates for each level and family, from the files in `cases` alone."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys
@@ -33,14 +31,14 @@ A case that is left out, is null, or has another form counts as refused.
   invented     the first difference: a zero that does not exist
   wrong event  the first difference: the right time, the wrong states
 
-A zero is found if it lies within min(1e-6, a third of the distance to the nearest true zero). At level 0, the start
-of the search counts as a zero in this rule. An answer to an `either` case is right if it is one of its `answers`; at
-levels 2 and 3 nothing after `certain_until` is judged. "all zeros": the share of level 0 with every zero right. Digits
-are -log10 of the relative error of a right answer (the worst of its events), at most 30."""
+A zero is found if it is within min(1e-6, a third of the distance to the nearest true zero; at level 0 also to the start
+of the search). An answer to an `either` case is right if it is one of its `answers`; at levels 2 and 3 nothing after
+`certain_until` is judged. "all zeros": the share of level 0 with every zero right. Digits: -log10 of the relative error
+of a right answer (the worst of its events), at most 30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
-WIDTHS = (5, 19, *[max(6, len(name)) for name in COLUMNS[2:]])
+WIDTHS = (5, 22, *[max(6, len(name)) for name in COLUMNS[2:]])
 
 
 def number(value: object) -> Decimal:
@@ -51,7 +49,7 @@ def number(value: object) -> Decimal:
         exact = Decimal(value)
     except InvalidOperation:
         raise ValueError(f"{value!r} is no number") from None
-    if not exact.is_finite():
+    if not exact.is_finite() or exact.adjusted() > 400:
         raise ValueError(f"{value!r} is not finite")
     return exact
 
@@ -115,7 +113,6 @@ def judge(case: dict, answer: object) -> dict:
         return {"verdict": "refused", "digits": None, "all": False, "note": str(error)}
     level, exact = case["level"], case["events" if case["level"] else "zeros"]
     results, whole = [], False
-    # What the answers of a long motion have in common ends at certain_until, so that its events stand for all.
     for alternative in case.get("answers", [exact]) if level < 2 else [exact]:
         true: list[tuple] = [*true_events(alternative)] if level else [*true_zeros(alternative)]
         if level == 0:
@@ -187,13 +184,15 @@ def main() -> int:
             print(f"{name:28} {r['verdict']:12} {'' if r['digits'] is None else format(r['digits'], '5.1f')}".rstrip())
     print(*(str(sent.get(key, "")) for key in ("solver", "version", "settings")))
     for row in [COLUMNS, *rows(cases, results, seconds)]:
-        print(
-            "  ".join(f"{x:<{w}}" if i < 2 else f"{x:>{w}}" for i, (x, w) in enumerate(zip(row, WIDTHS, strict=True)))
-        )
+        padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
+        print("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
     if unknown := len(answers.keys() - results.keys()):
         print(f"{unknown} answers have ids of no case and were not read")
-    if options.junit:
-        write_junit(options.junit, cases, results, seconds)
+    try:
+        if options.junit:
+            write_junit(options.junit, cases, results, seconds)
+    except OSError as error:
+        parser.error(f"{options.junit}: not written: {error}")
     return 0
 
 

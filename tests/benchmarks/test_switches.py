@@ -202,13 +202,15 @@ def begins(x):
     return "DOWN" if H < -1 else "STICK"
 
 
-BELOW = {"L1-grazing-02"}
-"""Starts below the obstacle, which no motion can reach."""
+@pytest.mark.parametrize("tau", ["1e1000000", "-1e999999", "1e-1000000"])
+def test_a_number_beyond_all_reason_is_no_error_of_the_scorer(tau):
+    case = next(iter(stored(0).values()))
+    assert score.judge(case, {"zeros": [tau]})["verdict"] in ("refused", "invented")
 
 
 def test_motions_start_above_the_obstacle():
     found = {name for level in (1, 2, 3) for name, case in stored(level).items() if values(case)["xi0"] < 0}
-    assert found == BELOW
+    assert not found
 
 
 @pytest.mark.parametrize("level", [1, 2, 3])
@@ -222,7 +224,7 @@ def test_events_are_in_order_and_states_follow_each_other(level):
             assert event["before"] == state, place
             assert event["after"] in AFTER[state], place
             at, xi, dxi = (Decimal(event[key]) for key in ("tau", "xi", "dxi"))
-            assert (at == tau if state == "IMPACT" else at > tau) or name in BELOW, place
+            assert at == tau if state == "IMPACT" else at > tau, place
             assert (xi == 0) if "IMPACT" in (state, event["after"]) or state == "REST" else (xi > 0), place
             assert (dxi < 0) if event["after"] == "IMPACT" else (dxi == 0), place
             assert (event["slope"] is None) == (state == "IMPACT"), place
