@@ -297,12 +297,12 @@ FAR, PAIR = ["1.0", "3.0"], ["1.0", "1.0000003"]
 
 
 def zero_case(zeros=FAR, **fields):
-    """Return what the score reads of a case of level 0 with T = 4."""
+    """Return the fields of a case of level 0 that score.py reads, with T = 4."""
     return {"id": "L0-a", "level": 0, "family": "a", "inputs_hex": {"T": (4.0).hex()}, "zeros": zeros} | fields
 
 
 def event(tau, before="UP", after="DOWN", near=None):
-    """Return what the score reads of an event."""
+    """Return the fields of an event that score.py reads."""
     return {"tau": tau, "before": before, "after": after, "nearest_other_zero": near}
 
 
@@ -310,7 +310,7 @@ TWO = [event("1.0"), event("2.0", "DOWN", "STICK", near="0.0000003")]
 
 
 def motion_case(events=TWO, level=2, **fields):
-    """Return what the score reads of a case of levels 1 to 3."""
+    """Return the fields of a case of levels 1 to 3 that score.py reads."""
     return {"id": "L2-a", "level": level, "family": "a", "events": events, "certain_until": "9.0"} | fields
 
 
@@ -527,7 +527,7 @@ def test_the_score_imports_the_standard_library_only():
 
 @pytest.mark.integration
 def test_the_score_runs_alone(tmp_path):
-    """Without site-packages and away from the repository."""
+    """Run without site-packages and away from the repository."""
     shutil.copy(FOLDER / "score.py", tmp_path)
     (tmp_path / "cases" / "level0").mkdir(parents=True)
     shutil.copy(FOLDER / "cases/level0/L0-plain-01.json", tmp_path / "cases/level0")
