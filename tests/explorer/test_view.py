@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from hypothesis import strategies as st
 pytest.importorskip("bokeh")
 
 from vibrodrive.explorer import export
+from vibrodrive.explorer.exact import Line
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
 from vibrodrive.explorer.starts import STARTS
-from vibrodrive.explorer.tasks import _edges, place
+from vibrodrive.explorer.tasks import _edges, _show_orbits, place, work_of
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Work
 from vibrodrive.figures.colours import _CLASSIFY, paint
@@ -38,6 +40,26 @@ def test_a_value_lies_in_the_middle_of_its_column(scale):
     edges = np.linspace(left, right, 6)
     middles = 0.5 * (edges[1:] + edges[:-1])
     assert np.allclose(middles, place(view.plan().axes["A"], scale), rtol=1e-14)
+
+
+def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
+    some = {"columns": 9, "transient": 3, "periods": 4}
+    session = SimpleNamespace(work=None, made_from=[], engine=SimpleNamespace(threads=1))
+    work = work_of(session, View.read(some))
+    assert work_of(session, View.read(some | {"bottom": -1.0, "top": 1.0, "at": 2.0})) is work
+    for name, value in {"transient": 4, "periods": 5, "section_phase": 1.0, "B": 0.2, "columns": 8}.items():
+        assert work_of(session, View.read(some | {name: value})) is not work, name
+        work = work_of(session, View.read(some))
+
+
+def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
+    """Blue are the stable ones, vermilion the others."""
+    drawn = SimpleNamespace(stable=SimpleNamespace(), unstable=SimpleNamespace(), marks=SimpleNamespace())
+    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, laid_over=lambda overlay: None)
+    A, low, high = np.array([2.0, 3.0]), np.array([[1.0], [2.0]]), np.array([[5.0], [6.0]])
+    _show_orbits(session, View.read({"orbits": 1}), [Line(A, low, True, 1), Line(A, high, False, 1)], [])
+    assert [y.tolist() for y in drawn.stable.data["y"]] == [[1.0, 2.0]]
+    assert [y.tolist() for y in drawn.unstable.data["y"]] == [[5.0, 6.0]]
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
@@ -88,6 +110,12 @@ def test_a_configuration_is_shown_as_it_is(name):
     assert all(
         shown.scalars[n] == plan.scalars[n] for n in shown.scalars if n in plan.scalars and n not in ("dtau", "tol")
     )
+
+
+@pytest.mark.parametrize(("values", "scale"), [("[2, 4]", "linear"), ("[2, 3, 4]", "linear"), ("[1, 2, 4]", "log")])
+def test_an_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
+    """Two values are as even as they are geometric: what is usual holds."""
+    assert view_of(config.parse(f"[sweep]\nA = {values}\n")).scale == scale
 
 
 def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
