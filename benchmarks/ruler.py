@@ -33,6 +33,7 @@ from typing import Any, NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 
+import vibrodrive as vd
 from benchmarks import ruler_motions
 from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say
 from benchmarks.switches.model import Point
@@ -45,6 +46,7 @@ from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
+from vibrodrive.stability.main_impacts import impact_cycle
 from vibrodrive.stability.structure import ReferenceOrbit, keeps
 
 TRANSIENT, PERIODS, B = 1000, 1500, 0.1
@@ -96,19 +98,34 @@ LABELS = {
 # -- measuring ---------------------------------------------------------------------------------------------
 
 
-def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
-    """Return whether the motion under one disturbance keeps the structure of the undisturbed one."""
+def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
+    """Return the main impacts under one disturbance after the transient, None if the motion was given up."""
     found = np.empty((2 * PERIODS, 2))
-    count = way.follow(
-        Point(A, B, 0.0, ETA), way.argument(value), TRANSIENT * TWO_PI, (TRANSIENT + PERIODS) * TWO_PI, found
-    )
+    point = Point(A, B, 0.0, ETA)
+    count = way.follow(point, way.argument(value), TRANSIENT * TWO_PI, (TRANSIENT + PERIODS) * TWO_PI, found)
     if count < 0:
-        return False
+        return None
     impacts = np.zeros(count, MAIN_IMPACT)
     impacts["period"] = np.floor(found[:count, 0] / TWO_PI)
     impacts["phase"] = found[:count, 0] - TWO_PI * impacts["period"]
     impacts["speed"] = found[:count, 1]
-    return keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
+    return impacts
+
+
+def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
+    """Return whether the motion under one disturbance keeps the structure of the undisturbed one."""
+    impacts = main_impacts(way, A, value)
+    return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
+
+
+def repeats(name: str, A: float, value: float) -> bool:
+    """Return whether the motion under one disturbance repeats itself, as an undisturbed one must."""
+    if name in OWN:
+        impacts = main_impacts(OWN[name], A, value)
+    else:
+        disturbed: dict[str, Any] = {"eps": value} if name == "eps" else {"dtau": value, "method": "fixed"}
+        impacts = vd.simulate(A, transient=TRANSIENT, periods=PERIODS, **disturbed).impacts
+    return impacts is not None and impact_cycle(impacts) is not None
 
 
 def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecutor) -> Band:
@@ -129,8 +146,8 @@ def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
         return evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
 
 
-def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the limits in one disturbance over A, as values and as velocities."""
+def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
+    """Return the limits in one disturbance over A, as values and as velocities; nothing where there is no orbit."""
     rows: list[dict[str, Any]] = [{} for _ in amplitudes]
     fields = ("kept_below", "last_kept", "share_kept", "searched_to")
     if name not in OWN:
@@ -149,6 +166,15 @@ def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
             ends = zip(("velocity", "velocity_last"), (b.lost, b.last_kept), strict=True)
             rows[i] |= {key: way.velocity(x) if 0.0 < x < math.inf else x for key, x in ends}
             say(f"A = {A:g}, {name}: first lost at {b.lost:.3g}, last kept at {b.last_kept:.3g}")
+    return rows
+
+
+def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
+    """Return the limits in one disturbance over A, and whether the motion repeats itself at half of each."""
+    rows = searched(name, amplitudes, bases)
+    for A, row in zip(amplitudes, rows, strict=True):
+        if row and math.isfinite(row["k2"]):
+            row["repeats_at_half"] = repeats(name, A, 0.5 * row["k2"])
     return rows
 
 
