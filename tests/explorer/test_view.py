@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 pytest.importorskip("bokeh")
 
+import vibrodrive as vd
 from vibrodrive.explorer import export
 from vibrodrive.explorer.exact import Line
+from vibrodrive.explorer.motion import motion_at
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
@@ -279,3 +281,48 @@ def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
     view = read_address(start.address)
     assert read_address(view.address()).state() == view.state()
     assert 2 <= start.text.count(". ") + start.text.endswith(".") <= 3
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"columns": 5, "method": "fixed", "dtau": 0.05, "eps": 1e-4},
+        {"x": "eps", "columns": 4, "quantity": "impact_speed"},
+        {"mode": "map", "columns": 4, "rows": 3, "periods": 64},
+    ],
+    ids=str,
+)
+def test_the_lines_of_python_compute_the_bits_of_the_exported_configuration(chosen, monkeypatch, tmp_path):
+    view = View.read({"transient": 20, "periods": 16} | chosen)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(export.python(view), names)
+    expected = vd.sweep(**config.parse(view.toml()).arguments)
+    found = names["results"]
+    assert found.axes.keys() == expected.axes.keys()
+    for name, values in expected.axes.items():
+        assert np.array_equal(found.axes[name], values)
+    assert np.array_equal(found.status, expected.status)
+    if view.mode == "map":
+        assert np.array_equal(found.period, expected.period)
+    elif view.quantity == "dxi":
+        assert np.array_equal(found.section, expected.section, equal_nan=True)
+    assert (tmp_path / export.file_name(view, "png")).exists()
+
+
+def test_a_scene_in_si_units_has_no_lines_of_python():
+    with pytest.raises(ValueError, match="TOML"):
+        export.python(View.read({"x": "omega0"}))
+
+
+@pytest.mark.jit
+def test_a_motion_as_a_table_is_that_of_simulate():
+    view = View.read({"columns": 5, "low": 3.0, "high": 3.2, "at": 3.1, "transient": 20, "periods": 3})
+    rows = export.motion_table(view, motion_at(view, Halt()).trajectory).splitlines()
+    sample = vd.simulate(3.1, section_phase=view.section_phase, transient=20, periods=3).sample(export.POINTS)
+    assert rows[0] == "tau,xi,dxi,state"
+    assert [float(row.split(",")[1]) for row in rows[1:]] == sample.xi.tolist()
+    assert export.file_name(view, "csv") == "motion_at_A_3.1.csv"
+    with pytest.raises(ValueError, match="click a column"):
+        export.check_motion(View())

@@ -25,6 +25,9 @@ KINDS = {
     "toml": "Save the configuration of this view, for vibrodrive sweep",
     "png": "Save this view as a picture",
     "pdf": "Save this view as a figure for print",
+    "svg": "Save this view as a figure that drawing programs can edit",
+    "py": "Save the lines of Python that compute and draw this view",
+    "csv": "Save the selected motion as a table of τ, ξ, ξ′ and state",
 }
 OPENED = ("Parameters", "Method")  # groups of controls that are open at first
 

@@ -245,15 +245,18 @@ def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.nd
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
-    """Send a view as a file: "toml", "png" or "pdf"."""
-    if kind == "toml":
-        content = view.toml().encode()
+    """Send a view, or its motion, as a file of one of KINDS."""
+    if kind in ("toml", "py"):
+        content = (view.toml() if kind == "toml" else export.python(view)).encode()
+    elif kind == "csv":
+        export.check_motion(view)
+        content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
     else:
         work = work_of(session, view)
         for _ in work.levels(session.engine.pace, halt):
             pass
         content = export.drawn(view, work.part.results[0], kind)
-    file = {"name": f"view.{kind}", "base64": base64.b64encode(content).decode()}
+    file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
     session.later(partial(session.tell, {"file": file}))
 
 
