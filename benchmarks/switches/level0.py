@@ -118,7 +118,8 @@ def close_pair(draw: Draw, i: int) -> Drawn:
     c2, share = draw.uniform(0.5, 2.0), draw.uniform(0.1, 0.4)
     slope = -2 * c2 * place
     a = float(share * slope)
-    x = inputs(c0=float(c2 * (place**2 - distance**2 / 4)), c1=float(slope - mp.mpf(a)), c2=c2, a=a, T=1.0)
+    x = inputs(c1=float(slope - a * mp.cos(place)), c2=c2, a=a, T=1.0)
+    x["c0"] = float(-function(x).at(place)[0] - c2 * distance**2 / 4)
     return x, ["soon"], f"Two zeros about 1e-{k} apart lie a few hundred times that distance behind the start."
 
 
@@ -151,12 +152,18 @@ def start(draw: Draw, i: int) -> Drawn:
         c2 = -draw.uniform(0.3, 0.9) if rise > 0 else draw.uniform(0.3, 0.9)
         c1 = float(mp.mpf(rise) - a - mp.mpf(b) * eta)
         x = inputs(c1=c1, c2=c2, a=a, b=b, eta=eta, T=draw.uniform(4.0, 9.0, 1))
-        return x, ["simple"], f"g(0) = 0, a zero that is not to be found; the next one follows after about 1e-{k}."
+        return x, ["simple"], f"g(0) = 0, a zero that does not count; {following(x)}."
     k = (i - 12) // 2
     a = draw.choice([0.5, 0.75, 1.25, 1.5, 2.0])
     c2 = float(mp.mpf(draw.uniform(0.1, 0.3, 3)) * a * mp.mpf(10) ** -k) * (1 if i % 2 else -1)
     x = inputs(c1=-a if c2 > 0 else a, c2=c2, a=a if c2 > 0 else -a, T=draw.uniform(4.0, 9.0, 1))
-    return x, ["double"], f"g(0) = g'(0) = 0, a zero that is not to be found; the next one follows after about 1e-{k}."
+    return x, ["double"], f"g(0) = g'(0) = 0, a zero that does not count; {following(x)}."
+
+
+def following(x: Inputs) -> str:
+    """Return a clause about the first zero after the start."""
+    zeros = solve(x)
+    return f"the next one is at {mp.nstr(zeros[0].at, 2)}" if zeros else "no other follows"
 
 
 STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")

@@ -1,4 +1,4 @@
-"""The event loop of all solvers that locate one switch at a time."""
+"""The event loop of all solvers that locate one switch at a time, and the loop of those that only step."""
 
 from __future__ import annotations
 
@@ -45,6 +45,42 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]
         return count
 
     return jit(run) if compiled else run
+
+
+def step_loop(advance: Callable[..., Any]) -> Callable[..., int]:
+    """Return a `run` as that of `event_loop` for methods of fixed step, which do not locate switches.
+
+    `advance(point, setting, state, xi, dxi, tau, level, ahead)` returns (ξ, ξ', state, True if the mass has landed)
+    after the step setting[0]; H is `level` before the step and `ahead` after it. A changed state is reported at the
+    end of the step, a landing as the two switches of an impact.
+    """
+
+    def run(point, initial, setting, times, before, after):
+        xi, dxi, tau0, end = initial
+        level = force(point, tau0)
+        state = start(level, xi, dxi)
+        tau, count, last, k = tau0, 0, 0, 0
+        while tau < end and count < len(times) - 1:
+            k += 1
+            next_tau = tau0 + k * setting[0]
+            ahead = force(point, next_tau)
+            xi, dxi, next_state, landed = advance(point, setting, state, xi, dxi, tau, level, ahead)
+            tau, level = next_tau, ahead
+            if tau > end or not math.isfinite(xi):
+                break
+            if landed:
+                times[count], before[count], after[count] = tau, state, IMPACT
+                count, state = count + 1, IMPACT
+            if next_state != state:
+                times[count], before[count], after[count] = tau, state, next_state
+                count, state = count + 1, next_state
+                if count - last > CROWD:
+                    if tau - times[last] < 2.0 * math.pi:
+                        break
+                    last = count - 1
+        return count if count < len(times) - 1 else len(times)
+
+    return jit(run)
 
 
 Event = tuple[float, int, int]

@@ -1,7 +1,5 @@
 """Score answers to the set of switches: pass rates for each level and family, from the files in `cases` alone."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys
@@ -33,15 +31,15 @@ A case counts as refused if its answer is left out, is null, or has another form
   invented     the first difference: a zero that does not exist
   wrong event  the first difference: the right time, the wrong states
 
-A true zero is found if the answer is within min(1e-6, a third of the distance to the nearest other true zero). At
-level 0, the start of the search counts as a zero in this rule. An answer to a case with the verdict `either` is right
-if it is one of the `answers` of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros"
-is the share of the cases of level 0 with every zero right. "digits" are -log10 of the relative error of a right answer
-(of its worst event), at most 30."""
+A true zero is found if the answer is within min(1e-6, a third of the distance to the nearest other true zero; at level
+0 also to the start of the search). An answer to a case with the verdict `either` is right if it is one of the `answers`
+of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros" is the share of the cases of
+level 0 with every zero right. "digits" are -log10 of the relative error of a right answer (of its worst event), at most
+30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
-WIDTHS = (5, 19, *[max(6, len(name)) for name in COLUMNS[2:]])
+WIDTHS = (5, 22, *[max(6, len(name)) for name in COLUMNS[2:]])
 
 
 def number(value: object) -> Decimal:
@@ -52,7 +50,7 @@ def number(value: object) -> Decimal:
         exact = Decimal(value)
     except InvalidOperation:
         raise ValueError(f"{value!r} is no number") from None
-    if not exact.is_finite():
+    if not exact.is_finite() or exact.adjusted() > 400:
         raise ValueError(f"{value!r} is not finite")
     return exact
 
@@ -119,7 +117,6 @@ def judge(case: dict, answer: object) -> dict:
         return {"verdict": "refused", "digits": None, "all": False, "note": str(error)}
     level, exact = case["level"], case["events" if case["level"] else "zeros"]
     results, whole = [], False
-    # the answers of a long motion agree until certain_until, so its events up to there represent all answers
     for alternative in case.get("answers", [exact]) if level < 2 else [exact]:
         true: list[tuple] = [*true_events(alternative)] if level else [*true_zeros(alternative)]
         if level == 0:
@@ -191,13 +188,15 @@ def main() -> int:
             print(f"{name:28} {r['verdict']:12} {'' if r['digits'] is None else format(r['digits'], '5.1f')}".rstrip())
     print(*(str(sent.get(key, "")) for key in ("solver", "version", "settings")))
     for row in [COLUMNS, *rows(cases, results, seconds)]:
-        print(
-            "  ".join(f"{x:<{w}}" if i < 2 else f"{x:>{w}}" for i, (x, w) in enumerate(zip(row, WIDTHS, strict=True)))
-        )
+        padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
+        print("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
     if unknown := len(answers.keys() - results.keys()):
         print(f"{unknown} answers have an id that no case has, and were not read")
-    if options.junit:
-        write_junit(options.junit, cases, results, seconds)
+    try:
+        if options.junit:
+            write_junit(options.junit, cases, results, seconds)
+    except OSError as error:
+        parser.error(f"{options.junit}: not written: {error}")
     return 0
 
 

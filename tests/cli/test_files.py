@@ -411,6 +411,8 @@ def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
         ("paper", "-o", "loop", "--only", "fig02"),
     ):
         assert_refused(run, *arguments, words=["loop", "symbolic links"])
+    for arguments in (("info", "s.h5/x.h5"), ("verify", "s.h5/x.h5"), ("plot", "s.h5/x.h5", "-o", "x.png")):
+        assert_refused(run, *arguments, words=["s.h5/x.h5", "Not a directory"])
     one = ("trajectory", "sweep.toml", "--set", "A=3", "--set", "eps=0")
     for arguments in (("info", "pipe.h5"), ("verify", "pipe.h5"), ("plot", "pipe.h5", "-o", "x.png"),
                       ("plot", "s.h5", "-o", "pipe.png"), (*one, "-o", "pipe.png")):  # fmt: skip

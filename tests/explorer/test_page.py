@@ -391,6 +391,38 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     assert followed(tab) != pytest.approx(place, abs=2e-3)
 
 
+def test_the_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
+    tab.open(explorer.address + SMALL + "&low=3.0&at=3.1")
+    tab.until("page.drawn_motion.time.length > 0", "a motion")
+    motion = vd.simulate(float(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.1))]),
+                         section_phase=math.pi / 2, transient=100, periods=12)  # fmt: skip
+    switches = motion.switches["period"] - 100 + motion.switches["phase"] / (2 * math.pi)
+    lasting = switches[np.isin(motion.switches["after"], LASTING)]
+    for k in range(3):
+        tab.driver.execute_script("document.getElementById('step').click()")
+        assert tab.ask("page.drawn_motion.at") == pytest.approx(lasting[k], abs=2 / POINTS)
+    before = tab.ask("page.drawn_motion.at")
+    tab.driver.execute_script("document.getElementById('play').click()")
+    tab.until(f"page.drawn_motion.at !== {before!r}", "a movement")
+    assert tab.driver.execute_script(
+        "const c = document.getElementById('mechanism');"
+        "return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v > 0)"
+    )
+    tab.driver.execute_script("document.getElementById('close').click()")
+    tab.until("document.getElementById('motion').hidden", "no motion")
+
+
+def test_each_view_to_begin_with_is_shown(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    tab.driver.execute_script(
+        "const s = document.getElementById('start'); s.value = '3'; s.dispatchEvent(new Event('change'))"
+    )
+    tab.until("page.state().method === 'fixed'", "the view")
+    tab.settle()
+    assert tab.notice() == ""
+    assert "Fixed steps" in page_text(tab)
+
+
 def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer):
     lasting = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi); return s.data.time.length"
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&dtau=0.05&at=3.1")

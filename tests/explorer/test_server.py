@@ -52,7 +52,23 @@ def test_the_page_is_given_to_whoever_has_the_token(explorer):
     assert "<title>vibrodrive explore</title>" in text
     assert "cdn.bokeh.org" not in text  # no resource comes from another server
     scripts = re.findall(r"static/js/([\w-]+)\.min\.js", text)
-    assert sorted(scripts) == ["bokeh", "bokeh-widgets"]  # only the scripts in use
+    assert scripts == ["bokeh"]  # only the scripts in use
+
+
+def test_pages_are_not_stored_and_only_framed_by_this_machine(explorer):
+    for address in (explorer.address, explorer.address.partition("?")[0]):
+        try:
+            response = urllib.request.urlopen(address, timeout=LIMIT)
+        except urllib.error.HTTPError as error:
+            response = error
+        with response:
+            headers = response.headers
+        assert headers["Cache-Control"] == "no-store"
+        assert headers["Referrer-Policy"] == "no-referrer"
+        assert headers["Content-Security-Policy"].startswith("frame-ancestors http://localhost:* http://127.0.0.1:*")
+    base = explorer.address.partition("?")[0]
+    with urllib.request.urlopen(base + "static/js/bokeh.min.js", timeout=LIMIT) as response:
+        assert response.headers["Cache-Control"] != "no-store"  # a browser may keep these: the first picture is earlier
 
 
 def test_a_page_waits_for_neither_numba_nor_matplotlib():

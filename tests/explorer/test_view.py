@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +12,15 @@ from hypothesis import strategies as st
 
 pytest.importorskip("bokeh")
 
+import vibrodrive as vd
 from vibrodrive.explorer import export
+from vibrodrive.explorer.exact import Line
+from vibrodrive.explorer.motion import motion_at
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
-from vibrodrive.explorer.tasks import _edges, place
+from vibrodrive.explorer.starts import STARTS
+from vibrodrive.explorer.tasks import _edges, _show_orbits, place, work_of
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Work
 from vibrodrive.figures.colours import _CLASSIFY, paint
@@ -37,6 +42,26 @@ def test_a_value_lies_in_the_middle_of_its_column(scale):
     edges = np.linspace(left, right, 6)
     middles = 0.5 * (edges[1:] + edges[:-1])
     assert np.allclose(middles, place(view.plan().axes["A"], scale), rtol=1e-14)
+
+
+def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
+    some = {"columns": 9, "transient": 3, "periods": 4}
+    session = SimpleNamespace(work=None, made_from=[], engine=SimpleNamespace(threads=1))
+    work = work_of(session, View.read(some))
+    assert work_of(session, View.read(some | {"bottom": -1.0, "top": 1.0, "at": 2.0})) is work
+    for name, value in {"transient": 4, "periods": 5, "section_phase": 1.0, "B": 0.2, "columns": 8}.items():
+        assert work_of(session, View.read(some | {name: value})) is not work, name
+        work = work_of(session, View.read(some))
+
+
+def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
+    """Blue are the stable ones, vermilion the others."""
+    drawn = SimpleNamespace(stable=SimpleNamespace(), unstable=SimpleNamespace(), marks=SimpleNamespace())
+    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, laid_over=lambda overlay: None)
+    A, low, high = np.array([2.0, 3.0]), np.array([[1.0], [2.0]]), np.array([[5.0], [6.0]])
+    _show_orbits(session, View.read({"orbits": 1}), [Line(A, low, True, 1), Line(A, high, False, 1)], [])
+    assert [y.tolist() for y in drawn.stable.data["y"]] == [[1.0, 2.0]]
+    assert [y.tolist() for y in drawn.unstable.data["y"]] == [[5.0, 6.0]]
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
@@ -87,6 +112,12 @@ def test_a_configuration_is_shown_as_it_is(name):
     assert all(
         shown.scalars[n] == plan.scalars[n] for n in shown.scalars if n in plan.scalars and n not in ("dtau", "tol")
     )
+
+
+@pytest.mark.parametrize(("values", "scale"), [("[2, 4]", "linear"), ("[2, 3, 4]", "linear"), ("[1, 2, 4]", "log")])
+def test_an_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
+    """Two values are as even as they are geometric: what is usual holds."""
+    assert view_of(config.parse(f"[sweep]\nA = {values}\n")).scale == scale
 
 
 def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
@@ -243,3 +274,55 @@ def test_a_logarithmic_axis_begins_above_zero():
         View.read({"x": "eps", "low": 0.0, "high": 1e-3, "scale": "linear"}).state() | {"scale": "log"}, "scale"
     )
     assert 0.0 < found.low < found.high
+
+
+@pytest.mark.parametrize("start", STARTS, ids=lambda start: start.name)
+def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
+    view = read_address(start.address)
+    assert read_address(view.address()).state() == view.state()
+    assert 2 <= start.text.count(". ") + start.text.endswith(".") <= 3
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"columns": 5, "method": "fixed", "dtau": 0.05, "eps": 1e-4},
+        {"x": "eps", "columns": 4, "quantity": "impact_speed"},
+        {"mode": "map", "columns": 4, "rows": 3, "periods": 64},
+    ],
+    ids=str,
+)
+def test_the_lines_of_python_compute_the_bits_of_the_exported_configuration(chosen, monkeypatch, tmp_path):
+    view = View.read({"transient": 20, "periods": 16} | chosen)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(export.python(view), names)
+    expected = vd.sweep(**config.parse(view.toml()).arguments)
+    found = names["results"]
+    assert found.axes.keys() == expected.axes.keys()
+    for name, values in expected.axes.items():
+        assert np.array_equal(found.axes[name], values)
+    assert np.array_equal(found.status, expected.status)
+    if view.mode == "map":
+        assert np.array_equal(found.period, expected.period)
+    elif view.quantity == "dxi":
+        assert np.array_equal(found.section, expected.section, equal_nan=True)
+    assert (tmp_path / export.file_name(view, "png")).exists()
+
+
+def test_a_scene_in_si_units_has_no_lines_of_python():
+    with pytest.raises(ValueError, match="TOML"):
+        export.python(View.read({"x": "omega0"}))
+
+
+@pytest.mark.jit
+def test_a_motion_as_a_table_is_that_of_simulate():
+    view = View.read({"columns": 5, "low": 3.0, "high": 3.2, "at": 3.1, "transient": 20, "periods": 3})
+    rows = export.motion_table(view, motion_at(view, Halt()).trajectory).splitlines()
+    sample = vd.simulate(3.1, section_phase=view.section_phase, transient=20, periods=3).sample(export.POINTS)
+    assert rows[0] == "tau,xi,dxi,state"
+    assert [float(row.split(",")[1]) for row in rows[1:]] == sample.xi.tolist()
+    assert export.file_name(view, "csv") == "motion_at_A_3.1.csv"
+    with pytest.raises(ValueError, match="click a column"):
+        export.check_motion(View())

@@ -13,7 +13,7 @@ from vibrodrive.jobs.orbits import table
 from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 from vibrodrive.periodic.bifurcations import bifurcations
-from vibrodrive.periodic.family import family, section
+from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # hundreds of searches
@@ -82,6 +82,13 @@ def test_branches_end_at_bifurcations():
         assert not inside or branch.unstable  # only an orbit that does not take part continues
         for end in (branch.A[0], branch.A[-1]):
             assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
+
+
+def test_an_orbit_that_comes_back_is_another_branch():
+    (orbit,) = orbits(1.5)
+    there = [[orbit], [], [orbit], [orbit]]
+    branches = Family(np.array([1.4, 1.5, 1.6, 1.7]), 0.1, 1, there, []).branches()
+    assert [branch.A.tolist() for branch in branches] == [[1.4], [1.6, 1.7]]
 
 
 def test_figures_show_branches_marks_and_cobweb():

@@ -138,6 +138,20 @@ def test_rounding_adds_up_over_waits(eps):
     assert vd.sweep(**dict(scene, xi0=scene["xi0"] + 1e-10)).status == Status.OK
 
 
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 1e-6])
+@pytest.mark.parametrize("path", [dict(), dict(method="muller", dtau=0.05, tol=1e-15)], ids=str)
+def test_a_decision_within_rounding_is_too_close_in_lanes(path, eps):
+    """H falls through -1 where UP ends: with a larger A the mass slides down then instead of sticking."""
+    scene = dict(eps=eps, transient=0, periods=1, **path)
+    less, more = 1.5, 3.04
+    while less < (A := 0.5 * (less + more)) < more:
+        sticks = vd.simulate(A, **scene).switches["after"][1] == State.STICK
+        less, more = (A, more) if sticks else (less, A)
+    assert (vd.sweep(A=[less, more], **scene).status == Status.TOO_CLOSE).all()
+    assert (vd.sweep(A=[less - 1e-9, more + 1e-9], **scene).status == Status.OK).all()
+
+
 def test_sweep_goes_on_past_every_kind_of_point():
     """A sweep over points of every status: each has the status, margin and section of its single motion."""
     A = [1.5, 0.4, 1.0, 3.04]

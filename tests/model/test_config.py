@@ -126,6 +126,7 @@ def test_options_replace_what_the_file_says():
         (MINIMAL + "[orbits]\nperiods = 3\n", ["[orbits]", "periods", "max_period"]),
         (MINIMAL + "[figure]\nkind = ['pie']\n", ["figure.kind", "pie", "poincare"]),
         (MINIMAL + "[figure]\nlimits = [2, 1]\n", ["figure.limits", "[2, 1]", "lower"]),
+        (MINIMAL + "[figure]\nlimits = [1, 1]\n", ["figure.limits", "[1, 1]", "lower"]),
         (MINIMAL + "[figure]\nlimits = ['a', 'b']\n", ["figure.limits", "lower"]),
         (MINIMAL + "[trajectory]\ncurves = 'phase'\n", ["trajectory.curves", "phase"]),
         ("title = 3\n" + MINIMAL, ["title", "3", "text"]),

@@ -11,6 +11,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.errors import TooLarge
+from vibrodrive.model import size
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
@@ -104,6 +105,14 @@ def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():
     plan = make_plan({"A": np.linspace(1, 2, 100_000), "B": np.linspace(0, 1, 10_000), "periods": 10**6})
     with pytest.raises(TooLarge, match=r"1000000000 points x 1000000 periods.* take .*PB.* available"):
         Results.collect(plan, [])
+
+
+def test_the_blocks_of_an_executor_take_more_memory_than_local_ones(monkeypatch):
+    plan = make_plan({"A": np.linspace(1, 2, 100_000), "transient": 0, "periods": 1000})
+    monkeypatch.setattr(size, "available_memory", lambda: 10 * size.block_bytes(plan))
+    size.refuse_large_block(plan)
+    with pytest.raises(TooLarge, match="the blocks in flight take"):
+        size.refuse_large_block(plan, remote=True)
 
 
 def test_its_name_says_what_it_holds(plan):

@@ -60,6 +60,15 @@ def test_against_naive_loops(dtau, one):
     assert ends_on_one(point, "dtau", [dtau], lattice_of_three).tolist() == [one]
 
 
+def test_only_on_a_fixed_grid_no_difference_at_all_is_allowed():
+    """Two motions high in the air keep their distance; impacts, at grid points, would make them equal to the bit."""
+    starts = np.array([100.0, 100.0 + 1e-7]), np.array([0.0])
+    short = {"A": 1.5, "transient": 0, "periods": 3}
+    assert ends_on_one(short, "dtau", [0.1], starts).tolist() == [False]
+    assert ends_on_one(short | {"method": "muller"}, "dtau", [0.1], starts).tolist() == [True]
+    assert ends_on_one(short, "eps", [1e-4], starts).tolist() == [True]
+
+
 def test_the_band_in_which_the_motion_becomes_unique():
     band = unique_from({"A": 3.04}, "eps")
     assert 1e-4 < band.kept_below < band.lost < 3e-4

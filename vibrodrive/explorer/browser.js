@@ -46,6 +46,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
 [only, axes, symbols, formatters] = [only, axes, symbols, formatters].map(plain);
+starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
 // Controls by the names of the fields of a view. To set `value` is the same as to type or choose it.
@@ -230,6 +231,7 @@ page.apply = (view) => {
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
   point_at(view.at === null ? NaN : drawn(view.at, "scale"));
+  show_words(page.words || (view.at === null || over_plane ? "" : WAITING));
   page.fit = !over_plane && view.bottom === null;
   put_span(x_range, "scale", view.low, view.high);
   if (over_plane) put_span(y_range, "y_scale", view.y_low, view.y_high);
@@ -363,16 +365,19 @@ page.hear = () => {
       page.status = item.status;
       if (!page.busy) say(page.status);
     }
-    if (item.words !== undefined) {
-      say(page.words = item.words, "words");
-      element("motion").hidden = !item.words;
-    }
+    if (item.words !== undefined) show_words(page.words = item.words);
     if (item.done === page.seq) {
       if (item.address !== undefined) remember(item.address);
       free();
       settle();
     }
   }
+};
+
+const WAITING = "The motion is being computed …";
+const show_words = (text) => {
+  say(text, "words");
+  element("motion").hidden = !text;
 };
 
 const point_at = (x) => {
@@ -387,6 +392,7 @@ page.tap = (event) => {
   }
   page.extra.at = shown(event.x, "scale");
   point_at(event.x);
+  show_words(page.words || WAITING);
   page.tapped = true;
   page.ask(true);
 };
@@ -437,10 +443,10 @@ const KEYS = {
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
   Backspace: () => history.back(), Home: () => page.command({reset: true}), f: () => page.fit_now(),
-  x: () => element("full").click(), Escape: () => page.forget(),
+  x: () => element("full").click(), Escape: () => page.forget(), " ": () => page.play(), n: () => page.step(),
 };
 window.addEventListener("keydown", (event) => {
-  if (event.target.matches?.("input, select, textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target.matches?.("input, select, textarea, summary") || (event.key === " " && event.target.matches?.("button")) || event.ctrlKey || event.metaKey || event.altKey) return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
@@ -452,7 +458,14 @@ page.forget = () => {
   page.ask(true);
 };
 
+element("start").addEventListener("change", () => {
+  const {name, text, address} = starts[element("start").value];
+  say(`<b>${name}.</b> ${text}`, "about");
+  page.command({address});
+});
+
 scale_letters();
 for (const plot of [first, second]) if (Bokeh.index.find_one_by_id(plot.id)) picture_of(plot);
 measure();
 tell({hello: true});
+

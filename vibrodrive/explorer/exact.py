@@ -104,4 +104,4 @@ def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # no warning of slip: the page shows the motion itself
         k = limit(**arguments, disturbance="eps", threads=1)
-    return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n}
+    return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n, "last_kept": k.last_kept}

@@ -13,6 +13,7 @@ from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Hove
 from bokeh.plotting import figure
 
 from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
+from vibrodrive.explorer.starts import STARTS
 from vibrodrive.explorer.view import BESIDE, RANGES, View
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.states import LASTING
@@ -24,6 +25,9 @@ KINDS = {
     "toml": "Save the configuration of this view, for vibrodrive sweep",
     "png": "Save this view as a picture",
     "pdf": "Save this view as a figure for print",
+    "svg": "Save this view as a figure that drawing programs can edit",
+    "py": "Save the lines of Python that compute and draw this view",
+    "csv": "Save the selected motion as a table of τ, ξ, ξ′ and state",
 }
 OPENED = ("Parameters", "Method")  # groups of controls that are open at first
 
@@ -89,6 +93,8 @@ def build(document: Document, view: View, token: str) -> Page:
         "second": two, "only": only, "token": token, "formatters": formatters,
         "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
         "small": [phase, time], "x2": x2, "y2": y2, "first": one, "frame": frame, "other": other,
+        "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
+        "names": [state.name.lower() for state in LASTING],
         "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
     }  # fmt: skip
     _join(document, args)
@@ -98,7 +104,7 @@ def build(document: Document, view: View, token: str) -> Page:
     document.title = "vibrodrive explore"
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
     document.template_variables.update(
-        groups=GROUPS, opened=OPENED, kinds=KINDS, loading=LOADING, style=(HERE / "page.css").read_text()
+        groups=GROUPS, opened=OPENED, starts=STARTS, kinds=KINDS, loading=LOADING, style=(HERE / "page.css").read_text()
     )
     for root in (one, two, phase, time):
         document.add_root(root)
@@ -107,7 +113,7 @@ def build(document: Document, view: View, token: str) -> Page:
 
 def _join(document: Document, args: dict[str, Any]) -> None:
     """Pass the models to the scripts, by the names used there, and connect every change to them."""
-    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js"))
+    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js", "mechanism.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
     document.js_on_event("client_reconnected", _call("lost(false)"))
@@ -115,6 +121,7 @@ def _join(document: Document, args: dict[str, Any]) -> None:
     for axis in (args[name] for name in ("x_range", "y_range", "x2", "y2")):
         for end in ("start", "end"):
             axis.js_on_change(end, moved)
+    args["motion"].js_on_change("data", _call("moves()"))
     args["frame"].js_on_change("data", _call("painted()"))
     args["news"].js_on_change("data", _call("hear()"))
     for shown in (args["first"], args["second"]):

@@ -27,10 +27,10 @@ from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from tornado.httpserver import HTTPServer
-from tornado.httputil import HTTPServerRequest
+from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.iostream import IOStream
-from tornado.web import RequestHandler
+from tornado.web import OutputTransform, RequestHandler
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.session import Session
@@ -54,6 +54,32 @@ class Refusal(RequestHandler):
         self.finish(self.why + "\n")
 
 
+HEADERS = {
+    "Referrer-Policy": "no-referrer",  # the address has the token
+    "X-Content-Type-Options": "nosniff",
+    # a notebook on this machine, at any port, and the web view of an editor may show the page in a frame
+    "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* vscode-webview: "
+    "https://*.vscode-cdn.net",
+}
+
+
+class Headers(OutputTransform):
+    """Add HEADERS to each response, and forbid storage of all but static files."""
+
+    def __init__(self, request: HTTPServerRequest) -> None:
+        super().__init__(request)
+        self.fixed = request.path.startswith("/static/")
+
+    def transform_first_chunk(
+        self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
+    ) -> tuple[int, HTTPHeaders, bytes]:
+        for name, value in HEADERS.items():
+            headers[name] = value
+        if not self.fixed:
+            headers["Cache-Control"] = "no-store"
+        return status_code, headers, chunk
+
+
 class Guarded(BokehTornado):
     """Bokeh application that checks every request."""
 
@@ -61,6 +87,7 @@ class Guarded(BokehTornado):
         self.token = token
         self.hosts = {f"{name}:{port}" for name in HOST_NAMES}
         super().__init__(applications, **options)
+        self.add_transform(Headers)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
         why = self.refusal(request)
@@ -69,8 +96,8 @@ class Guarded(BokehTornado):
         return super().find_handler(request, **kwargs)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return the scripts of the page, without Bokeh's tables, formulas and WebGL."""
-        return super().resources(absolute_url).clone(components=["bokeh", "bokeh-widgets"])
+        """Return the scripts of the page, without Bokeh's widgets, tables, formulas and WebGL."""
+        return super().resources(absolute_url).clone(components=["bokeh"])
 
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return the reason to refuse a request, or "" to accept it."""

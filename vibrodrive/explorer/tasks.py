@@ -245,15 +245,18 @@ def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.nd
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
-    """Send a view as a file: "toml", "png" or "pdf"."""
-    if kind == "toml":
-        content = view.toml().encode()
+    """Send a view, or its motion, as a file of one of KINDS."""
+    if kind in ("toml", "py"):
+        content = (view.toml() if kind == "toml" else export.python(view)).encode()
+    elif kind == "csv":
+        export.check_motion(view)
+        content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
     else:
         work = work_of(session, view)
         for _ in work.levels(session.engine.pace, halt):
             pass
         content = export.drawn(view, work.part.results[0], kind)
-    file = {"name": f"view.{kind}", "base64": base64.b64encode(content).decode()}
+    file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
     session.later(partial(session.tell, {"file": file}))
 
 
@@ -287,8 +290,18 @@ def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
     k = call(exact.limit_at, {name: known[name] for name in names})
     if k["k2"] == k["k2"]:
         yield f"k₂ in ε{whose}: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
+        if known["eps"] > 0.0:
+            yield f"<b>{compared_with_limit(known['eps'], k['k2'], k['last_kept'])}</b>"
     else:
         yield f"k₂ in ε{whose}: {html.escape(k['how'])}"
+
+
+def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:
+    """Return a sentence on a disturbance and the limit of its motion."""
+    if eps < k2:
+        return f"your ε = {eps:.3g} is {eps / k2:.2g} of the limit: the structure is kept"
+    lost = "it is lost" if eps > last_kept else "some such values keep it, others lose it"
+    return f"your ε = {eps:.3g} is {eps / k2:.3g} times the limit: {lost}"
 
 
 def place(values: Any, scale: str) -> Any:

@@ -39,6 +39,7 @@ NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
+ACTS = {"certified": (), "muller": ("dtau", "tol"), "fixed": ("dtau",)}  # parameters of a grid, for each method
 MAY_LACK = (*ENDS, "at", "columns", "rows")
 
 
@@ -277,7 +278,7 @@ class View:
             "physical": numbers(scene),
             "sweep": [f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}'
                       for name, (low, high, num, scale) in over.items()],
-            "switching": [f'method = "{self.method}"', *numbers(() if self.method == "certified" else ("dtau", "tol"))],
+            "switching": [f'method = "{self.method}"', *numbers(ACTS[self.method])],
             "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.periods}",
                     f'record = "{self.record}"'],
             "figure": self._figure(),

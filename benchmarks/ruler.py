@@ -1,0 +1,276 @@
+"""Put all numerical disturbances on one ruler: the velocity at which each destroys the structure of the motion.
+
+`vd.limit` finds the largest disturbance ε (a force) and Δτ (late switches) under which a motion keeps its orbital
+structure. Here the same is asked of the methods of practice: the main impacts of the last 1500 periods, after 1000,
+must follow each other as those of the undisturbed orbit (docs/stability.md). Each disturbance acts alone, at ε = 0, and
+is made a velocity V, the one that it adds to the motion or takes from it at a switch:
+
+ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
+Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
+h    V = h: a Moreau-Jean step delays a switch by up to h, as Δτ does.
+v_s  V = v_s: the largest velocity at which smoothed friction creeps where it should hold.
+k    V = the velocity that a blow loses. A mass that arrives with speed 1 under an acceleration of 1 leaves a plastic
+     obstacle at once; from a spring of stiffness k with critical damping it comes free after the time t = s/√k, where
+     exp s = 1 + s + s √k, with a velocity below t. The difference is V, about 0.9 to 0.95 t: of the order 1/√k, the
+     time constant of the contact, times a logarithm. (A mass that rests after a blow forgets it.)
+
+    python -m benchmarks.ruler                    # measure, write ruler.json and ruler.png, print the table (an hour)
+    python -m benchmarks.ruler --only v_s k       # measure these anew, keep the others
+    python -m benchmarks.ruler --draw             # draw and print what is stored
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import vibrodrive as vd
+from benchmarks import ruler_motions
+from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say
+from benchmarks.switches.model import Point
+from benchmarks.tables import number, table
+from vibrodrive.batch.trajectory import MAIN_IMPACT
+from vibrodrive.model.names import ETA
+from vibrodrive.model.plain import plain
+from vibrodrive.model.plan import make_plan
+from vibrodrive.stability.criterion import IMPACTS, parse_criterion
+from vibrodrive.stability.evaluate import Evaluator
+from vibrodrive.stability.limit import each_limit
+from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
+from vibrodrive.stability.main_impacts import impact_cycle
+from vibrodrive.stability.structure import ReferenceOrbit, keeps
+
+TRANSIENT, PERIODS, B = 1000, 1500, 0.1
+PAPER = 3.04
+AMPLITUDES = tuple(round(3.0 + 0.005 * i, 3) for i in range(51))
+THREADS = os.cpu_count() or 1
+
+SMOOTH = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
+"""The values of v_s and 1/√k that are tried."""
+
+STEPS = GRIDS["dtau"]._replace(floor=1e-5)
+"""The steps h that are tried, those of Δτ; a motion of 1e-5 takes half a minute, and smaller ones are not tried."""
+
+
+def lost_in_a_blow(root: float) -> float:
+    """Return the velocity that a blow of speed 1 under an acceleration of 1 loses to a spring with √k = 1/`root`."""
+    w = 1.0 / root
+    low, high = 0.0, 60.0
+    for _ in range(80):
+        s = 0.5 * (low + high)
+        low, high = (s, high) if math.expm1(s) < s * (1.0 + w) else (low, s)
+    return s / w - (s - 1.0 + s / w) * math.exp(-s)
+
+
+class Disturbance(NamedTuple):
+    """A disturbance that `vd.limit` does not know; its value is h, v_s or 1/√k."""
+
+    follow: Callable[..., int]
+    argument: Callable[[float], float]
+    grid: Grid
+    velocity: Callable[[float], float]
+
+
+OWN = {
+    "h": Disturbance(ruler_motions.stepped, float, STEPS, float),
+    "v_s": Disturbance(ruler_motions.creeping, float, SMOOTH, float),
+    "k": Disturbance(ruler_motions.sprung, lambda root: 1.0 / root, SMOOTH, lost_in_a_blow),
+}
+NAMES = ("eps", "dtau", *OWN)
+LABELS = {
+    "eps": ("ε", "force ε sin ητ"),
+    "dtau": ("Δτ", "switches on a grid"),
+    "h": ("h", "Moreau–Jean"),
+    "v_s": ("v_s", "smoothed friction"),
+    "k": ("1/√k", "spring obstacle"),
+}
+
+
+# -- measuring ---------------------------------------------------------------------------------------------
+
+
+def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
+    """Return the main impacts under one disturbance after the transient, None if the motion was given up."""
+    found = np.empty((2 * PERIODS, 2))
+    point = Point(A, B, 0.0, ETA)
+    count = way.follow(point, way.argument(value), TRANSIENT * TWO_PI, (TRANSIENT + PERIODS) * TWO_PI, found)
+    if count < 0:
+        return None
+    impacts = np.zeros(count, MAIN_IMPACT)
+    impacts["period"] = np.floor(found[:count, 0] / TWO_PI)
+    impacts["phase"] = found[:count, 0] - TWO_PI * impacts["period"]
+    impacts["speed"] = found[:count, 1]
+    return impacts
+
+
+def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
+    """Return whether the motion under one disturbance keeps the structure of the undisturbed one."""
+    impacts = main_impacts(way, A, value)
+    return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
+
+
+def repeats(name: str, A: float, value: float) -> bool:
+    """Return whether the motion under one disturbance repeats itself, as an undisturbed one must."""
+    if name in OWN:
+        impacts = main_impacts(OWN[name], A, value)
+    else:
+        disturbed: dict[str, Any] = {"eps": value} if name == "eps" else {"dtau": value, "method": "fixed"}
+        impacts = vd.simulate(A, transient=TRANSIENT, periods=PERIODS, **disturbed).impacts
+    return impacts is not None and impact_cycle(impacts) is not None
+
+
+def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecutor) -> Band:
+    """Return the first value lost and the last kept, searched as `vd.limit` does."""
+    search = search_band(way.grid)
+    wanted = next(search)
+    while True:
+        try:
+            wanted = search.send(np.array(list(pool.map(lambda value: kept(way, A, base, value), wanted.tolist()))))
+        except StopIteration as end:
+            return end.value
+
+
+def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
+    """Return the undisturbed orbits, None where the motion does not repeat."""
+    plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "transient": TRANSIENT, "periods": PERIODS})
+    with Evaluator(plan, "eps", THREADS) as evaluator:
+        return evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
+
+
+def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
+    """Return the limits in one disturbance over A, as values and as velocities; nothing where there is no orbit."""
+    rows: list[dict[str, Any]] = [{} for _ in amplitudes]
+    fields = ("kept_below", "last_kept", "share_kept", "searched_to")
+    if name not in OWN:
+        for i, limit in each_limit({"A": amplitudes, "transient": TRANSIENT, "periods": PERIODS}, name):
+            if limit.n:
+                rows[i] = {"k2": limit.k2, **{f: getattr(limit, f) for f in fields}}
+                rows[i] |= {"velocity": limit.velocity, "velocity_last": limit.velocity_last}
+        return rows
+    way = OWN[name]
+    with ThreadPoolExecutor(THREADS) as pool:
+        for i, (A, base) in enumerate(zip(amplitudes, bases, strict=True)):
+            if base is None:
+                continue
+            b = band(way, A, base, pool)
+            rows[i] = {"k2": b.lost, **{f: getattr(b, f) for f in fields}}
+            ends = zip(("velocity", "velocity_last"), (b.lost, b.last_kept), strict=True)
+            rows[i] |= {key: way.velocity(x) if 0.0 < x < math.inf else x for key, x in ends}
+            say(f"A = {A:g}, {name}: first lost at {b.lost:.3g}, last kept at {b.last_kept:.3g}")
+    return rows
+
+
+def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
+    """Return the limits in one disturbance over A, and whether the motion repeats itself at half of each."""
+    rows = searched(name, amplitudes, bases)
+    for A, row in zip(amplitudes, rows, strict=True):
+        if row and math.isfinite(row["k2"]):
+            row["repeats_at_half"] = repeats(name, A, 0.5 * row["k2"])
+    return rows
+
+
+def measure(path: Path, names: Iterable[str], amplitudes: tuple[float, ...]) -> None:
+    """Measure some disturbances and write the file after each; those of the file that are not named stay."""
+    data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    bases = orbits(amplitudes)
+    if data.get("A") != list(amplitudes):
+        data = {"limits": {}}
+    data |= {"transient": TRANSIENT, "periods": PERIODS, "criterion": IMPACTS, "B": B, "eta": ETA, "A": amplitudes}
+    data["n"] = [base.n if base is not None else 0 for base in bases]
+    for name in names:
+        data["limits"][name] = {"environment": environment(), "points": measured(name, amplitudes, bases)}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(plain(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+# -- showing -----------------------------------------------------------------------------------------------
+
+
+def velocities(data: dict[str, Any], name: str, key: str = "velocity") -> np.ndarray:
+    """Return the limits of one disturbance over A as velocities: NaN where there is none."""
+    values = [row.get(key) for row in data["limits"][name]["points"]]
+    return np.array([math.nan if v is None else v for v in values])
+
+
+def ratios(data: dict[str, Any], name: str) -> np.ndarray:
+    """Return V over that of Δτ, over the A where both are known."""
+    both = velocities(data, name) / velocities(data, "dtau")
+    return both[np.isfinite(both)]
+
+
+def value(name: str, x: float) -> str:
+    """Return a value as it is set in the method: k instead of 1/√k."""
+    return f"k = {number(x**-2)}" if name == "k" else number(x)
+
+
+def markdown(data: dict[str, Any]) -> str:
+    """Return the table: limits at the paper's A, and how the scales compare over all A."""
+    head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ)"]
+    head += ["V / V(Δτ) over A: median", "quartiles", "least … largest", "within a factor of 3"]
+    rows, at = [], data["A"].index(PAPER)
+    for name in (n for n in NAMES if n in data["limits"]):
+        row, over = data["limits"][name]["points"][at], ratios(data, name)
+        low, middle, high = np.percentile(over, (25, 50, 75))
+        here = row["velocity"] / data["limits"]["dtau"]["points"][at]["velocity"]
+        near = int(np.count_nonzero((over > 1 / 3) & (over < 3)))
+        spread = [number(middle), f"{number(low)} … {number(high)}", f"{number(over.min())} … {number(over.max())}"]
+        reached = [number(x) for x in (row["velocity"], row["velocity_last"], here)]
+        rows.append(
+            [", ".join(LABELS[name][::-1]), value(name, row["k2"]), *reached, *spread, f"{near} of {len(over)}"]
+        )
+    return table(head, rows)
+
+
+def draw(data: dict[str, Any]) -> Any:
+    """Return the chart: limits over A as velocities, and their ratios to that of Δτ."""
+    fig, axes = figure(6.3, 6.6, rows=2)
+    A, scale = np.array(data["A"]), velocities(data, "dtau")
+    for i, name in enumerate(n for n in NAMES if n in data["limits"]):
+        V, last = velocities(data, name), velocities(data, name, "velocity_last")
+        style = look(i, name in ("eps", "dtau")) | {"linewidth": 0.7, "markersize": 3.5}
+        symbol, what = LABELS[name]
+        axes[0, 0].semilogy(A, V, label=f"{what}, {symbol}", **style)
+        axes[0, 0].vlines(A, V, np.maximum(V, last), color=style["color"], linewidth=0.5)
+        if name != "dtau":
+            axes[1, 0].semilogy(A, V / scale, **style)
+    axes[1, 0].axhspan(1 / 3, 3, color="0.92", zorder=0)
+    axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
+    for ax in axes[:, 0]:
+        ax.axvline(PAPER, color="0.7", linewidth=0.6, zorder=0)
+        ax.set_xlim(A[0] - 0.003, A[-1] + 0.003)
+    axes[0, 0].set_ylabel("$V$ at which the structure is first lost")
+    axes[1, 0].set_ylabel(r"$V$ / $V(\Delta\tau)$")
+    axes[1, 0].set_xlabel("$A$")
+    axes[0, 0].legend(loc="lower left")
+    return fig
+
+
+def main() -> None:
+    """Measure, or read, then draw and print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
+    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")
+    parser.add_argument("--draw", action="store_true", help="measure nothing, draw and print what is stored")
+    parser.add_argument("--quick", action="store_true", help=f"at A = {PAPER} and the ends of the range alone")
+    options = parser.parse_args()
+    path = options.output / "ruler.json"
+    if not options.draw:
+        measure(path, options.only, (3.0, PAPER, 3.25) if options.quick else AMPLITUDES)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    fig = draw(data)
+    fig.savefig(options.output / "ruler.png")
+    plt.close(fig)
+    print(markdown(data))
+
+
+if __name__ == "__main__":
+    main()
