@@ -33,9 +33,8 @@ A case counts as refused if its answer is left out, is null, or has another form
 
 A true zero is found if the answer is within min(1e-6, a third of the distance to the nearest other true zero; at level
 0 also to the start of the search). An answer to a case with the verdict `either` is right if it is one of the `answers`
-of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros" is the share of the cases of
-level 0 with every zero right. "digits" are -log10 of the relative error of a right answer (of its worst event), at most
-30."""
+of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros": share of the cases of level 0
+with every zero right. Digits: -log10 of the relative error of a right answer (of its worst event), at most 30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")
@@ -56,10 +55,7 @@ def number(value: object) -> Decimal:
 
 
 def tolerance(distance: Decimal | None) -> Decimal:
-    """Return the largest distance of a right answer from a true zero.
-
-    distance : distance of this zero from the nearest other true zero, or None if there is none
-    """
+    """Return the largest distance of a right answer from a zero at this `distance` from the nearest other true zero."""
     widest = Decimal("1e-6")
     return widest if distance is None else min(widest, distance / 3)
 
