@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.switches.model import IMPACT, decide, force, jit, start
 
-CROWD = 20_000
-"""Switches in one period after which a solver is stopped: a motion that chatters has no end."""
+CROWD = 2_000
+"""Switches in one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
 
 
 def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]:

@@ -8,6 +8,7 @@ done again up to there for its impact, which two zeros of ξ within a step have 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from scipy.integrate import solve_ivp
 
@@ -25,9 +26,10 @@ FIRST_STEP, NUDGE = 1e-4, 1e-16
 def stopping(component, level, direction):
     """Return a terminal event: a variable passes a level in a direction."""
 
-    def event(_tau, y):
+    def passing(_tau, y):
         return y[component] - level
 
+    event: Any = passing
     event.terminal, event.direction = True, direction
     return event
 
