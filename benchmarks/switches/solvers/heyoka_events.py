@@ -1,24 +1,21 @@
 """heyoka: Taylor integration with terminal events, restarted at each switch; at level 0 events that do not stop it.
 
-A slide begins with ξ' = ±1e-16, and its events have a direction: from ξ' (or y at level 0) exactly 0 the next zero of
-the same step is lost without notice, and a departure with ξ' = ξ'' = 0 triggers its own event without end. Waits end
-at arcsines if ε = 0, and for ε > 0 at events on H, integrated from H'.
+Events have a direction, and no slide begins with ξ' exactly 0: from there the next zero of the same step is lost
+without notice, and a departure with ξ' = ξ'' = 0 triggers its own event without end.
 """
 
 from __future__ import annotations
 
-import math
 from functools import cache
 
 import heyoka as hy
 
 from benchmarks.switches.loop import event_loop, follow
-from benchmarks.switches.model import DOWN, REST, STICK, UP, force, release
-from benchmarks.switches.sums import departure, value
+from benchmarks.switches.model import DOWN, REST, STICK, UP
+from benchmarks.switches.odes import EVENTS, TOLERANCES, first_value, locator
 
 NAME, PACKAGE = "heyoka", "heyoka"
-SETTINGS = [{"tol": float(f"1e-{k}")} for k in range(4, 16)] + [{"tol": 2.220446049250313e-16}]
-NUDGE = {UP: 1e-16, DOWN: -1e-16}
+SETTINGS = [{"tol": tol} for tol in (*TOLERANCES, 1e-14, 1e-15, 2.220446049250313e-16)]
 
 
 @cache
@@ -30,35 +27,32 @@ def integrators(tol, disturbed):
     if disturbed:
         h += a * eps * eta**2 * hy.sin(eta * hy.time)
         rate += a * eps * eta**3 * hy.cos(eta * hy.time)
-    falling, rising = hy.event_direction.negative, hy.event_direction.positive
-    lift, drop = hy.t_event(level - 1.0, direction=rising), hy.t_event(level + 1.0, direction=falling)
-    back, ground = hy.t_event(dxi, direction=rising), hy.t_event(xi, direction=falling)
-    models = {
-        UP: ([(xi, dxi), (dxi, h - 1.0)], [hy.t_event(dxi, direction=falling)]),
-        DOWN: ([(xi, dxi), (dxi, h + 1.0)], [back, ground]),
-    } | ({STICK: ([(level, rate)], [lift, drop]), REST: ([(level, rate)], [lift])} if disturbed else {})
-    pars = [0.0] * (4 if disturbed else 2)
-    made = [hy.taylor_adaptive(s, [0.0] * len(s), pars=pars, tol=tol, t_events=events) for s, events in models.values()]
-    return {state: (ta, ta.state, ta.pars) for state, ta in zip(models, made, strict=True)}  # live views
+    ways = {1: hy.event_direction.positive, -1: hy.event_direction.negative}
+
+    def integrator(state, *system):
+        passing = [(system[component][0] - at, ways[way]) for component, at, way in EVENTS[state]]
+        events = [hy.t_event(function, direction=way) for function, way in passing]
+        pars = [0.0] * (4 if disturbed else 2)
+        ta = hy.taylor_adaptive([*system], [0.0] * len(system), pars=pars, tol=tol, t_events=events)
+        return ta, ta.state, ta.pars  # live views
+
+    slides = {s: integrator(s, (xi, dxi), (dxi, h - sign)) for s, sign in ((UP, 1.0), (DOWN, -1.0))}
+    return slides | {s: integrator(s, (level, rate)) for s in (STICK, REST) if disturbed}
 
 
-def locate(point, tol, state, tau, xi, dxi, end):
-    disturbed, slides = point.eps > 0.0, state in (UP, DOWN)
-    if not (disturbed or slides):
-        return release(point, state, tau), False, xi
-    ta, y, pars = integrators(tol, disturbed)[state]
+def solve(tol, state, point, tau, y, end):
+    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    ta, variables, pars = integrators(tol, point.eps > 0.0)[state]
     pars[:] = point[: len(pars)]
-    ta.time, y[0] = tau, xi if slides else force.py_func(point, tau)
-    if slides:
-        y[1] = dxi or NUDGE[state]
+    ta.time = tau
+    for k, x in enumerate(y):
+        variables[k] = x
     ta.reset_cooldowns()
     outcome = ta.propagate_until(end)[0]
-    if outcome == hy.taylor_outcome.time_limit:
-        return math.inf, False, xi
-    return ta.time, state == DOWN and int(outcome) == -2, y[0] if slides else xi
+    return None if outcome == hy.taylor_outcome.time_limit else (ta.time, variables, -1 - int(outcome))
 
 
-RUN = event_loop(locate, compiled=False)
+RUN = event_loop(locator(solve, again=False), compiled=False)
 
 
 def events(start, point, tol):
@@ -84,6 +78,6 @@ def zeros(function, T, tol):
     FOUND.clear()
     ta = counter(tol)
     ta.pars[:] = function[1:8]
-    ta.time, ta.state[0] = 0.0, value(function, 0.0) or departure(function) * NUDGE[UP]
+    ta.time, ta.state[0] = 0.0, first_value(function)
     ta.propagate_until(T)
     return [z for z in FOUND if z > 0.0]
