@@ -1,1 +1,1 @@
-"""Benchmarks: speed charted against accuracy, ours and what people use. One command each."""
+"""Benchmarks of speed and accuracy, for vibrodrive and for other common methods. Each benchmark is one command."""

@@ -1,6 +1,7 @@
 """Chart of the README: error of the switching times over the cost of a period, for each method.
 
-The data are those measured by `work_precision`, read from its JSON file. An existing picture of the same data is kept.
+The data are those measured by `work_precision`, read from its JSON file. An existing picture of the same data is not
+drawn again.
 A setting that missed or invented a switch is drawn in a separate band at its cost: the error of its other switches
 would be misleading.
 """
@@ -54,7 +55,7 @@ def points_of(data: dict[str, Any], eps: float, family: str) -> list[dict[str, A
 
 
 def draw_curve(ax: Any, curve: Curve, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """Draw a method: a line through the settings that find every switch, crosses for the others, and its name."""
+    """Draw a method: its name, a line through the settings that find every switch, and crosses for other settings."""
     right = [p for p in points if not p["wrong"] and p["error"] is not None]
     x = [p["seconds"] for p in right]
     y = [max(p["error"], LEAST) for p in right]

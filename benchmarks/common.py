@@ -1,7 +1,7 @@
 """Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
 
 Speeds are compared as ratios measured in one run: each repetition runs all contestants in turn, every second one in the
-opposite order, and the median of the ratios is reported. Compilation is not timed.
+opposite order. The median of the ratios over all repetitions is reported. Compilation is not timed.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ class SwitchError:
 
 
 def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Compare switches with the reference, aligned by kind, so that others remain comparable if a pair is missed."""
+    """Compare switches with the reference, aligned by kind, so that a missed pair does not affect other switches."""
     kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
     if kinds == true.kinds:
         pairs = [(i, i) for i in range(len(kinds))]

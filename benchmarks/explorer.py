@@ -1,7 +1,7 @@
 """Response of the explorer: frames per second while dragging, and the time from an event to its painted picture.
 
 A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. The page
-measures its latencies itself: from the movement that a picture shows to the end of the animation frame that paints it.
+measures each latency itself: from the mouse movement to the end of the animation frame that paints its picture.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ MOVEMENTS = 60
 
 
 def quantiles(values: list[float]) -> dict[str, float]:
-    """Return the median and the 95th percentile, rounded to a tenth."""
+    """Return the median and the 95th percentile of times, rounded to a tenth."""
     if not values:  # no frame, on a very busy machine
         return {"median": math.inf, "p95": math.inf}
     return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
@@ -50,8 +50,7 @@ def quantiles(values: list[float]) -> dict[str, float]:
 
 @contextmanager
 def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function that moves the pressed mouse without waiting for a response, since a response can take several
-    frames."""
+    """Yield a function that moves the pressed mouse. It does not wait for a response, which can take several frames."""
     address = tab.driver.capabilities["goog:chromeOptions"]["debuggerAddress"]
     with urlopen(f"http://{address}/json") as answer:
         (page,) = (target for target in json.load(answer) if target["type"] == "page")

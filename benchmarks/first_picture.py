@@ -1,7 +1,7 @@
-"""Time to the first picture of the explorer: from the command to the picture, in a browser that is open.
+"""Time from the command that starts the explorer to its first picture, in a browser that is already open.
 
-The kernels are on disk and the scripts of the page in the browser's cache. The browser compiles a script when it loads
-it for the second time, so the first two starts are not counted.
+The compiled kernels are on disk, and the scripts of the page are in the browser's cache. The browser compiles a script
+when it loads the script for the second time, so the first two starts are not counted.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Latency of Ctrl-C: seconds from a SIGINT to its KeyboardInterrupt, for each kind of work.
+"""Latency of Ctrl-C: seconds from a SIGINT to the KeyboardInterrupt, for each kind of work.
 
-The limit is one second, with compiled kernels and on an idle machine. tests/batch/test_interrupt.py tests that the
-KeyboardInterrupt comes and that no work continues after it.
+The latency should be at most one second, with compiled kernels on an idle machine. tests/batch/test_interrupt.py tests
+that a KeyboardInterrupt is raised and that no work continues after it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TIMES = 5
 
 
 def latency(case: Callable[[], object]) -> float:
-    """Return the seconds from a SIGINT, sent 0.3 s after the start of the work, to its KeyboardInterrupt."""
+    """Return the seconds from a SIGINT, sent 0.3 s after the start of the work, to the KeyboardInterrupt."""
     sent = []
 
     def press() -> None:

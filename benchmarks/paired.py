@@ -2,11 +2,11 @@
 
     python -m benchmarks.paired ../before . --repeats 15 disturbed muller
 
-Each checkout has one process, which runs until the end, with its kernels compiled. The processes run each case in turn,
-so that other load on the machine affects both equally. Times are CPU times of the process. The output for each case is,
-second checkout over first, the ratio of the shortest times, and the median and quartiles of the ratios of neighbouring
-runs. If the quartiles enclose 1, there is no significant difference; use more repeats, or a less busy machine. A change
-that is not about speed may cost 2 %.
+Each checkout has one process, which compiles its kernels once and runs until the end. The processes run each case in
+turn, so that other load on the machine affects both checkouts equally. Times are CPU times of the process. The output
+for each case has two ratios of times, second checkout over first: the ratio of the shortest times, and the median and
+quartiles of the ratios of successive runs. If 1 is between the quartiles, no difference is significant: use more
+repeats, or a less busy machine. A change that does not concern speed may cost 2 %.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CASES = {
     "single": "[vd.simulate(A=a, transient=200, periods=50) for a in np.linspace(3, 3.06, 64)]",
     "orbits": "vd.orbits(A=3.04, max_period=3)",
 }
-"""Timed cases as Python code. In the first no motion repeats; in the second most motions do."""
+"""Timed cases as Python code. In the first case no motion repeats itself, in the second most motions do."""
 
 WORKER = """
 import sys, time
@@ -77,7 +77,7 @@ class Checkout:
 
 
 def compare(first: Checkout, second: Checkout, case: str, repeats: int) -> str:
-    """Return one line about one case; every second pair runs in the opposite order."""
+    """Return one line of output for a case. Every second pair of runs is in the opposite order."""
     first.seconds(case), second.seconds(case)  # not timed: compiles or loads the kernels
     one, other = [], []
     for k in range(repeats):

@@ -1,8 +1,9 @@
-"""Fixed and refined switching compared: cost, error, and the Δτ from which the structure is lost.
+"""Comparison of fixed and refined switching: cost, error, and the Δτ from which the orbital structure is wrong.
 
-For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit: ρ of the
-section points, gaps and order of the impacts, and word. For the range 3.0 ≤ A ≤ 3.25 the same is done for the A with a
-periodic certified motion, and the share that keeps its order is recorded.
+For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit. The results
+are the distance ρ of the section points, and whether the structure agrees: the gaps and order of the impacts, and the
+word (sequence of states). In the range 3.0 ≤ A ≤ 3.25 the same comparison is made for each A with a periodic certified
+motion. Its result is the share of these A with the correct gaps and order of impacts.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return ρ and structure over Δτ at one A, and the Δτ at which structure is first lost and last kept."""
+    """Return ρ and structure over Δτ at one A, the smallest Δτ with a wrong and the largest with a right structure."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
@@ -55,7 +56,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 
 
 def over_range(quick: bool) -> dict[str, Any]:
-    """Return the share of the periodic motions of the range that keep their order, and the median ρ, over Δτ."""
+    """Return over Δτ the share of periodic motions with correct gaps and order of impacts, and the median ρ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
     window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section

@@ -1,7 +1,8 @@
-"""Scaling: time of a sweep over its points, its periods, 1/Δτ and threads; memory over its points.
+"""Scaling of a sweep: time as a function of the number of points, periods, threads and of 1/Δτ; memory of the points.
 
-A straight line of slope 1 means proportional; with skipping the time should not depend on 1/Δτ. Memory is the peak of a
-separate process that runs the command line, which streams blocks to a file.
+A straight line of slope 1 means that the time is proportional. If grid points are skipped, the time should not depend
+on 1/Δτ. Memory is the peak of a separate process that runs the command line, which writes blocks to a file as they
+finish.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Write the measured tables into docs/benchmarks.md, docs/explorer.md and README.md, between their markers.
 
-The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. A table without measured results or without
-markers is not changed, and a note is printed.
+The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. If a table has no measured results or no
+markers, its page is not changed and a note is printed.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ RIVALS = {
 
 
 def _behind(at: dict[str, Any], name: str) -> float | None:
-    """Return the ratio of times to the certified sweep: the median of pairs if measured, else the ratio of rates."""
+    """Return the time relative to the certified sweep: the median over pairs if measured, else the ratio of rates."""
     rates = at["periods_per_second"]
     return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
 

@@ -1,11 +1,13 @@
 """Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
-The comparisons on the same sweep are: certified switching in batches with one trajectory at a time with sine and cosine
-of libm, hand-written Numba, heyoka and scipy; the literal scan with the obvious loop; the setting of the paper
-(Δτ = 1e-5, Muller to 1e-7) with certified. All use one thread; a last measurement uses all threads. The sections of
-every contestant are compared with certified ones, so that none is fast only because it is wrong. At ε = 0 a certified
-motion that returns to the same bits is copied from then on; the cost of computation is therefore measured on motions
-that do not return within the record.
+Three comparisons use the same sweep. Certified switching in batches is compared with other programs: certified
+switching of one trajectory at a time with sine and cosine of libm, hand-written Numba, heyoka and scipy. The literal
+scan is compared with the obvious loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified
+switching. All programs use one thread. A last measurement of certified switching uses all threads.
+
+The section points of every program are compared with certified section points, so that no program is fast only because
+it is wrong. At ε = 0 a certified motion that returns to the same bits is copied from then on. Therefore the cost of
+computation is measured on motions that do not return within the record.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
 COMPUTED = "certified, where nothing repeats"
-"""Stable motions without rest, attracting so weakly that none repeats its bits within PERIODS periods."""
+"""Values of A with stable motions that never rest and approach their orbit so slowly that none repeats its bits within
+PERIODS periods."""
 
 
 def values(n: int) -> np.ndarray:
@@ -69,7 +72,7 @@ def compiled_scalar(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
 
 
 def compiled_loop(kernel: Callable[..., Any], eps: float, *parameters: float):
-    """Return a sweep that calls a kernel of `event_loop` for each A from Python: µs for a call that takes ms."""
+    """Return a sweep that calls a kernel of `event_loop` for each A. Python adds microseconds to milliseconds."""
     none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))
 
     def work(A: np.ndarray, periods: int) -> np.ndarray:
@@ -190,7 +193,7 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
 
 
 def threads(quick: bool, busy: float) -> dict[str, Any]:
-    """Measure certified on a sweep with several ε, on one thread and on all, wall time."""
+    """Measure the wall time of a certified sweep with several ε, on one thread and on all threads."""
     count = os.cpu_count() or 1
     run: dict[str, Any] = {
         "A": np.linspace(*RANGE, 50 if quick else 500),

@@ -1,10 +1,10 @@
-"""Work and precision: error of every method of locating a switch over its cost, relative to 50 digits.
+"""Error and cost of every method of locating a switch, compared with a reference of 50 digits.
 
-Columns: A = 1.5 and 3.04 undisturbed, A = 3.04 with ε = 2e-4. Errors are the largest error of a switching time over 20
-periods from rest, and the distance ρ of 1000 section points from the undisturbed orbit. Costs are CPU time per period
-on one thread, without compilation, and evaluations of switching functions (or of the equations of motion) per period.
-A setting that missed or invented a switch is a cross at the top of the figure, at its cost. The JSON contains the
-number of these switches.
+The columns of the figure are A = 1.5 and A = 3.04 without a disturbance, and A = 3.04 with ε = 2e-4. Errors are the
+largest error of a switching time over 20 periods from rest, and the distance ρ of 1000 section points from the orbit
+without a disturbance. Costs are CPU time per period on one thread, without compilation, and evaluations of switching
+functions (or of the equations of motion) per period. A setting that missed or invented a switch is drawn as a cross at
+the top of the figure, at its cost. The JSON contains the number of missed and invented switches.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ STEPS_OBVIOUS = 1e8  # limit for the obvious loop
 
 @dataclass(frozen=True)
 class Scene:
-    """One column of the figure. n: period of the stable orbit, 0 if ρ has no meaning."""
+    """One column of the figure. n: period of the stable orbit, 0 if there is none to which ρ could refer."""
 
     A: float
     eps: float
@@ -79,7 +79,7 @@ class Point:
 
 
 def evaluations(t: Any, grid_points: float | None) -> float | None:
-    """Return the evaluations per period; without a counter those of a literal scan, `grid_points`."""
+    """Return the evaluations per period. If they are not counted, return those of a literal scan, `grid_points`."""
     counted = getattr(t, "evaluations", None)
     return counted / PERIODS if counted is not None else grid_points
 
@@ -111,7 +111,7 @@ def our_point(scene: Scene, family: str, setting: str, repeats: int, **method: A
 
 
 def batched_point(scene: Scene, repeats: int) -> Point:
-    """Measure `certified` in a sweep of 1024 neighbouring points: the same bits, at the cost per point of a batch."""
+    """Measure `certified` in a sweep of 1024 neighbouring points: the same bits, with the cost of a batch."""
     A = scene.A + 1e-9 * np.arange(1024)
     run: dict[str, Any] = {
         "A": A, "eps": scene.eps, "method": "certified", "transient": 100, "periods": 100, "threads": 1,
@@ -243,7 +243,7 @@ def draw(points: list[Point]):
 
 
 def summary(points: list[Point]) -> list[dict[str, Any]]:
-    """Return for each scene and family the cheapest of the most accurate settings (within 10 × the best)."""
+    """Return for each scene and family the cheapest setting whose error is within 10 times the smallest error."""
     rows = []
     for scene in SCENES:
         for family in dict.fromkeys(p.family for p in points):

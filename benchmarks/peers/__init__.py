@@ -1,1 +1,1 @@
-"""Other methods for this model, each set up as its own users would, and tuned."""
+"""Other methods for this model. Each is set up as its usual users would do it, and tuned."""

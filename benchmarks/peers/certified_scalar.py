@@ -1,10 +1,11 @@
 """One certified trajectory at a time, with sine and cosine of libm: the reference for the gain by batching.
 
 The first zero of g is found by steps that cannot jump over it: if g > 0 and |g''| ≤ M ahead, there is no zero before
-the positive root s of g + g's − Ms²/2. For ε > 0 the bound M is that of the fast term; the split g = slow + fast,
-|fast| ≤ a, gives the same step for `slow − a` with the small M of the slow term, and the longer of the two steps is
-taken. At ε = 0 the ends of sticking and resting are arcsines. Time is stored as a number of periods and phases, sines
-and cosines at a switch are used again in the next state, and the section at ε = 0 needs no sine.
+the positive root s of g + g's − Ms²/2. For ε > 0 the fast term determines the bound M. A second step follows from the
+split g = slow + fast with |fast| ≤ a: it is computed in the same way for `slow − a`, with the small M of the slow term.
+The longer of the two steps is taken. At ε = 0 the ends of sticking and resting are arcsines. Time is stored as a number
+of periods and phases. Sines and cosines at a switch are used again in the next state, and the section at ε = 0 needs no
+sine.
 """
 
 from __future__ import annotations

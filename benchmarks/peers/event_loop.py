@@ -1,4 +1,4 @@
-"""Loop of the closed-form peers: find the next switch, cross sections, decide, record."""
+"""Event loop of the peers with the closed form: find the next switch, pass section points, decide, record."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ def event_loop(locate):
     """Return a compiled kernel (see `run_kernel`) for one method of finding the end of a state.
 
     `locate(A, B, eps, eta, step, tol, state, t0, xi, c0, d0, end)` returns (τ of the switch, impact?, evaluations),
-    with τ > end if there is none before `end`. At a switch ξ' := 0; at an impact also ξ := 0, else ξ keeps its value.
-    Time is one growing number τ.
+    with τ > end if the state does not end before `end`. After every switch ξ' = 0. After an impact also ξ = 0; after
+    other switches ξ is unchanged. Time is a single number τ, which grows.
     """
 
     @jit

@@ -1,9 +1,9 @@
 """heyoka: adaptive Taylor integration with terminal events, in its fastest form for this model.
 
-Each slide is one `propagate_until`, restarted at each switch with ξ' = ±1e-16 and events filtered by direction: from ξ'
-exactly 0 the next zero of the same step is lost without notice, and a lift-off with ξ' = ξ'' = 0 triggers its own event
-without end. At ε = 0 sticking and resting end at arcsines; for ε > 0 an event on H = ±1 ends them. The SIMD batch
-integrator is no faster here.
+Each slide is one `propagate_until`, restarted at each switch with ξ' = ±1e-16 and with events filtered by direction.
+From ξ' = 0 exactly, the next zero in the same step would be lost without notice, and a lift-off with ξ' = ξ'' = 0 would
+trigger its own event again and again. At ε = 0 the ends of sticking and resting are arcsines; for ε > 0 events on
+H = ±1 end these states. heyoka's SIMD batch integrator is no faster here.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NUDGE = 1e-16
 
 
 class Integrators:
-    """Compiled Taylor integrators: up, down, and for ε > 0 two with events on H. Parameters: A, B (ε, η)."""
+    """Compiled Taylor integrators: up, down, for ε > 0 two with events on H. Parameters: A, B, for ε > 0 also ε, η."""
 
     def __init__(self, disturbed: bool, tol: float) -> None:
         xi, dxi, level = hy.make_vars("xi", "dxi", "level")
@@ -52,7 +52,7 @@ class Integrators:
                 self.by_state[state] = hy.taylor_adaptive(system, [0.0], pars=pars, tol=tol, t_events=events)
 
     def solve(self, case: Case) -> tuple[Recorder, int]:
-        """Return the recorder and the completed periods. Python takes a third of the time, so calls are few."""
+        """Return the recorder and the number of completed periods. Calls are few: Python takes a third of the time."""
         out = Recorder(case)
         A, B, fast, eta, sin = case.A, case.B, case.A * case.eps * case.eta * case.eta, case.eta, math.sin
         for integrator in self.by_state.values():

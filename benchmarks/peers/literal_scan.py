@@ -1,7 +1,7 @@
 """The obvious compiled loop: the complete closed form, with libm, at every point of the grid.
 
-This is the computation of the paper in its simplest compiled form: `fixed` (§5) takes the first grid point after a sign
-change as the switch, `muller` (§4) refines the sign change by Muller's method.
+This is the computation of the paper in its simplest compiled form. `fixed` (§5) takes the first grid point after a sign
+change as the switch. `muller` (§4) refines the zero in that grid interval by Muller's method.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ TWO_PI = 2.0 * math.pi
 
 
 class Unavailable(RuntimeError):
-    """The package of a peer is not installed. The caller omits the peer, with a note."""
+    """The package of a peer is not installed. The caller omits the peer and prints a note."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,11 @@ class Case:
 class Run:
     """Result of a peer for a case.
 
-    Switches are those in (2πT, 2π(T + P)], in order: `period` int64 (n,) and `phase` float64 (n,) with
-    τ = 2π·period + phase, `before` and `after` int8 (n,) as `vibrodrive.State`. `section` is float64
-    (periods, 2) with ξ, ξ'. `seconds` is the CPU time per period without compilation, the median of the repetitions.
-    `evaluations` of the equations of motion or switching functions per period; None if they cannot be counted.
+    With T = `transient` and P = `periods`, the n switches in (2πT, 2π(T + P)] are recorded in order: `period` int64
+    (n,) and `phase` float64 (n,) with τ = 2π·period + phase, `before` and `after` int8 (n,) as `vibrodrive.State`.
+    `section` is float64 (periods, 2) with ξ, ξ'. `seconds` is the CPU time per period without compilation, the median
+    of the repetitions. `evaluations` is the number of evaluations of the equations of motion or of switching functions
+    per period; None if they cannot be counted.
     """
 
     name: str

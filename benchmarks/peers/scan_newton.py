@@ -1,4 +1,4 @@
-"""Usual hand-written Numba: closed form, a scan for the sign change, Newton's method in the bracket."""
+"""Usual program written by hand with Numba: closed form, scan for the sign change, Newton's method in the bracket."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ STEP_DISTURBED = 3e-4  # much longer steps miss the closest pair of zeros at A =
 
 @jit
 def function(A, B, eps, eta, which, t0, c0, d0, tau):
-    """Return a switching function, positive while the state lasts: ξ' up and down, ξ, 1 − H, 1 + H."""
+    """Return switching function number `which`, positive while the state lasts.
+
+    `which` = 0: ξ' (sliding up), 1: −ξ' (sliding down), 2: ξ, 3: 1 − H, 4: 1 + H
+    """
     if which == 0:
         return velocity(A, B, eps, eta, 1.0, t0, c0, tau)
     if which == 1:
@@ -29,7 +32,7 @@ def function(A, B, eps, eta, which, t0, c0, d0, tau):
 
 @jit
 def slope(A, B, eps, eta, which, t0, c0, tau):
-    """Return d/dτ of `function`."""
+    """Return the derivative of `function` with respect to τ."""
     if which == 0:
         return force(A, B, eps, eta, tau) - 1.0
     if which == 1:
@@ -101,7 +104,7 @@ kernel = event_loop(locate)
 
 
 def run(case: Case, step: float | None = None, repeats: int = 3) -> Run:
-    """Run the case with scan step Δτ = `step`; default: the longest that misses no switch (0.3, or 3e-4 for ε > 0)."""
+    """Run the case with scan step Δτ = `step`. The default is 0.3, or 3e-4 for ε > 0: long, but no switch is missed."""
     if step is None:
         step = STEP_DISTURBED if case.eps > 0.0 else STEP
     return run_kernel(NAME, case, kernel, (step, 0.0), repeats=repeats, notes=(f"Δτ = {step:g}",))

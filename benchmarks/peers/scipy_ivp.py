@@ -1,8 +1,8 @@
 """scipy.integrate.solve_ivp with terminal events, restarted at each switch.
 
-DOP853 at ε = 0 and LSODA for ε > 0 are its best methods here. Without `first_step` the first step could contain a short
-slide completely, and its event would be located at its start. At ε = 0 sticking and resting end at arcsines; for ε > 0
-the end is bracketed on a grid, vectorised, and found by brentq.
+DOP853 at ε = 0 and LSODA for ε > 0 are the best of its methods here. Without `first_step` the first step could contain
+a short slide completely, and the end of the slide would be located at its start. At ε = 0 the ends of sticking and
+resting are arcsines. For ε > 0 these ends are bracketed on a grid by NumPy and found by brentq.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Make the set of switches: cases whose answers are known to 30 digits, for any program that finds zeros or events."""
+"""The set of switches: cases with answers of 30 digits, for any program that finds zeros or events, and its maker."""

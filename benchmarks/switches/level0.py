@@ -32,7 +32,7 @@ def solve(x: Inputs) -> list[Zero]:
 
 
 def inputs(**given: float) -> Inputs:
-    """Return the inputs in their order, 0 where none is given (1 for eta)."""
+    """Return all inputs in their order. An input that is not given is 0, or 1 for eta."""
     return {name: float(given.get(name, 1.0 if name == "eta" else 0.0)) for name in NAMES}
 
 
@@ -88,7 +88,7 @@ def smooth_place(draw: Draw) -> tuple[Inputs, float]:
 
 
 def plain(draw: Draw, i: int) -> Drawn:
-    """Zeros far from each other, or none at all."""
+    """Draw functions whose zeros are far from each other, or that have no zero."""
     return smooth(draw), [], "Zeros are simple and far from each other: every method should be right."
 
 

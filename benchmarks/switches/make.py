@@ -1,6 +1,6 @@
-"""Make the set: `python -m benchmarks.switches.make` writes every case, `--only ID` some of them.
+"""Make the set of switches: `python -m benchmarks.switches.make` writes every case, `--only ID` writes some cases.
 
-Nothing in a case depends on the machine, the day or another case: two runs write the same bytes.
+A case does not depend on the machine, the day or another case, so two runs write the same bytes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Task(NamedTuple):
 
 
 class Sequence(NamedTuple):
-    """What one set of inputs gives: times, tolerances, states (None at level 0), and the fields as written."""
+    """Solution of one set of inputs: times, tolerances, states (None at level 0), and the fields as written."""
 
     times: list[Any]
     within: list[Any]
@@ -65,18 +65,18 @@ def tasks() -> list[Task]:
 
 
 def text(x: Any, digits: int = 30) -> str:
-    """Return a number as a string of so many digits."""
+    """Return a number as a string of `digits` digits."""
     return mp.nstr(x, digits, strip_zeros=False) if x else "0"
 
 
 def tolerance(distance: Any) -> Any:
-    """Return how far an answer may be from a zero (the rule of score.py)."""
+    """Return the largest distance of a right answer from a zero, by the rule of score.py."""
     widest = mp.mpf(10) ** -6
     return widest if distance is None else min(widest, distance / 3)
 
 
 def solve(level: int, x: dict[str, float]) -> Sequence:
-    """Return the zeros or events of these inputs, taken exactly."""
+    """Return the zeros or events of these inputs, which are taken as exact numbers."""
     if level == 0:
         zeros = level0.solve(x)
         at = [mp.zero, *(z.at for z in zeros)]
@@ -106,7 +106,10 @@ def solve(level: int, x: dict[str, float]) -> Sequence:
 
 
 def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:
-    """Yield the inputs with one of them moved by an ulp; 0 stays: it says at rest, at the obstacle, undisturbed."""
+    """Yield the inputs with one input moved by an ulp.
+
+    An input 0 is not moved, because it means a start at rest or at the obstacle, or no disturbance.
+    """
     for name, value in x.items():
         if value and name != "periods":
             yield x | {name: math.nextafter(value, math.inf)}
@@ -114,7 +117,7 @@ def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:
 
 
 def parting(a: Sequence, b: Sequence, part: int) -> int | None:
-    """Return the number of the first zero or event at which two sequences differ, None if they are the same."""
+    """Return the index of the first zero or event at which two sequences differ; None if they agree."""
     for i, (s, t, within) in enumerate(zip(a.times, b.times, a.within, strict=False)):
         if a.states[i] != b.states[i] or abs(s - t) > within / part:
             return i
@@ -122,7 +125,7 @@ def parting(a: Sequence, b: Sequence, part: int) -> int | None:
 
 
 def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: Any) -> dict[str, Any]:
-    """Return the verdict, the answers if there are several, and until when there is one."""
+    """Return the verdict, all answers if there are several, and the time up to which all of them agree."""
     part = FEWER if level > 1 else 1
     several, until, until_index = [exact], end, len(exact.times)
     for moved in neighbours(x):
@@ -141,13 +144,13 @@ def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: A
         return {"verdict": "certain", "certain_until": text(end)}
     key = "zeros" if level == 0 else "events"
     answers = [s.fields[key] for s in several]
-    if level > 1:  # from where they part on; a state later they have nothing to do with each other
+    if level > 1:  # give the answers from the first difference on; a few events later they are unrelated
         answers = [a for n, s in enumerate(answers) if (a := s[until_index : until_index + 4]) not in answers[:n]]
     return {"verdict": "either", "answers": answers, "certain_until": text(until, 17)}
 
 
 def smallest_distance(level: int, x: dict[str, float], exact: Sequence) -> Any:
-    """Return the smallest distance between two zeros in a search, None if no search has two."""
+    """Return the smallest distance between two zeros of one search; None if no search has two zeros."""
     if level:
         near = (e["nearest_other_zero"] for e in exact.fields["events"])
         return min((mp.mpf(n) for n in near if n), default=None)
@@ -155,12 +158,12 @@ def smallest_distance(level: int, x: dict[str, float], exact: Sequence) -> Any:
     if not level0.function(x).at(mp.zero)[0]:
         at.insert(0, mp.zero)
     if 2 in exact.fields["multiplicities"]:
-        return mp.mpf(10) ** -30  # of a double zero: nothing, to all digits given
+        return mp.mpf(10) ** -30  # the distance of a double zero is 0 to all digits given
     return min((b - a for a, b in pairwise(at)), default=None)
 
 
 def case(task: Task) -> dict[str, Any]:
-    """Return a case: drawn, solved, and solved again with each input moved by an ulp."""
+    """Draw a case, solve it, and solve it again with each input moved by an ulp. Returns the fields of the case."""
     level = task.level
     mp.dps = level0.DIGITS
     x, tags, why = DRAWN[level][task.name][1](Draw(level, task.family, task.number), task.number)
@@ -195,7 +198,7 @@ def dump(case: dict[str, Any]) -> str:
 
 
 def make(task: Task) -> tuple[Task, str]:
-    """Return the text of a case; a function of the module, so that a process of its own can call it."""
+    """Return the text of a case. This is a function of the module, so that a separate process can call it."""
     return task, dump(case(task))
 
 
@@ -203,7 +206,7 @@ COLUMNS = ("tau", "before", "after", "xi", "dxi")
 
 
 def rounded(value: str) -> str:
-    """Return a number as the nearest double; a state as it is."""
+    """Return a number as the nearest double, and a state unchanged."""
     return value if value.isalpha() else repr(float(value))
 
 
@@ -225,7 +228,7 @@ def write_tables(folder: Path) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Make cases and write them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--only", nargs="+", metavar="ID", help="ids, or beginnings of ids, of the cases to make")
+    parser.add_argument("--only", nargs="+", metavar="ID", help="ids of the cases to make, or beginnings of ids")
     parser.add_argument("--folder", type=Path, default=HERE, help="where to write")
     parser.add_argument("--workers", type=int, default=1, help="processes (default 1)")
     options = parser.parse_args(arguments)

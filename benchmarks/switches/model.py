@@ -1,4 +1,5 @@
-"""The model in libm's sine and cosine, for all solvers of the set. Equation numbers are the paper's."""
+"""The model of the paper, computed with sine and cosine of libm, for all solvers. Equation numbers are those of the
+paper."""
 
 from __future__ import annotations
 

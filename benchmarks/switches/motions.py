@@ -1,4 +1,4 @@
-"""The events of a motion from the 50-digit reference, and for each the distance to the nearest other zero."""
+"""Events of a motion, computed with many digits, and the distance of each event to the nearest other zero."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, Oscil
 
 STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
 NAMES = ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "periods")
-DIGITS = 80  # of the motion: rounding grows over 200 periods, and 30 digits remain
-NEAR = 60  # digits to search with near an event, whose own zero is then known to be one
+DIGITS = 80  # of the motion; rounding errors grow over 200 periods, and 30 digits remain correct
+NEAR = 60  # digits of the search near an event, enough to recognise the zero of the event itself
 
 Inputs = dict[str, float]
 
 
 class Event(NamedTuple):
-    """A switch; `slope` of the function that ends the state (positive while it lasts), None for an impact's end."""
+    """A switch and its neighbourhood.
+
+    slope : slope, at the switch, of the function that ends the state and is positive while it lasts; None at the end of
+    an impact
+    nearest : distance to the nearest other zero, None if it is more than a period away
+    """
 
     tau: Any
     before: str
@@ -28,13 +33,16 @@ class Event(NamedTuple):
 
 
 def inputs(**given: float) -> Inputs:
-    """Return the inputs in their order, with the paper's η, B = 0.1, and 0 where none is given."""
+    """Return all inputs in their order. Defaults: η of the paper, B = 0.1, 20 periods, 0 for the others."""
     usual = {"B": 0.1, "eta": 10 * float(mp.sqrt(102)), "periods": 20.0}
     return {name: float(given.get(name, usual.get(name, 0.0))) for name in NAMES}
 
 
 def functions(model: Oscillator, s: Switch) -> list[Function]:
-    """Return what could end the state that ends at s, continued beyond s, in h = τ - τ_s up to a period."""
+    """Return the functions whose zeros could end the state before the switch s.
+
+    They are functions of h = τ - τ_s, and continue the state beyond s for up to one period.
+    """
     waves, B, span = model.waves(s.tau), model.B, 2 * mp.pi
     if s.before in (STICK, REST):
         up = Function((1 + B, 0, 0), [(-a, w, angle) for a, w, angle in waves], span)
@@ -49,7 +57,7 @@ def functions(model: Oscillator, s: Switch) -> list[Function]:
 
 
 def slope(model: Oscillator, s: Switch) -> Any:
-    """Return the slope of the function whose zero s is, None at the end of an impact, which takes no time."""
+    """Return the slope of the function that is zero at the switch s; None at the end of an impact."""
     if s.before == IMPACT:
         return None
     if s.after == IMPACT:
@@ -61,7 +69,10 @@ def slope(model: Oscillator, s: Switch) -> Any:
 
 
 def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
-    """Return the distance from s to the nearest zero: another event, or one that the search would meet next."""
+    """Return the distance from the switch s to the nearest other zero, within a period, or None.
+
+    This zero is another event, or the next zero of a function that could end the state, if the state continued.
+    """
     distance = min([2 * mp.pi, *(abs(s.tau - tau) for tau in others)])
     for g in functions(model, s):
         g.end = distance
@@ -70,7 +81,7 @@ def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
 
 
 def solve(x: Inputs, most: int | None = None) -> list[Event]:
-    """Return the events of a motion in order, or the first ones, states as texts."""
+    """Return the events of a motion in order, all or the first `most`. States are given by name."""
     values = {name: x[name] for name in NAMES[:-1]}
     switches = reference(**values, periods=int(x["periods"]), digits=DIGITS, max_switches=most).switches[:most]
     model = Oscillator(x["A"], x["B"], x["eps"], x["eta"])

@@ -1,4 +1,4 @@
-"""Levels 2 and 3, motions of 20 and 200 periods: the paper's, those of the reference, and drawn scenes."""
+"""Levels 2 and 3: motions of 20 and 200 periods in scenes of the paper, of the reference, and in drawn scenes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def hard_spot(draw: Draw, i: int) -> Drawn:
 
 
 def drawn(periods: int, scene: Callable[[Draw], Inputs], why: str) -> Callable[[Draw, int], Drawn]:
-    """Return what draws a scene until it moves without too many events."""
+    """Return a function that draws scenes until one moves and has not too many events."""
 
     def make(draw: Draw, i: int) -> Drawn:
         while True:

@@ -1,4 +1,4 @@
-"""All zeros of g(h) = c0 + c1 h + c2 h² + Σ a sin(w h + phase) in (0, end], each proved to be there and no other.
+"""All zeros of g(h) = c0 + c1 h + c2 h² + Σ a sin(w h + phase) in (0, end], with a proof that there are no others.
 
 The interval is covered with windows. On a window of half width r around m, Taylor's formula at m with bounds of the
 third and fourth derivative proves one of three things, or the window is halved:
@@ -7,8 +7,8 @@ third and fourth derivative proves one of three things, or the window is halved:
 * g is monotone, so the signs at its ends settle the count;
 * g is convex or concave, so the signs at its ends and at its one extremum settle the count.
 
-A zero at h = 0 itself is left analytically: with g = … = g⁽ⁿ⁻¹⁾ = 0 there, g has no other zero while g⁽ⁿ⁾ keeps its
-sign.
+If g has a zero at h = 0, the search begins after it: with g = … = g⁽ⁿ⁻¹⁾ = 0 at h = 0, g has no other zero as long as
+g⁽ⁿ⁾ does not change its sign.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from vibrodrive.validation.reference import mp, polish
 
 ROUNDING = 64 * 2.0**-52  # allowance in double precision, per unit of the sum of absolute terms
-ABOVE = 1 + 2.0**-40  # makes a bound formed in double precision a bound
+ABOVE = 1 + 2.0**-40  # factor that covers the rounding error of a bound in double precision
 
 
 class Zero(NamedTuple):
@@ -31,7 +31,7 @@ class Zero(NamedTuple):
 
 
 class Function:
-    """g with bounds of its derivatives; `waves` are (a, w, phase), slow ones first; `span`: how far h reaches."""
+    """g with bounds of its derivatives. `waves` are (a, w, phase), slow waves first; h is in (0, `span`]."""
 
     def __init__(self, c: tuple[Any, Any, Any], waves: list[tuple[Any, Any, Any]], span: Any) -> None:
         self.c = tuple(mp.mpf(x) for x in c)
@@ -60,7 +60,7 @@ class Function:
         return g
 
     def clear(self, m: float, r: float) -> bool:
-        """Return whether double precision proves that |h - m| <= r holds no zero: fast waves enter by their size."""
+        """Return whether double precision proves that |h - m| <= r has no zero. Fast waves enter by their amplitude."""
         r = r * ABOVE + abs(m) * ROUNDING
         c0, c1, c2 = self.poly
         g, dg, ddg, third = c0 + (c1 + c2 * m) * m, c1 + 2 * c2 * m, 2 * c2, 0.0
@@ -77,7 +77,7 @@ class Function:
         return False
 
     def beginning(self) -> Any:
-        """Return where the search begins: 0, or behind a zero at 0 the end of what has no other zero."""
+        """Return where the search begins: at 0 or, if g(0) = 0, at the end of an interval without another zero."""
         for n, value in enumerate(self.at(mp.zero)):
             if abs(value) > self.tiny * mp.mpf(self.omega) ** n:
                 if n == 0:
@@ -87,7 +87,7 @@ class Function:
         raise ArithmeticError("a zero of order four at the start")
 
     def zeros(self, most: int | None = None) -> list[Zero]:
-        """Return the zeros in (0, end] in order, or the first ones; raise ArithmeticError at a triple zero."""
+        """Return all zeros in (0, end], or the first `most`, in order. Raises ArithmeticError at a triple zero."""
         found: list[Zero] = []
         left, width = self.beginning(), mp.mpf(1 / self.omega)
         while left < self.end and (most is None or len(found) < most):
@@ -103,7 +103,7 @@ class Function:
         return found if most is None else found[:most]
 
     def look(self, left: Any, right: Any) -> list[Zero] | None:
-        """Return the zeros in a window, or None if nothing is proved."""
+        """Return the zeros in a window, or None if their number is not proved."""
         m, r = (left + right) / 2, (right - left) / 2
         if self.clear(float(m), float(r)):
             return []
@@ -112,7 +112,7 @@ class Function:
         if abs(g) > (abs(dg) + (abs(ddg) / 2 + third * r / 6) * r) * r + self.tiny:
             return []
         low, high = self.at(left), self.at(right)
-        if abs(high[0]) <= self.tiny:  # a zero at the end of a window belongs to neither: take another window
+        if abs(high[0]) <= self.tiny:  # a zero at the end of a window: take another window
             return None
         crosses = (low[0] > 0) != (high[0] > 0)
         monotone = abs(dg) > (abs(ddg) + third * r / 2) * r + self.tiny * self.omega

@@ -33,7 +33,7 @@ def test_a_motion_is_described_in_words_and_in_si_units():
     words = motion.describe().splitlines()
     assert words[0] == "A = 3.04, B = 0.1"
     assert words[1].startswith("OK: ")
-    assert words[2].startswith(f"closest decision {motion.margin:.3g} away")
+    assert words[2].startswith(f"closest decision: {motion.margin:.3g} from")
     assert words[3:5] == [
         "period 2, 0.5 impacts an excitation period",
         "states: U D U D I (Up, Down, Stick, Rest, Impact)",

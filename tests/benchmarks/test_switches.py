@@ -468,7 +468,7 @@ def test_the_table_counts_verdicts(judged):
     assert ["2", "all", "1", "0", "1", "0", "0", "0", "0.0"] in lines
     assert re.search(r"^L0-a +right +30\.0$", out, re.M)
     assert re.search(r"^L2-a +missed$", out, re.M)
-    assert "1 answers have ids of no case" in out
+    assert "1 answers have an id that no case has" in out
 
 
 def test_brief_prints_the_table_alone(judged):

@@ -19,11 +19,15 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
 LEAST = 256
-"""Least number of excitation periods of the summary. It allows the detection of periods up to 64."""
+"""Least number of excitation periods over which the summary is computed. It is enough to detect motions of period 64
+and below."""
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan, by the names of records.py. Raises Halted."""
+    """Return the summary of the single motion of a plan: values by the names of the quantities (model/records.py).
+
+    Raises Halted if `halt` is called.
+    """
     block = compute(replace(plan, record=(SUMMARY,)), 0, 1, 1, halt)
     return {name: values[0].item() for name, values in block.records.items()}
 
@@ -37,12 +41,15 @@ def described(motion: Trajectory, plan: Plan, scene: Scene | None) -> str:
 
 
 def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None = None) -> list[str]:
-    """Return status, closest decision, period, impacts, cycle and speeds, one line each; with a scene in SI units."""
+    """Return the lines of the description: status, closest decision, period, impacts, cycle of states, impact speeds.
+
+    With a scene, times and speeds are in SI units.
+    """
     status = Status(motion.status)
     advice = status.advice
     if status == Status.OK and motion.arguments["method"] == Method.FIXED:
         step = motion.arguments["dtau"]
-        advice = f"steps of Δτ = {step:.6g}; a switch is late by up to one step; two within one step may be missed"
+        advice = f"steps of Δτ = {step:.6g}; switches are late by up to one step; two within one step may be missed"
     said = [f"{status.name}: {advice}", _decision(motion.margin)]
     if status != Status.OK:
         return said
@@ -70,4 +77,4 @@ def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None 
 def _decision(margin: float) -> str:
     if math.isinf(margin):
         return "no decision"
-    return f"closest decision {margin:.3g} away from the opposite one (distance in H, ξ or ξ')"
+    return f"closest decision: {margin:.3g} from the opposite decision (distance in H, ξ or ξ')"

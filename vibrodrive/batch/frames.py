@@ -47,7 +47,7 @@ def frame(motion: Trajectory, of: Table) -> pandas.DataFrame:
 
 
 def _section_times(motion: Trajectory) -> np.ndarray:
-    """Return τ of each section point: section_phase + 2πk, in (τ0 + 2πT, τ0 + 2π(T + P)]."""
+    """Return τ of each section point: the instants section_phase + 2πk within the record."""
     a, turn = motion.arguments, 2.0 * math.pi
     offset = (a["section_phase"] - a["tau0"]) % turn or turn
     return a["tau0"] + offset + turn * (a["transient"] + np.arange(a["periods"]))

@@ -1,11 +1,11 @@
 """Kernels on threads: a loop of `numba.prange`, which Ctrl-C ends within a second.
 
 Each thread runs the kernel with its own lanes and takes points from a shared counter, so that points of unequal cost
-keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for all kernels; a
-call by name would compile each kernel a second time together with the loop.
+keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for all kernels.
+If it called them by name, Numba would compile each kernel a second time, together with the loop.
 
-Compiled code cannot be interrupted. Therefore it runs in a separate thread, while the calling thread waits and can be
-interrupted. The kernels end when a flag in memory is set.
+Compiled code cannot be interrupted. Therefore the loop runs in a separate thread, while the calling thread waits and
+can be interrupted. The kernels end when a flag in memory is set.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ LOOK = 0.05
 """Seconds between two checks for an early end of the computation: Ctrl-C, or a halt from another process."""
 
 BRIEF = 1 << 14
-"""Work up to which no thread is started, in undisturbed periods (model/plan.py): a few milliseconds on one thread."""
+"""Largest work for which no thread is started: a few milliseconds on one thread. The unit is the work of one excitation
+period without a disturbance (model/plan.py)."""
 
 FORK_SAFE = "tbb", "workqueue"
-"""Threading layers of Numba that work in a forked child of a process that has used them. With GNU's OpenMP the child
-is aborted."""
+"""Threading layers of Numba that work in a forked child of a process that has used them. With GNU's OpenMP
+such a child is aborted."""
 
 _SIGNATURE = types.int64(types.int64)
 _FUNCTION = types.FunctionType(_SIGNATURE)
@@ -51,7 +52,7 @@ _workers: list[_Worker] = []
 
 
 def _in_child() -> None:
-    """Record in a forked child if the threading layer started by its parent fails there."""
+    """Record, in a forked child, whether the threading layer that its parent has started fails in the child."""
     global _lock, _alone
     _lock = threading.Lock()
     _workers.clear()
@@ -67,9 +68,10 @@ if hasattr(os, "register_at_fork"):
 
 @jit(parallel=True)
 def run_on_threads(first, second, addresses):
-    """Call `first` with each address in addresses[0], then `second` with that in addresses[1]; one thread a column.
+    """Call the kernel `first`, then the kernel `second`, in each thread.
 
-    addresses : int64 (2, threads), as from `packed`; 0 if `second` has no work.
+    addresses : int64 (2, threads): for each thread the address of the arguments of `first` (row 0) and of `second`
+    (row 1), which are rows of `packed`. An address 0 in row 1 means that `second` has no work.
     """
     for thread in numba.prange(addresses.shape[1]):
         first(addresses[0, thread])
@@ -84,13 +86,14 @@ def _by_address(kernel: Any) -> types.CompileResultWAP:
 
 
 def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
-    """Run one or two kernels, each with a set of arguments for each thread. All have ended when it returns or raises.
+    """Run one or two kernels, each with one set of arguments for each thread.
 
-    Work that is `brief` runs in this thread, with the first set of arguments only: the start of threads would take
-    longer. Raises Halted if `halt` is called.
+    All kernels have ended when this function returns or raises. Work that is `brief` runs in the calling thread, with
+    the first set of arguments only, because starting threads would take longer than the work. Raises Halted if `halt`
+    is called.
     """
     threads = 1 if _alone or brief else len(calls[0][1])
-    if _COMPILES:  # in this thread, which Ctrl-C can interrupt; the flag cannot halt the compiler
+    if _COMPILES:  # compile in this thread, which Ctrl-C can interrupt: the halt flag does not stop the compiler
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
@@ -107,8 +110,8 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: 
 class _Worker:
     """A thread that runs one task after another.
 
-    It is kept for later tasks, since OpenMP starts a team of threads for each thread that enters a loop, and ends the
-    team with that thread.
+    OpenMP starts a team of threads for each thread that enters a parallel loop, and ends the team when that thread
+    ends. So the worker is reused for later tasks.
     """
 
     def __init__(self) -> None:
@@ -131,18 +134,18 @@ class _Worker:
 
 
 def _nothing() -> None:
-    """Task of an idle worker. It keeps no arrays alive."""
+    """Do nothing. An idle worker has this task, so that it holds no reference to the arrays of its last task."""
 
 
 def _watch(work: Callable[[], None], halt: Halt) -> None:
-    """Call `work` in a separate thread. An interrupt of this thread halts it."""
+    """Run `work` in a worker thread and wait for its end. An interrupt of the calling thread halts the work."""
     worker = _workers.pop() if _workers else _Worker()
     worker.work = work
     worker.wanted.release()
     try:
         while not worker.ended.acquire(timeout=LOOK):
             if halt.called:
-                halt.call()  # the kernels read the flag of this process only
+                halt.call()  # set the flag in memory, which the kernels read
     except BaseException:
         halt.call()
         while not worker.ended.acquire(timeout=LOOK):

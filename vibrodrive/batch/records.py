@@ -13,7 +13,7 @@ from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
 
 
 class Arrays(NamedTuple):
-    """Arrays that kernels fill, one row for each point; None for a quantity that is not recorded."""
+    """Arrays that kernels fill, with one row for each point. An array is None if its quantity is not recorded."""
 
     section: np.ndarray | None  # float64 (points, periods, 2)
     status: np.ndarray  # int8 (points,)
@@ -21,11 +21,14 @@ class Arrays(NamedTuple):
     counts: np.ndarray  # int64 (points, states)
     impacts: np.ndarray | None = None  # float64 (points, 2 periods, 4): main impacts, kernels/record.py
     summary: np.ndarray | None = None  # float64 (points, OUT), kernels/summary.py
-    errors: Errors | None = None  # bounds, kernels/certainty.py: these motions are computed one by one, not in lanes
+    errors: Errors | None = None  # bounds of errors, kernels/certainty.py
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:
-    """Return arrays for the bounds of `points` motions, filled with NaN for a fixed grid, whose kernels write none."""
+    """Return arrays for the error bounds of `points` motions, each with `instants` bounds for its section points.
+
+    The initial values are 0, or NaN for the method FIXED, whose kernels compute no bounds.
+    """
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
 
@@ -33,7 +36,10 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
 def as_quantities(
     summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
 ) -> dict[str, np.ndarray]:
-    """Return kernel output, float64 (points, columns), (points, 2 periods, 4) and bounds, as named arrays."""
+    """Return the output of kernels as arrays by the names of the quantities (model/records.py).
+
+    summary float64 (points, OUT), impacts float64 (points, 2 periods, 4), errors: bounds of errors; each may be None
+    """
     found: dict[str, np.ndarray] = {}
     if summary is not None:
         for column, q in enumerate(SUMMARIES):

@@ -1,7 +1,7 @@
 """Computation of many points: blocks of a plan, computed on all cores and yielded as they finish.
 
 Local blocks are computed by a loop of `numba.prange` (parallel.py). With an executor (any object with the interface of
-`concurrent.futures`) each block is a task on one thread. The results are the same to the bit.
+`concurrent.futures`) each block is a task on one thread. Both ways give the same results to the bit.
 """
 
 from __future__ import annotations
@@ -37,11 +37,13 @@ from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
 RETRIES = 3
-"""Number of times that a failed block is submitted again. More make a sweep survive more lost workers."""
+"""Number of times that a failed block is submitted again. With a larger number a sweep survives the loss of more
+workers."""
 
 
 REGISTER = 8
-"""Lanes in the widest register. They cost little more than one lane, so no thread is started for fewer points."""
+"""Number of lanes in the widest register. A full register costs little more than one lane, so points are divided among
+threads in groups of this size."""
 
 Span = tuple[int, int, int]
 """Block to compute: index, start, stop."""
@@ -53,7 +55,7 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
 
 
 def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
-    """Compute several blocks together, so that all threads stay busy across their boundaries.
+    """Compute several blocks together, so that no thread is idle at the end of a block.
 
     Raises Halted if `halt` is called.
     """
@@ -82,7 +84,11 @@ def fill_records(
     margin: np.ndarray,
     counts: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Call `fill`; return the arrays that a plan records besides the section, by the names of records.py."""
+    """Compute points: write the given arrays and return the others that the plan records, by name (model/records.py).
+
+    points float64 (n, columns), section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64
+    (n, 5)
+    """
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
     summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
@@ -93,7 +99,10 @@ def fill_records(
 
 
 def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
-    """Compute points (rows of COLUMNS) into arrays with one row for each point."""
+    """Compute `points`, float64 (n, columns), into `arrays`, which have one row for each point.
+
+    The columns of `points` are COLUMNS.
+    """
     section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)
     if n == 0:
@@ -113,7 +122,7 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
     )
 
     def each(order: np.ndarray) -> list[Arguments]:
-        """Return the arguments of each thread: separate memory, and one shared counter."""
+        """Return one set of arguments for each thread. The threads have separate memory and share one counter."""
         lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # divides few points evenly among the threads
         shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
         own = zip(w, k, sections, history, totals, strict=True)
@@ -132,22 +141,23 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
 
 
 def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
-    """Return the work of the most expensive of these points, in undisturbed periods."""
+    """Return an upper bound of the work of each of these points, in excitation periods without a disturbance."""
     eps, eta, dtau = (points[:, COLUMNS.index(name)] for name in ("eps", "eta", "dtau"))
     return settings.work(eps.max(), eta.max(), dtau.min(), bounded)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
-    """Return a mask of the points whose disturbance is not 0: as `is_disturbed` of kernels/setup.py, to the bit."""
+    """Return a mask of the points with a disturbance, computed as in `is_disturbed` of kernels/setup.py."""
     a, eps, eta = (points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))
     return a * eps * eta * eta > 0.0
 
 
 def load_kernels(plan: Plan) -> None:
-    """Load or compile the kernels of a sweep, by a sweep of at most two points.
+    """Load or compile the kernels of a sweep by computing at most two of its points for one period.
 
-    The points are of the kinds that occur in the plan, disturbed and undisturbed. They are found among the ends of the
-    axes, because ε A η² is monotone in each parameter.
+    There are two kinds of points, with and without a disturbance. One point of each kind in the plan is computed. It is
+    found among the combinations of the smallest and largest values of the axes, because ε A η² is monotone in each
+    parameter.
     """
     ends = [np.unique([axis.argmin(), axis.argmax()]) for axis in plan.axes.values()]
     corners = np.meshgrid(*ends, indexing="ij") if ends else []
@@ -160,13 +170,16 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """Return the number of threads to use: all by default. Raises TypeError or ValueError."""
+    """Return the number of threads to use, by default all that Numba has.
+
+    Raises TypeError or ValueError if `threads` is invalid.
+    """
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     return most if threads is None else check_count("threads", threads, 1, most)
 
 
 def check_executor(executor: Any) -> None:
-    """Raise TypeError for an object that accepts no tasks."""
+    """Raise TypeError if `executor` is not an object with a method `submit`."""
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
 
@@ -178,10 +191,11 @@ def run_blocks(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Generator[Block, None, None]:
-    """Compute the blocks of a plan (all, or those with the indices `which`) and yield each when finished.
+    """Compute the blocks of a plan (all, or those with the indices `which`) and yield each block when it is finished.
 
-    The consumer works on one wave of blocks while the next is computed. Close the generator to stop early. Raises
-    TypeError or ValueError for an invalid number of threads.
+    On local threads, several blocks are computed together as a wave. The caller uses the blocks of one wave while the
+    next wave is computed. Closing the generator ends the computation. Raises TypeError or ValueError if the number of
+    threads is invalid.
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
@@ -202,7 +216,7 @@ def run_blocks(
 
 
 def _spans(plan: Plan) -> list[Span]:
-    """Return all blocks of a plan, in the order of its points."""
+    """Return (index, start, stop) of all blocks of a plan, in the order of its points."""
     return [(i, *span) for i, span in enumerate(plan.blocks())]
 
 
@@ -257,15 +271,16 @@ def collect(
     executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Results:
-    """Compute all points of a plan in memory. `progress` is called with the number of points that were added.
+    """Compute all points of a plan in memory.
 
-    Raises TypeError or ValueError for an invalid number of threads or executor, or if the results exceed the memory.
+    After each part, `progress` is called with the number of points in that part. Raises TypeError or ValueError if the
+    number of threads or the executor is invalid, or if the results do not fit into memory.
     """
     tell = progress or (lambda points: None)
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
-        with closing(run_blocks(plan, executor=executor)) as blocks:  # cancels submitted tasks
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # closing cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):

@@ -36,18 +36,18 @@ if TYPE_CHECKING:
     from vibrodrive.model.drawing import Style, Width
 
 LONG = 100_000
-"""Number of periods from which progress is shown, since a motion may then take more than a second."""
+"""Progress is shown for motions of at least this many periods, which may take more than a second."""
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
-"""Row of `Trajectory.switch_errors`: bounds for the row of `Trajectory.switches` with the same index."""
+"""Row of `Trajectory.switch_errors`: bounds of the errors of the row of `Trajectory.switches` with the same index."""
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
 """Row of `Trajectory.impacts`; `row` is the index of the impact in `Trajectory.switches`."""
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
-    """Convert the main impacts of one motion, float64 (2 periods, 4) as written by its kernel, to MAIN_IMPACT."""
-    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # then rows of NaN
+    """Convert the main impacts that a kernel has written for one motion, float64 (2 periods, 4), to MAIN_IMPACT."""
+    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # NaN from `last` on
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):
@@ -56,7 +56,7 @@ def main_impacts(written: np.ndarray) -> np.ndarray:
 
 
 def same_array(one: Any, other: Any) -> bool:
-    """Return True if two arrays, also of records, are equal; NaN equals NaN."""
+    """Return True if two arrays, plain or structured, are equal. NaN counts as equal to NaN."""
     one, other = np.asarray(one), np.asarray(other)
     if one.dtype.names is not None:
         return one.dtype == other.dtype and all(same_array(one[name], other[name]) for name in one.dtype.names)
@@ -64,7 +64,13 @@ def same_array(one: Any, other: Any) -> bool:
 
 
 class Sample(NamedTuple):
-    """Closed form at equidistant times: arrays of one length; `state` contains `State` members as int8."""
+    """Motion at equidistant instants, from its closed form: dimensionless arrays of equal length.
+
+    tau float64 : time τ
+    xi, dxi float64 : gap ξ and velocity ξ'
+    state int8 : values of `State`
+    H float64 : adhesive force
+    """
 
     tau: np.ndarray
     xi: np.ndarray
@@ -73,7 +79,7 @@ class Sample(NamedTuple):
     H: np.ndarray
 
     def __eq__(self, other: object) -> bool:
-        """Return True if all numbers are equal; NaN equals NaN."""
+        """Return True if all numbers are equal. NaN counts as equal to NaN."""
         return isinstance(other, Sample) and all(map(same_array, self, other))
 
     def __ne__(self, other: object) -> bool:
@@ -82,39 +88,44 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Result of `simulate`. Two are equal if their arguments and all results are equal to the bit.
+    """Result of `simulate`. Two trajectories are equal if their arguments and all results are equal to the bit.
+
+    With T = `transient` and P = `periods`, the record is the time interval (τ0 + 2πT, τ0 + 2π(T + P)].
 
     Attributes
     ----------
     switches : structured array
-        switches in (τ0 + 2πT, τ0 + 2π(T + P)], in order, one row each: period (number of completed excitation periods
-        since τ = 0), phase in [0, 2π), before and after (`State`), xi and dxi just before the switch.
+        switches in the record, one row each, in order of time: period (number of completed excitation periods since
+        τ = 0), phase in [0, 2π), before and after (the two states, `State`), xi and dxi (ξ and ξ' just before the
+        switch).
     section : float64 (periods, 2)
-        ξ, ξ' at τ = section_phase + 2πk.
+        ξ and ξ' at the section points of the record, τ = section_phase + 2πk.
     impacts : structured array
-        main impacts among the switches, in order: period, phase, speed -ξ', and their row in `switches`. An impact is
-        a main impact if there is no faster one within half an excitation period before or after it, else a touch.
+        main impacts in the record, one row each, in order of time: period, phase, speed (-ξ'), row (index of the impact
+        in `switches`). An impact is a main impact if there is no faster impact within half an excitation period before
+        or after it. Any other impact is a touch.
     status : Status
-        OK, or the reason why not; `status.advice` is a sentence. OK applies to the complete motion: no decision could
-        have been changed by the error accumulated until then (`docs/certainty.md`). With "muller" this assumes that the
-        grid misses no zero. With "fixed" it applies to each switch, with the state at the previous one taken as exact.
+        OK, or another value that `status.advice` explains in a sentence. OK means that all decisions of the motion are
+        certain: at none of them was the accumulated error large enough to change it (`docs/certainty.md`). With
+        "muller", OK assumes that the grid misses no zero. With "fixed", OK considers the error since the previous
+        switch only, as if the state there were exact.
     margin : float
-        distance of the closest decision from the opposite decision, with the state at the previous switch taken as
-        exact; inf if there was no decision.
+        smallest distance, in H, ξ or ξ', of a decision from the opposite decision. The state at the previous switch is
+        taken as exact. inf if there was no decision.
     error : float64 (periods, 2)
-        bounds of the errors of ξ and ξ' in `section`, relative to the exact motion of the model from this start; inf
-        from the first decision on that may be wrong. NaN if the section is NaN, and with "fixed", whose delay by up to
-        Δτ is a disturbance to be studied, not an error to be bounded.
+        bounds of the errors of ξ and ξ' in `section`. The error is the difference from the exact solution of the model
+        with the same initial values. The bounds are inf after the first decision that may be wrong. They are NaN where
+        `section` is NaN. With "fixed" all are NaN: its switches are late by up to Δτ, which is a disturbance to be
+        studied, not an error to be bounded.
     switch_errors : structured array
-        bounds for each row of `switches`: tau (its instant), xi, dxi; inf and NaN as in `error`.
+        bounds of the errors of each row of `switches`: tau (instant of the switch), xi, dxi; inf and NaN as in `error`.
     certain_until : float
-        excitation period, counted as `switches["period"]`, from which on decisions may be wrong; inf if none may be
-        wrong. Before it all decisions are certain, and the bounds `error` and `switch_errors` are finite. NaN with
-        "fixed".
+        first excitation period, counted as in `switches["period"]`, in which a decision may be wrong; inf if all
+        decisions are certain. Before this period the bounds `error` and `switch_errors` are finite. NaN with "fixed".
     evaluations : int
         number of evaluations of switching functions.
     arguments : dict
-        all arguments after the checks; method and scan as the numbers of `Method` and `Scan`.
+        all arguments by name, with their defaults; method and scan are the integers of `Method` and `Scan`.
 
     Examples
     --------
@@ -174,25 +185,28 @@ class Trajectory:
         return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
 
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
-        """Return the switches, the main impacts or the section points as a table. This needs the extra `data`.
+        """Return the switches, the main impacts or the section points as a table.
 
-        The columns are τ and the fields of the array, with states as names. `attrs` contains the arguments and the
-        status. For lists of orbits, bifurcations or curves use `pandas.DataFrame(list)`.
+        This needs pandas, which the extra `data` installs. For lists of orbits, bifurcations or curves use
+        `pandas.DataFrame(list)`.
 
         Parameters
         ----------
         of : "switches", "impacts" or "section"
+            the array to convert; default "switches".
 
         Returns
         -------
         pandas.DataFrame
+            one row for each row of the array. The columns are tau (τ) and the fields of the array; states are given by
+            name. `attrs` contains the arguments and the status.
 
         Raises
         ------
         ValueError
-            for another name.
+            if `of` is another name.
         ImportError
-            if pandas is not installed, in one line.
+            if pandas is not installed. The message is one line that says how to install it.
 
         Examples
         --------
@@ -224,33 +238,33 @@ class Trajectory:
         Parameters
         ----------
         curves : sequence of str
-            one panel each: "phase" ξ'(ξ), "time" ξ(τ), "velocity" ξ'(τ), "section".
+            panels to draw: "phase" (ξ' over ξ), "time" (ξ over τ), "velocity" (ξ' over τ), "section" (section points).
         shown : int, optional
-            number of periods in curves over time, from the first recorded one; None: all.
+            number of periods that curves over time show, from the first period of the record; None shows all.
         ax : matplotlib Axes or sequence of them, optional
             axes to draw into, one for each panel; default: a new figure.
         style : "screen" or "print", optional
-            colours that are distinct for colour-blind readers, or the black and white of a journal; default "screen".
+            "screen" (default) uses colours that colour-blind readers can distinguish, "print" black and white.
         width : "double" or "single", optional
-            width of a new figure in columns of a page; default "double".
+            width of a new figure: two columns of a page (default) or one.
 
         Returns
         -------
         Figure
-            which a notebook displays; `savefig` writes it.
+            the figure; a notebook displays it, and its method `savefig` writes it to a file.
 
         Raises
         ------
         ValueError
-            for an unknown curve, or if the numbers of axes and curves differ.
+            if a curve is unknown, or if the numbers of axes and curves differ.
         """
         drawn = above("the figure of a motion")
         return drawn(self, curves, shown=shown, ax=ax, style=style, width=width)
 
     def describe(self, scene: Scene | None = None) -> str:
-        """Return a description: status, closest decision, period, impacts, cycle of states, impact speeds.
+        """Return a description: status, margin, period, impacts, cycle of states, impact speeds, Lyapunov exponent.
 
-        The period and the means are those of the recorded periods, or of 256 periods if fewer are recorded.
+        The period and the means are computed from the recorded periods, or from 256 periods if fewer are recorded.
 
         Parameters
         ----------
@@ -260,12 +274,12 @@ class Trajectory:
         Returns
         -------
         str
-            of several lines.
+            the description, with one line for each item.
 
         Raises
         ------
         TypeError
-            if `scene` is no Scene.
+            if `scene` is not a Scene.
 
         Examples
         --------
@@ -282,18 +296,24 @@ class Trajectory:
         return described(self, self._plan, scene)
 
     def sample(self, points_per_period: int) -> Sample:
-        """Evaluate the motion at points_per_period instants in each period of the recorded window, including both ends.
+        """Evaluate the motion at equidistant instants of the record, including its beginning and its end.
+
+        Parameters
+        ----------
+        points_per_period : int, at least 1
+            number of instants in each excitation period.
 
         Returns
         -------
         Sample
-            tau, xi, dxi, H (float64) and state (int8, `State`), each (periods · points_per_period + 1,), dimensionless;
-            H is the adhesive force of eqs. (2) and (9). NaN after the last switch if the budget was exhausted.
+            dimensionless arrays of length periods · points_per_period + 1: tau (time τ), xi (gap ξ), dxi (velocity ξ')
+            and H (adhesive force of eqs. (2) and (9)), all float64, and state (int8, `State`). If the budget was
+            exhausted, xi, dxi and H are NaN after the last switch.
 
         Raises
         ------
         TypeError, ValueError
-            if points_per_period is not an integer >= 1, or if the points do not fit the memory.
+            if points_per_period is not an integer >= 1, or if the arrays do not fit into memory.
         """
         count = check_count("points_per_period", points_per_period, 1, 10**8)
         settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
@@ -347,36 +367,42 @@ def simulate(
     A : float, 0 to 1e9
         excitation amplitude, A = Ω0² a0 / (μ g cos α).
     B : float, 0 to 1e9
-        incline over friction, B = tan α / μ.
-    eps, eta : float, 0 to 1e3 and 1e-9 to 1e8
-        relative amplitude ε and frequency ratio η of the disturbance, eq. (9); defaults 0 and 10·√102.
+        B = tan α / μ, with the angle of the incline α and the coefficient of friction μ.
+    eps, eta : float
+        relative amplitude ε (0 to 1e3, default 0) and frequency ratio η (1e-9 to 1e8, default 10·√102) of the
+        disturbance, eq. (9).
     method : "certified", "muller" or "fixed"
-        method of finding the end of a state: the first zero, guaranteed; a scan of the grid and Muller's method (§4);
-        or the first grid point after the sign change (§5). The latter two need `dtau`.
+        method that finds the end of a state. "certified" finds the first zero of the switching function and never
+        misses one. "muller" scans a grid and refines the zero by Muller's method (§4). "fixed" takes the first grid
+        point after the sign change (§5). "muller" and "fixed" need `dtau`.
     dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller"; refused with "certified", which has no grid.
+        grid step Δτ of "fixed" and "muller". It cannot be given with "certified", which has no grid.
     tol : float, above 0 to 1
-        step tolerance of "muller", default 1e-7; refused with the other methods.
+        tolerance of "muller": the refinement ends at a smaller step. Default 1e-7. It cannot be given with the other
+        methods.
     xi0, dxi0, tau0 : float
-        gap ξ >= 0 and velocity ξ' at the initial time τ0; for ξ' = 0 Fig. 2 determines the initial state.
+        gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state.
     transient, periods : int
-        excitation periods before the record, and in the record.
+        number of excitation periods before the record, and number of excitation periods of the record.
     section_phase : float
         phase φ_s of the Poincaré section in radians.
     scan : "skip" or "literal"
-        skip grid points that provably have no sign change, or visit each point; the results are the same to the bit.
+        "skip" omits grid points at which a sign change is proved to be impossible; "literal" evaluates each grid point.
+        The results are the same to the bit.
     budget : int
-        number of switches allowed in one period; with more the computation ends with the status BUDGET (chattering).
+        largest number of switches in one excitation period. A motion with more switches (chattering) ends with the
+        status BUDGET.
 
     Returns
     -------
     Trajectory
-        with switches (n,), section (periods, 2), status, margin, error bounds, and `sample` for curves.
+        the switches, section points and main impacts of the record, with status, margin and error bounds. Its method
+        `sample` gives the motion between the switches.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence: key, value, allowed values.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
 
     Examples
     --------
@@ -403,7 +429,7 @@ def simulate(
 
 
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
-    """Simulate the single point of a plan. Raises Halted if `halt` is called meanwhile."""
+    """Simulate the single point of a plan. Raises Halted if `halt` is called before it ends."""
     s, halt = plan.settings, halt or Halt()
     eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
     brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
@@ -427,7 +453,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        capacity = n  # more switches than estimated: repeat with their number
+        capacity = n  # there are more switches than estimated: repeat with enough room
     for array in (rows, off):
         array.resize(n, *array.shape[1:], refcheck=False)  # in place: a copy would touch all pages again
     if not bounded:

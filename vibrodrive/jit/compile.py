@@ -2,13 +2,14 @@
 
 * ``error_model="numpy"``: no branches for division by zero, which would prevent vectorisation.
 * ``nogil=True``: the writer works while a block is computed.
-* ``_nrt=False`` (except entry points that allocate): no reference counting. With it every array argument of every
-  inlined formula is counted up and down, atomically: four fifths of the time of a sweep.
+* ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise the references to every array
+  argument of every inlined formula are counted by atomic operations, which take four fifths of the time of a sweep.
 * ``fastmath`` is off: it would remove NaN checks and change bits from machine to machine.
 * The name of the cache directory contains a hash of the kernel sources, of the compiler and of the processor. Numba
-  detects a change in the file of the function that it loads, but not in the files of the functions called from there:
-  without the hash an edited equation could keep its old machine code. Two different machines with one home directory
-  would write into the same index, whose files are numbered: one could load the machine code of the other.
+  detects a change in the file of the function that it loads, but not in the files of the functions called from there.
+  Without the sources in the hash, an edited equation could keep its old machine code. Without the processor in the
+  hash, two different machines with one home directory would share one index with numbered files, and one machine could
+  load the code of the other.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ checks, so no kernel depends on them. Parsing only these lines takes a tenth of 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    These are the modules that import this one (named `here`) and so may contain kernels, the modules in the folder of
-    this one, and all modules that these import, directly or not.
+    These are the modules that import this module (named `here`) and so may contain kernels, the modules in the folder
+    of this module, and all modules that any of them imports, directly or not.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -242,8 +243,9 @@ would be inlined everywhere."""
 def _aside(work, function):
     """Call `work`, which compiles or loads `function`, and return its result; for the main thread in a separate thread.
 
-    Ctrl-C raises KeyboardInterrupt in the main thread only. So it takes effect immediately and does not interrupt Numba
-    while its data are inconsistent. The compilation continues in the background, and the next call uses its result.
+    Ctrl-C raises KeyboardInterrupt in the main thread only. So Ctrl-C takes effect immediately and does not interrupt
+    Numba while its data are inconsistent. The compilation continues in the background, and the next call uses its
+    result.
     """
     if threading.get_ident() != threading.main_thread().ident:
         with compiling():
@@ -273,7 +275,7 @@ def _compiled_aside(dispatcher):
 
 
 def prepare(kernel, *signature):
-    """Compile or load a kernel for arguments of these types, unless this is done."""
+    """Compile or load a kernel for arguments of these types, unless it is already loaded."""
     if signature not in kernel.overloads:
         _aside(lambda: kernel.compile(signature), kernel.py_func)
 

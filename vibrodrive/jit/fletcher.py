@@ -1,8 +1,8 @@
 """Checksum fletcher32 of HDF5, ten times as fast as HDF5, because the writer shares the cores with the computation.
 
 The checksum is a pair of sums over 16-bit words w_i, modulo 65535: s1 = Σ w_i and s2 = Σ (n - i) w_i. Within a block of
-256 words both fit into 32 bits, so the inner loops need no modulus and vectorise. HDF5 reads the words with the high
-byte first; modulo 65535 that is a factor of 256.
+256 words both sums fit into 32 bits, so the inner loops need no modulus and vectorise. HDF5 reads the words with the
+high byte first; modulo 65535 that is a factor of 256.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Division of long work into short slices, so that Ctrl-C takes effect: Python handles signals between kernel calls.
 
 A compiled kernel cannot be interrupted. So each call takes a limited number of steps, keeps its state in arrays, and
-returns. The cost of a step differs by a factor of a thousand between kernels; the number of steps of the next call
-follows from the duration of the last. The results do not depend on the slices.
+returns. The cost of a step differs by a factor of a thousand between kernels. So the number of steps of each call
+follows from the duration of the call before. The results do not depend on the slices.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ GROWTH = 16
 class Halt:
     """A flag that ends work in other threads: kernels check it.
 
-    With a `sign` it also ends work in other processes of this machine that have a copy: a file of that name means halt.
+    With a `sign` it also ends work in other processes of this machine that have a copy of the flag. `sign` is the name
+    of a file, and work ends if this file exists.
     """
 
     def __init__(self, sign: str | None = None) -> None:
@@ -74,7 +75,7 @@ class Halt:
 
 
 class Halted(Exception):
-    """Raised by work whose flag was set. Its result is discarded."""
+    """Work has ended early, because its flag was set. Its result is discarded."""
 
 
 def in_slices(advance: Callable[[int], bool], first: int = FIRST) -> None:

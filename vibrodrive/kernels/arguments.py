@@ -1,6 +1,7 @@
-"""Arguments of the kernels that follow motions, passed as one address: all these kernels have the same signature.
+"""Arguments of the kernels that follow motions. They are passed as one address, so these kernels have one signature.
 
-A loop of `numba.prange` calls each of them by its address, so it is compiled once for all (batch/parallel.py).
+Therefore a loop of `numba.prange` can call each kernel by its address, and is compiled once for all
+(batch/parallel.py).
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ class Arguments(NamedTuple):
 
     An array that the kernel does not use may be None.
 
-    lanes_w, lanes_k : memory of the lanes, and for lists (lane.py)
+    lanes_w float64 (2, ROWS_W STRIDE), lanes_k int64 (2, ROWS_K STRIDE): memory of the lanes in row 0, memory for
+    tables and lists in row 1 (lane.py)
     halt int64 (1,): the kernel returns early if this is not 0
     points float64 (n, columns), order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter and
     follows points[order[c]]; the results are written into the rows of that point
@@ -38,12 +40,13 @@ class Arguments(NamedTuple):
     status int8 (n,), margin float64 (n,), counts int64 (n, 5)
     work float64 (n,): evaluations of switching functions
     impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not recorded
-    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
+    history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): summary of each motion; not computed if totals is (LANES, 0)
-    rows SWITCH (cap,), stored int64 (1,), for one motion: the last switch before the record and the first cap - 1
-    switches of the record, and their total number
-    off float64 (cap, 3): bounds of the errors of each row (time, ξ, ξ')
-    bounds float64 (n, instants, 2), until float64 (n,): bounds of the errors of the section (certainty.py)
+    rows SWITCH (cap,), for one motion: the last switch before the record, then the first cap - 1 switches of the record
+    stored int64 (1,): number of rows for all switches, which may exceed cap
+    off float64 (cap, 3): bounds of the errors (time, ξ, ξ') of each switch in `rows`
+    bounds float64 (n, instants, 2): bounds of the errors of the section; until float64 (n,): the first period in which
+    a decision may be wrong (certainty.py)
     """
 
     lanes_w: np.ndarray
@@ -90,9 +93,10 @@ CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
 
 
 def packed(sets: Sequence[Arguments]) -> np.ndarray:
-    """Return addresses and shapes of the arrays of each set, int64 (sets, CELLS). The arrays must outlive it.
+    """Return addresses and shapes of the arrays of each set, int64 (sets, CELLS).
 
-    Raises TypeError for an array of another dtype or number of dimensions, or one that is not contiguous.
+    The caller must hold references to the arrays as long as the result is used. Raises TypeError if an array has
+    another dtype or number of dimensions, or is not contiguous.
     """
     rows: list[list[int]] = []
     for arguments in sets:

@@ -1,13 +1,17 @@
 """Bounds of the errors of a motion, propagated from switch to switch (docs/certainty.md).
 
-In absolute time a slide is linear in its errors: ξ'' = H(τ) - s depends only on τ. So the error E of ξ' is constant
-along a slide, except for the rounding of the closed form, and the error of ξ is X + E h. Each of E and X is the sum of
-two parts: a signed share of one common cause, the error of the instant of the last impact (V_SHARE, X_SHARE), whose
-effects may cancel; and a bound of the rest (V_MORE, X_MORE). The error of the end of a slide is the error there over
-the slope; after an impact only this error remains. The end of a wait (sticking or resting) inherits no error in time.
+The acceleration of a slide, ξ'' = H(τ) - s, depends only on the time τ. So the error E of ξ' is constant along a slide,
+except for the rounding of the closed form. If ξ has the error X at the start of the slide, its error is X + E h at the
+time h later. E and X have two parts each. The first part is the effect of a common cause, the error of the instant of
+the last impact. It has a sign (V_SHARE, X_SHARE), because the effects of this cause may cancel. The second part is a
+bound of all other errors (V_MORE, X_MORE).
 
-An error that may have turned a decision ends the certainty: the trajectory is TOO_CLOSE, and all errors are infinite
-from the period in which the state before this decision began (CERTAIN_UNTIL).
+The error of the instant at which a slide ends is the error of the function that is zero there (ξ or ξ') over its slope.
+After an impact only the error of its instant remains. A wait (sticking or resting) ends when H reaches 1 or -1, so the
+error of this instant does not depend on earlier errors.
+
+If the error may have changed a decision, the motion is not certain after it. Its status changes from OK to TOO_CLOSE,
+and all bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
 
 These functions never change the motion. Kernels without bounds pass None for `errors` and compile without this code.
 """
@@ -28,13 +32,20 @@ HALF_LAST_BIT = 2.0**-51
 
 
 UNDERFLOW = 1e-300
-"""Above the error of a gap or velocity that is too small to have all bits of a double."""
+"""Upper bound of the rounding error of a gap or velocity that is so small that its double has fewer bits."""
 
 
 class End(NamedTuple):
-    """Errors of the end of a segment: `late` of its instant, the sum of a share · (common cause) and a rest of at most
-    `more`; x, v of ξ and ξ' just before it; x_share, x_more of ξ after it; `jump` of ξ' at a point within `late`, which
-    may belong to the other state."""
+    """Errors of the end of a segment.
+
+    late : bound of the error of its instant
+    share, more : the two parts of this error, the effect of the common cause and a bound of the rest; if the segment
+    continues with new initial values, those of the error of ξ'
+    x, v : bounds of the errors of ξ and ξ' just before the end
+    x_share, x_more : the two parts of the error of ξ after the end
+    jump : bound of an additional error of ξ' at an instant within `late` of the end, which may belong to the other
+    state
+    """
 
     late: float
     share: float
@@ -47,7 +58,7 @@ class End(NamedTuple):
 
 
 class Off(NamedTuple):
-    """Error of a number: its share of the common cause, and a bound of the rest."""
+    """Error of a number in two parts: the signed effect of the common cause, and a bound of all other errors."""
 
     share: float
     more: float
@@ -74,7 +85,7 @@ def start_errors(w, k, i):
 
 @inline
 def lose_certainty(w, k, i):
-    """End the certainty at the last switch. Returns the errors of the end of the present state."""
+    """Mark the motion as uncertain after the last switch. Returns infinite errors for the end of the present state."""
     if certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
     if k[r.STATUS + i] == OK:
@@ -84,15 +95,18 @@ def lose_certainty(w, k, i):
 
 @inline
 def heed_status(w, k, i):
-    """End the certainty if rounding leaves a decision open."""
+    """Mark the motion as uncertain if its status says that rounding may have changed a decision."""
     if k[r.STATUS + i] == TOO_CLOSE and certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
 
 
 @inline
 def delay(value, slope, bend):
-    """Return a bound of the distance to a zero of a function with a value of at most `value`, a slope of at least
-    `slope` and a second derivative of at most `bend`, in modulus; inf if it may have no zero."""
+    """Return a bound of the distance to a zero of a function, or inf if the function may have no zero.
+
+    The modulus of the function is at most `value`, of its slope at least `slope`, of its second derivative at most
+    `bend`.
+    """
     square = fma(slope, slope, -2.0 * bend * value)
     if slope > 0.0 and square > 0.0:
         return 2.0 * value / (slope + math.sqrt(square))
@@ -117,7 +131,8 @@ def change_nearby(w, i, p, pf, d):
 def rounding_of_slide(w, i, h):
     """Return the rounding errors (ξ, ξ') of the closed form at h.
 
-    With a disturbance the slow part is only as large as h, even for large ηh. The bound of margins.py has all of A.
+    The bound of margins.py contains the full amplitude A if ηh is large. With a disturbance h may be small then. The
+    slow part is of the order of h, and the bound computed here is smaller.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
         return margins.gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_beside(
@@ -133,10 +148,10 @@ def rounding_of_slide(w, i, h):
 
 @inline
 def velocity_error(w, k, i, h):
-    """Return (share, bound of the rest) of the error of ξ' at h after the last switch, sliding.
+    """Return the two parts of the error of ξ' at h after the last switch, while the mass slides.
 
-    A slide after a wait is computed from the instant at which H is ±1 (`begin`), with an error of at most SHIFT. On a
-    grid the slope may correct its ξ''.
+    A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). This instant has an error
+    of at most SHIFT. On a grid `begin` may correct ξ'' by a change of the slope L, which is `bent` here.
     """
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
@@ -149,7 +164,7 @@ def velocity_error(w, k, i, h):
 
 @inline
 def gap_error(w, k, i, h):
-    """Return (share, bound of the rest) of the error of ξ at h after the last switch, sliding."""
+    """Return the two parts of the error of ξ at h after the last switch, while the mass slides."""
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
         * w[r.SHIFT + i]
@@ -162,9 +177,9 @@ def gap_error(w, k, i, h):
 
 @part
 def judge_tangency(w, k, i):
-    """End the certainty if ξ' came too close to 0 before the end of a search for the end of a slide.
+    """Mark the motion as uncertain if ξ' comes so close to 0 before the end of a slide that the slide may end there.
 
-    The limit is twice the error: the distance of a minimum from 0 is extrapolated from a point close to the minimum.
+    The limit is twice the error of ξ', because the value at the minimum is extrapolated from an instant near it.
     """
     under = w[r.DIP_DENOMINATOR + i]
     if certain(w, i) and under > 0.0 and not switch.waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
@@ -175,7 +190,7 @@ def judge_tangency(w, k, i):
 
 @part
 def end_of_record(w, k, i):
-    """Return the errors of the end of the record, if the state may have ended just before it."""
+    """Return the errors of the end of the record. They are 0 unless the state may have ended just before it."""
     heed_status(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -186,7 +201,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # covers all that may have happened since the mass was at rest
+    if w[r.V0 + i] == 0.0:  # this bound covers all motions since the mass was at rest
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)
@@ -224,9 +239,10 @@ def pass_on(w, k, i, method, event, end, errors):
 
 @part
 def end_of_segment(w, k, i, method, event, h, side, there):
-    """Return the errors of the present state at its end, h, with ξ and ξ' as computed in `there`.
+    """Return the errors of the present state at its end, h after the last switch; `there` has the computed ξ and ξ'.
 
-    Before any result is committed, this decides whether the state certainly ends there and the next state is certain.
+    It must be called before the results of the switch are stored. The motion becomes uncertain if the state may not end
+    there or the next state may be another one.
     """
     heed_status(w, k, i)
     if not certain(w, i):
@@ -250,14 +266,14 @@ def end_of_segment(w, k, i, method, event, h, side, there):
 
 @inline
 def end_by_impact(w, k, i, v_off, x_off, force, there):
-    """Return the errors of an impact: those of ξ and ξ' become an error of its instant."""
+    """Return the errors of an impact. The errors of ξ and ξ' before it become an error of its instant."""
     x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
     off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
     usual = margins.magnitude_scale(w, i)
     bend = usual
     if speed > 0.0:
-        # 2 off / speed bounds the distance of the zero, if |ξ''| is no more than this
+        # if |ξ''| is at most `bend`, the zero is within 2 off / speed
         bend = switch.smaller(
             usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + margins.ROUNDING * usual)
         )
@@ -276,7 +292,7 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
     a = force - switch.direction(k[r.STATE + i])
     steep = abs(a) - margins.ROUNDING * margins.magnitude_scale(w, i)
     off = abs(v_share) + v_more + abs(v)
-    # 2 off / steep bounds the distance of the zero, if |H'| is no more than this
+    # if |H'| is at most `bend`, the zero is within 2 off / steep
     bend = change_nearby(w, i, there.p, there.pf, choose(steep > 0.0, 2.0 * off / choose(steep > 0.0, steep, 1.0), 1.0))
     before = delay(off, steep, bend)
     late = before + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
@@ -292,14 +308,14 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Return whether H, at `distance` from its boundary, is on the same side of it at all instants within `late`."""
+    """Return whether H is on one side of its boundary at all instants within `late`; it is `distance` away from it."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 
 
 @inline
 def difference(a, b):
-    """Return (a - b as rounded, rounding error of that), exactly."""
+    """Return (a - b rounded, its rounding error). The sum of both is exactly a - b."""
     d = a - b
     back = a - d
     return d, (a - (d + back)) + (back - b)
@@ -307,7 +323,10 @@ def difference(a, b):
 
 @inline
 def lost_bits(a, b, down):
-    """Return the rounding error of A - 1 - B, or `down` of A - |1 - B|: the ends of waits depend on it (release.py)."""
+    """Return a bound of the rounding error of A - 1 - B or, if `down`, of A - |1 - B|.
+
+    The phases at which waits end are computed from these differences (release.py).
+    """
     short, first = difference(choose(down, 1.0, a), choose(down, b, 1.0))
     _, second = difference(choose(down, a, short), choose(down, abs(short), b))
     return abs(first) + abs(second)
@@ -317,8 +336,9 @@ def lost_bits(a, b, down):
 def end_of_wait(w, k, i, method, event, h, side, there):
     """Return the errors of the end of a wait at H = ±1, independent of the earlier motion.
 
-    At ε = 0 it is a known phase: the arcsine and its root have an error of at most three last bits of φ, in addition to
-    that of `lost_bits` (release.py). Otherwise it is the zero found.
+    For a certified motion at ε = 0 the wait ends at a known phase. Its arcsine and the root in it add an error of at
+    most three last bits of φ to the error by `lost_bits` (release.py). Otherwise the wait ends at the zero that was
+    found.
     """
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
@@ -401,7 +421,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 @inline
 def write_switch_error(w, i, row, before, end, errors):
-    """Write the bounds of a switch into a row of `single`; `end` has those of the state that it ended."""
+    """Write the bounds of the errors of a switch into row `row`; `end` has the errors of the end of its first state."""
     off = errors.rows
     if row < off.shape[0]:
         known = certain(w, i)

@@ -17,13 +17,13 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 
 
 MULLER_BRACKETED, FIXED_BRACKETED = CERTIFIED + 1, CERTIFIED + 2
-"""Values of `method` inside the engine for a path on a grid at ε = 0 without a scan (switch_grid.py). Sweeps use them
-unless the user chooses the literal scan."""
+"""Values of `method` inside the engine for a motion on a grid at ε = 0 whose grid is not scanned (switch_grid.py).
+Sweeps use these values unless the user chooses the literal scan."""
 
 
 CONTINUE, STRETCHED, END = 0, -1, -2
-"""Ends of a search other than a zero of S1 ... S5: another search follows; the segment continues with new initial
-values; the record ends."""
+"""Ends of a search other than a zero of S1 ... S5, in this order: another search follows, the segment continues with
+new initial values, the record ends."""
 
 
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
@@ -37,18 +37,19 @@ STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
 
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
-"""Outcomes of a search: nothing yet; a zero; its limit; ξ < 0 by more than the smallest margin so far; on a grid, both
-functions below 0."""
+"""Outcomes of a search, in this order: none yet; a zero; the limit of the search is reached; ξ is below 0 (without a
+grid: by more than the smallest margin so far); on a grid, both ξ and the switching function are below 0."""
 
 
 NONE_BEGUN, COMPLETE, LEAVING, CLOSING_IN = 0.0, 1.0, 2.0, 3.0
-"""Stages of the refinement of a zero (muller.py): not begun; complete; bisecting away from the zero at which the slide
-began; iterating towards the next zero."""
+"""Stages of the refinement of a zero (muller.py), in this order: not begun; complete; bisecting away from the zero at
+which the slide began; iterating towards the next zero."""
 
 
 DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
-"""Work left in a lane after a batch of switches: none; all (event.py); or a sum of: write a section point, check for a
-recurrence (recurrence.py), keep the switch (`keep_switch` in history.py)."""
+"""Work left in a lane after a batch of switches. DONE: none. UNUSUAL: the switch, which event.py applies. Otherwise a
+sum of the others: write a section point, check for a recurrence (recurrence.py), store the switch (`keep_switch` in
+history.py)."""
 
 
 ENDED_EARLY = -1.0
@@ -56,4 +57,4 @@ ENDED_EARLY = -1.0
 
 
 OF_THE_RECORD, ALL, NONE = 0, 1, 2
-"""Switches of a trajectory that are kept for its summary (history.py): those of the record, all, or none."""
+"""Switches of a trajectory that are stored for its summary (history.py): those of the record, all, or none."""

@@ -1,11 +1,15 @@
 """Main loop of a sweep: search, apply the switch, record, continue, for a batch of trajectories.
 
 A kernel of `batch` advances up to `LANES` trajectories, one in each lane (lane.py). Each pass advances the search in
-every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches found (switch_undisturbed.py,
-switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py). Both are loops over lanes that vectorise. All
-other switches are processed one lane at a time (event.py). The cycles of a motion that repeats itself are copied
-(recurrence.py). A lane whose trajectory ends takes the next point in the same pass. Lanes are independent, so the bits
-of a trajectory depend only on its point. Single trajectories and literal scans have another loop (single.py).
+every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches that were found
+(switch_undisturbed.py, switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py). A switch is ordinary
+if its decision is clear beyond rounding, if it is within the record and the budget, and if at most one section point
+precedes it. The search and the application of ordinary switches are loops over lanes that vectorise. All other switches
+are processed one lane at a time (event.py).
+
+The cycles of a motion that repeats itself are copied (recurrence.py). A lane whose trajectory ends takes the next point
+in the same pass. Lanes are independent, so the bits of a trajectory depend only on its point. Single trajectories and
+literal scans have another loop (single.py).
 """
 
 from __future__ import annotations
@@ -36,8 +40,8 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.outputs import Extent, Outcome, Recorder
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
-"""Steps of a search, with a disturbance and without one, before its outcome is checked. Most searches have ended by
-then, and the check costs more than a step."""
+"""Number of steps of a search before its outcome is checked: with a disturbance without a grid, with a disturbance on a
+grid, and without a disturbance. Most searches have ended by then, and the check costs more than a step."""
 
 
 @part_each("grid")
@@ -56,9 +60,9 @@ def search_undisturbed(w, k, n, grid):
 
 @part_each("fast")
 def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
-    """Complete a batch of switches: write passed section points, keep impacts and switches, check for recurrences.
+    """Complete a batch of switches: write passed section points, store impacts and switches, check for recurrences.
 
-    Returns the number of trajectories that this has ended.
+    Returns the number of trajectories that have ended, because all their results follow from a recurrence.
     """
     ended = 0
     points = recorder is None or switch.has_rows(section, recorder.summary)
@@ -82,7 +86,7 @@ def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
 
 @inline
 def list_unusual(k, todo, n):
-    """List the lanes for `process_event`."""
+    """Write the numbers of the lanes that `process_event` must process into `todo`."""
     m = 0
     for i in range(n):
         todo[m] = i
@@ -112,7 +116,10 @@ def apply_switches(w, k, n, grid, disturbed, fixed, extent):
 
 @inline_each("grid", "disturbed", "fixed")
 def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
-    """Advance the searches in the lanes 0..n-1, and apply the ordinary switches. Returns the number of lanes left."""
+    """Advance the searches in the lanes 0..n-1, and apply the ordinary switches.
+
+    Returns the number of lanes left for `event.py`.
+    """
     if disturbed:
         if grid:
             first_zero.search_on_grid(w, n, True, STEPS_ON_GRID)
@@ -127,9 +134,10 @@ def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
 
 @inline
 def close_gaps(w, k, n, todo, ended):
-    """Fill the lanes of ended trajectories, the first `ended` in `todo`. Returns the number of lanes in use.
+    """Move the last lanes in use into the lanes of ended trajectories. Returns the number of lanes in use.
 
-    The loop runs backwards, so that a lane moved into a gap is not itself a gap.
+    The numbers of the lanes of ended trajectories are the first `ended` elements of `todo`.
+    The loop runs backwards, so that the trajectory of a lane that is moved has not ended itself.
     """
     for j in range(ended - 1, -1, -1):
         i = todo[j]
@@ -148,8 +156,8 @@ def close_gaps(w, k, n, todo, ended):
 def batch(method: int, disturbed: bool, recorded: bool):
     """Return the kernel of sweeps for `method`, for points with a disturbance or for points without one.
 
-    Each kernel is compiled at its first call and contains only the code that it needs. `recorded`: include the code for
-    impacts and summaries; without it the kernel is faster.
+    Each kernel is compiled at its first call and contains only the code that it needs. If `recorded`, it contains the
+    code for impacts and summaries, which makes it slower.
     """
     grid, fixed = method != codes.CERTIFIED, method == codes.FIXED
     if grid and not disturbed:
@@ -187,7 +195,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
             for j in range(m):
                 i = todo[j]
                 if bracketed and w[r.SEARCH_MODE + i] != codes.STEPPED and w[r.LEFT + i] != codes.ENDED_EARLY:
-                    # evaluations in a discarded bracket are not charged: the budget would otherwise end sooner
+                    # evaluations in a discarded bracket are not charged to the budget
                     w[r.WORK + i] = w[r.WORK_BOOKED + i]
                     event.begin_search(w, k, i, k[r.STATE + i], False, method)
                     undisturbed.set_search_mode(w, i, True, codes.STEPPED)
@@ -197,7 +205,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
                     going = recurrence.detect_recurrence(w, k, i, not grid, extent, section, impacts, recorder)
                 if not going:
                     record.finish(w, k, i, extent, section, impacts, recorder, None, outcome)
-                    todo[ended] = i  # never ahead of j
+                    todo[ended] = i  # ended <= j: no unread element is overwritten
                     ended += 1
             n = close_gaps(w, k, n, todo, ended)
         return 0

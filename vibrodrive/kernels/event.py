@@ -1,7 +1,7 @@
 """Processing of one lane at the end of its search, for every outcome: record the switch, decide, begin the next state.
 
-The batched loops (`switch_*`) apply the ordinary switches of all lanes; all other switches, and those of a single
-trajectory, are processed here. Both use the formulas of switch.py.
+The batched loops (`switch_*`) apply the ordinary switches of all lanes (engine.py says which are ordinary). All other
+switches, and those of a single trajectory, are processed here. Both ways use the formulas of switch.py.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Start(NamedTuple):
 def begin_search(w, k, i, state, from_rest, method):
     """Begin the search for the end of `state`, at its beginning.
 
-    Its limit is the end of the record, or the instant at which the segment continues with new initial values.
+    The limit of the search is the end of the record, or an earlier instant at which the segment continues with new
+    initial values.
     """
     which, slides = switch.terminating_function(state), from_rest and not switch.waits(state)
     if method == codes.CERTIFIED:
@@ -131,7 +132,11 @@ def certified_event(w, k, i, x):
 
 @part
 def grid_event(w, k, i, fixed):
-    """Return (event, h) of a search on the grid: at the grid point that eq. (10) finds (fixed) or refined (Muller)."""
+    """Return (event, h) of a search on the grid.
+
+    If `fixed`, h is the time of the grid point that eq. (10) finds; otherwise that of the zero refined by Muller's
+    method.
+    """
     cursor = w[r.CURSOR + i]
     dtau = w[r.DTAU + i]
     h = cursor * dtau
@@ -206,7 +211,7 @@ def end_of_state(w, k, i, method, errors):
 
 @inline
 def book_cost(w, k, i, extent):
-    """Charge the switch and its search to the budget of its period. Returns False if they exceed it."""
+    """Charge the switch and its search to the budget of its period. Returns False if the budget is exceeded."""
     cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * extent.price)
     switch.commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
     if cost > extent.budget:
@@ -217,7 +222,10 @@ def book_cost(w, k, i, extent):
 
 @inline
 def offsets_at_end(w, k, i, event, h):
-    """Return bounds of the rounding errors of ξ and ξ' at the end of a state; of ξ' only if the segment continues."""
+    """Return bounds of the rounding errors of ξ and ξ' at the end of a state.
+
+    The bound of ξ' is 0 unless the segment continues, because the next state starts with ξ' = 0.
+    """
     if event == codes.S1:
         return 0.0, 0.0
     if switch.waits(k[r.STATE + i]):

@@ -8,7 +8,7 @@ Each switching function is positive while its state lasts and is searched for it
     S4 = 1 ∓ H       sticking ends (two sides, searched in turn)
     S5 = 1 - H       resting at the obstacle ends
 
-As shapes (motion.py) they are BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
+Written as shapes (motion.py), they are BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
 
 **Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
 |g'''| <= M3 ahead. The functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum of the
@@ -20,22 +20,26 @@ The right side is a parabola. Up to S or its first positive root, whichever is s
 is the step. S is arbitrary. The code sets it to the last step; then, near a transversal zero, the root of the parabola
 falls short of the zero by an error that shrinks faster than the square of the distance. If a fast ripple of amplitude a
 dominates M3, the slow part minus a is bounded in the same way with the small bound M2 of its own derivatives, g_slow +
-g_slow's + b s²/2 - a, where b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this is positive
-beyond the S of the first bound, its step is taken.
+g_slow's + b s²/2 - a, where b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this second bound is
+positive beyond the S of the first bound, the code takes the step of the second bound.
 
 **Starts on a zero.** A slide from rest has g = 0 and g' >= 0 at its beginning, and g/s >= g' + g''s/2 - M3 s²/6. The
 search begins at the positive root of this bound, so the start is not mistaken for the next switch. At ε = 0 a slide
-that starts by accelerating accelerates until H is back at the same boundary, a known phase: the search begins at that
-peak of |ξ'|.
+from rest accelerates until H returns to the boundary 1 or -1. There |ξ'| has its peak, at a known phase, and the search
+begins at this peak.
 
 **Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be its step. If g' certainly changes by
-less than a quarter over d, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero there is unique and the series ends close to
-it: the cursor moves there, on either side of the zero. If the terms decrease fast, that is the zero to the last bit.
+less than a quarter over d, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero within d is unique and the series ends close to
+it. The cursor moves to the end of the series, which may be on either side of the zero. If the terms of the series
+decrease fast, its end is the zero to the last bit.
 
-**Rounding.** No other step ends past a zero by more than the rounding of g over its slope. A tangency closer than that
-cannot be distinguished from two zeros or none: the search ends there and the margin reports it (margins.py). The same
-bound, with g less its rounding, lets the fixed and Muller paths skip grid points: no skipped point could have shown a
-change of sign. They begin after the start, and also use the series as far as g certainly remains above its rounding.
+**Rounding.** A step by the bounds ends past a zero by no more than the rounding error of g over its slope. If g touches
+0 more closely than its rounding error, the tangency cannot be distinguished from two zeros or none. The search ends
+there and the margin reports it (margins.py).
+
+**Grids.** The methods `fixed` and `muller` skip grid points by the same bound, with the rounding error subtracted from
+g. At no skipped point could g have shown a change of sign. These searches begin at the first grid point after the
+switch, and also use the series as far as g certainly remains above its rounding error.
 """
 
 from __future__ import annotations
@@ -53,8 +57,8 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
 
 NOISE_SHARE = 1e-13
-"""When grid points are skipped, the sign of a switching function below this share of its terms is not trusted. It is
-four hundred times the rounding of one term; a larger share costs only a few more visits."""
+"""When grid points are skipped, the sign of a switching function is not trusted if its value is below this share of its
+terms. The share is four hundred times the rounding of one term. A larger share costs only a few more evaluations."""
 
 LATE_SHARE = 4e-3
 """Effect of the rounding of a grid point's time on the fast part, a η ulp(h), in units of NOISE_SHARE."""
@@ -62,8 +66,8 @@ LATE_SHARE = 4e-3
 
 class Search(NamedTuple):
     """A switching function as a shape, sig · (…) + base, and the data of its search: the amplitude of its fast part,
-    bounds of its second (without that part) and third derivatives, the first span S, and the noise: no grid point below
-    is skipped."""
+    bounds of its second (without that part) and third derivatives, the first span S, and the noise: a grid point is
+    not skipped if the function may be below the noise there."""
 
     form: motion.Form
     alf: float
@@ -88,7 +92,7 @@ class Taylor(NamedTuple):
 
 
 class Ripple(NamedTuple):
-    """Slope and second derivative over η² of the fast part of a switching function; g" without the fast part."""
+    """Fast part of a switching function: its slope, its second derivative over η², and g'' of the slow part."""
 
     slope: float
     second: float
@@ -129,11 +133,12 @@ def search_shape(w, i, which, limit):
 def set_search(w, k, i, where, which, search, cursor):
     """Begin the search for the first zero of S1 ... S5 from `cursor` on in lane i.
 
-    Both sides of S4 = 1 - |H| are searched; the side whose cursor is behind is next.
+    Both sides of S4 = 1 - |H| are searched; the next step is taken on the side whose cursor is behind.
 
-    While the mass slides down the search for S2 also watches ξ, which decreases strictly while ξ' < 0: S1 has a zero
-    before the first zero of S2 exactly if ξ there is not positive, and it is then unique. The search ends early if ξ is
-    below 0 by more than the smallest margin so far: then the impact is certain, and its margin is not the smallest.
+    While the mass slides down, the search for S2 also watches ξ, which decreases strictly while ξ' < 0. S1 has a zero
+    before the first zero of S2 if and only if ξ is not positive at this zero of S2. The zero of S1 is then unique. The
+    search ends early if ξ is below 0 by more than the smallest margin so far: then the impact is certain, and its
+    margin is not the smallest.
     """
     falling = which == S2
     w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
@@ -190,7 +195,7 @@ def restart_search(w, k, i, which, limit, cursor):
 
 @inline
 def start_on_grid(w, i, where, which):
-    """Adapt the search that has just begun to a grid: both sides of S4 start at point 1, and any ξ < 0 is an impact."""
+    """Adapt a search that has just begun to a grid: both sides of S4 start at grid point 1, any ξ < 0 is an impact."""
     unknown_values(w, i, where)
     w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
     w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
@@ -204,9 +209,10 @@ def turn_side(w, i):
 
 
 BENT = 0.25
-"""Largest relative change of g' over a step d of the series. With four derivatives the series ends off the zero by the
-change of the fourth, at most M4 d⁴/12: a sixth of d. If its end is past the zero, the step back is trusted in turn:
-over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of g' there."""
+"""Largest relative change of g' over a step d of the series. The series uses four derivatives, so its end misses the
+zero by the change of the fourth derivative, at most M4 d⁴/12 in g, which is a sixth of d in time. If the series ends
+past the zero, the step back fulfils the same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of
+g' at that end."""
 
 LEAP = 2.0
 """Largest step by the slow part if its actual second derivative is used instead of its bound."""
@@ -216,7 +222,7 @@ SURELY_FREE = 0.95
 g may be below the noise."""
 
 LEAST_GAP = 1e-30
-"""With a disturbance an impact from a smaller gap is not searched for by steps."""
+"""With a disturbance, an impact from a gap smaller than this is found by bisection, not by steps."""
 
 PATIENCE = 1e5
 """Steps of a search after which it ends as if at its limit, so that the budget is checked."""
@@ -224,8 +230,10 @@ PATIENCE = 1e5
 
 @inline
 def parabola(g, dg, bend, span):
-    """Return (first positive root < span of g + dg s + bend s²/2, minus the slope there); without one (span, 0). g >=
-    0."""
+    """Return (s, minus the slope there) for the first positive root s < span of g + dg s + bend s²/2, with g >= 0.
+
+    Without such a root return (span, 0).
+    """
     q2 = dot(dg, dg, -2.0 * g, bend)
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
     falling = dg < 0.0
@@ -281,7 +289,7 @@ def first_grid_point(search, dtau, limit):
 
 @inline
 def peak_cursor(w, i, s, limit):
-    """Return the cursor at the peak of |ξ'| at ε = 0, where H is back at s: the search can begin there."""
+    """Return the cursor at the peak of |ξ'| at ε = 0, where H returns to s. The search can begin there."""
     h = (PI - w[r.PHI_UP + i] if s > 0.0 else 3.0 * PI - w[r.PHI_DOWN + i]) - w[r.PHI + i]
     if h >= TWO_PI:
         h -= TWO_PI
@@ -290,7 +298,10 @@ def peak_cursor(w, i, s, limit):
 
 @inline
 def stay_inside(w, k, i, force):
-    """Move the cursor of a wait that begins with |H| above 1 by rounding, and falling, so that the start is no end."""
+    """Move the cursor past the start of a wait, if |H| exceeds 1 there by rounding and decreases.
+
+    Otherwise the start would be taken for the end of the wait.
+    """
     rise, bend = w[r.D1 + i], 2.0 * w[r.D2 + i]
     if force > 1.0 and rise < 0.0:
         w[r.CURSOR + i] = zero_free_span(-rise, -bend, w[r.M3 + i])
@@ -300,9 +311,10 @@ def stay_inside(w, k, i, force):
 
 @part
 def fall_from_nothing(w, i, h):
-    """Return an instant at which a gap below LEAST_GAP has fallen to 0, if it is closed at h: its exponent is bisected.
+    """Return an instant at which a gap that starts below LEAST_GAP has fallen to 0; the gap is closed at h.
 
-    For such gaps the rounding of the higher derivatives is large, and a search by steps would make no progress.
+    The instant is found by bisection of its exponent. For such gaps the rounding errors of the higher derivatives are
+    large, and a search by steps would make no progress.
     """
     low, high = 1e-300, h
     for _ in range(64):
@@ -316,11 +328,12 @@ def fall_from_nothing(w, i, h):
 
 @inline
 def series(h, u, half, third, fourth, m3, scale, rate):
-    """Return (h + δ, whether that is a zero to the last bit) from u = g/g' and the derivatives over g'; half = g"/2g'.
+    """Return (h - δ, whether this is a zero to the last bit) for the sum δ of the series.
 
-    The terms of the series decrease like powers of t, with m3 = M3/g' and m3 · scale for the derivatives of order two,
-    and like those of `rate` u, with m3 rate and m3 rate² for the fourth and the fifth. The bound used here exceeds the
-    first omitted term. All are then far below 1, so no other zero is near.
+    u = g/g'; half, third and fourth: half the second, the third and the fourth derivative over g'. With m3 = M3/g', the
+    derivatives over g' are at most m3 · scale (second), m3 (third), m3 · rate (fourth) and m3 · rate² (fifth). The
+    terms of the series decrease like powers of t and of rate · u. The bound used here exceeds the first omitted term.
+    If it is below the last bit of h, t and rate · u are far below 1, so no other zero is near.
     """
     ahead = h - motion.householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = fma(abs(m3), scale, abs(half)) * u
@@ -341,8 +354,9 @@ def bends_little(way, dg, ddg, m3, rate):
 def step_to_zero(taylor, m3, rate, noise):
     """Return a step to just before the zero that the series predicts, where g > `noise`; 0 if that is not certain.
 
-    Over the step |g'| is at least 3/4 of its value, so g falls. The error of the Taylor polynomial at the end of the
-    series, with the remainder M5 s⁵/120, over this slope is the distance by which the step ends earlier.
+    Over the step |g'| is at least 3/4 of its value, so g falls. The value of the Taylor polynomial at the end of the
+    series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends earlier by more than
+    this distance.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -356,9 +370,9 @@ def step_to_zero(taylor, m3, rate, noise):
 
 @inline
 def advance(h, taylor, m3, scale, rate, step, limit):
-    """Return (next cursor, whether it is the zero) from g and four derivatives at h, where `step` is safe.
+    """Return (next cursor, whether it is the zero) from g and four derivatives at h. There is no zero within `step`.
 
-    Bounds: M3 `scale` of the second derivative, M3 `rate` of the fourth.
+    m3 bounds the third derivative, m3 · scale the second and m3 · rate the fourth.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -378,10 +392,7 @@ def advance(h, taylor, m3, scale, rate, step, limit):
 
 @inline_each("fast")
 def evaluate(w, i, h, fast):
-    """Return (values at h of the function searched in lane i, ξ there, values of its ripple).
-
-    The ripple: its slope, and its second derivative over η²; the second derivative of the function without it.
-    """
+    """Return (Taylor, ξ, Ripple) at h: the function searched in lane i with its derivatives, the gap, the fast part."""
     form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -412,9 +423,9 @@ def evaluate(w, i, h, fast):
 
 @inline_each("fast")
 def free_step(w, i, taylor, ripple, trusted, fast):
-    """Return (step, slope) as `safe_step` for the span of lane i, and whether the step is that of the slow part.
+    """Return (step, slope) as `safe_step` for the span S of lane i, and whether the step follows from the slow part.
 
-    If the parabola below the slow part is still positive at S, the step of the slow part is the longer one.
+    If the parabola below the slow part is still positive at S, it gives the longer step.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -434,10 +445,10 @@ def free_step(w, i, taylor, ripple, trusted, fast):
 
 @inline
 def note_dip(w, i, h, taylor, x):
-    """Keep the smallest distance from 0 of a minimum of the function.
+    """Store the smallest distance of a minimum of the function from 0.
 
-    It is the minimum of the parabola of second order here, |g - g'²/2g"|, if the third derivative cannot invalidate it.
-    It is kept as a fraction, so that no step needs a division.
+    The minimum is that of the parabola of second order at h, |g - g'²/2g''|, if the third derivative cannot invalidate
+    it. The distance is stored as a fraction, so that no step needs a division.
     """
     g, dg, ddg = taylor.g, taylor.dg, taylor.ddg
     over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
@@ -451,7 +462,7 @@ def note_dip(w, i, h, taylor, x):
 
 @inline
 def next_on_grid(w, i, taylor, x, step, rate, trusted):
-    """Return (next grid point, outcome at the cursor), where `step` is free of zeros."""
+    """Return (next grid point, outcome at the cursor). There is no zero within `step`."""
     cursor, limit = w[r.CURSOR + i], w[r.LIMIT + i]
     further = step_to_zero(taylor, w[r.M3 + i], rate, w[r.NOISE + i])
     step = choose(further > step, further, step)
@@ -462,14 +473,15 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
     ahead = whole if whole > cursor + 1.0 else cursor + 1.0
     zero, fallen = taylor.g < 0.0, x < 0.0
     met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if cursor >= limit else NOTHING))
-    # if both ξ and ξ' have changed sign it is an impact; Muller's method needs to distinguish the two
+    # ξ and ξ' have both changed sign: `fixed` takes an impact; `muller` refines the zero of ξ' and takes an impact only
+    # if ξ <= 0 there
     met = BOTH if zero & fallen else met
     return cursor if met != NOTHING else ahead, met
 
 
 @inline
 def next_instant(w, i, h, taylor, x, step, rate):
-    """Return (next h, outcome there) without a grid, where `step` is free of zeros."""
+    """Return (next h, outcome there) without a grid. There is no zero within `step`."""
     limit = w[r.LIMIT + i]
     tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
     ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
@@ -521,7 +533,10 @@ def search(w, i, fast, grid):
 
 @part_each("fast")
 def search_on_grid(w, n, fast, steps):
-    """Do as `search_stepwise` on a grid, with a disturbance (`fast`) or without. Lanes that refine a zero keep it."""
+    """Do as `search_stepwise` on a grid, with a disturbance (`fast`) or without.
+
+    A lane whose zero is being refined (muller.py) keeps its outcome.
+    """
     wide()
     m = full(n)
     for i in range(m):

@@ -1,11 +1,12 @@
-"""Switches of each trajectory in a batch, kept as far back as its summary needs them (summary.py).
+"""Storage of the switches of each trajectory in a batch, as far back as its summary needs them (summary.py).
 
 A lane has room for ROWS switches. If it is full, the first half is added to the totals of the lane and discarded. The
-rows equal those of `simulate`. A batch of switches writes them from the notes of `note_end` (switch.py).
+rows equal those of `simulate`. After a batch of switches they are written from the values stored by `note_end`
+(switch.py).
 
-The summary of a motion that repeats itself to the bit (recurrence.py) follows from one cycle of its switches and is
-written when these are complete; a sweep that records only summaries then ends the trajectory. For such motions switches
-before the record are also kept.
+A motion that repeats itself to the bit is compared with a reference, an earlier state (recurrence.py). Its summary
+follows from one cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries
+then ends the trajectory. For such motions switches before the record are also stored.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ APART = ROWS + 11
 """Rows from one lane to the next. At a distance of a multiple of a page the lanes would share the same cache lines."""
 
 END_OF_RECORD = 1e-9
-"""If a switch is closer than this to the phase at which a record begins and ends, the motion is computed to the end of
-the record, which decides whether the switch belongs to it."""
+"""If a switch is closer than this to the phase at which a record begins and ends, the summary is not computed from one
+cycle: only the motion up to the end of the record decides whether the switch belongs to the record."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -39,14 +40,14 @@ def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def assign_slots(k):
-    """Let lane i keep its switches in slot i, until lanes are exchanged."""
+    """Let lane i store its switches in slot i, until trajectories are moved to other lanes."""
     for i in range(r.LANES):
         k[r.HISTORY_SLOT + i] = i
 
 
 @inline
 def clear_history(k, i, keeps):
-    """Discard the switches of lane i. From now on it keeps those of the record, or all, as in `keeps`."""
+    """Discard the switches of lane i. From now on it stores those of the record (OF_THE_RECORD) or all (ALL)."""
     k[r.HISTORY_KEEPS + i] = keeps
     k[r.HISTORY_COUNT + i] = 0
     k[r.HISTORY_ADDED + i] = 0
@@ -54,14 +55,14 @@ def clear_history(k, i, keeps):
 
 @inline
 def keeps(w, k, i, period, phi, transient):
-    """Return whether a switch at (period, φ) is kept."""
+    """Return whether a switch at (period, φ) is stored."""
     of_all = k[r.HISTORY_KEEPS + i]
     return of_all == ALL or (of_all == OF_THE_RECORD and switch.in_record(w, k, i, period, phi, transient))
 
 
 @inline
 def write_switch(w, k, i, period, phi, event, recorder):
-    """Keep a switch; without room for it, first add half of the switches to the totals and discard them."""
+    """Store a switch. If there is no room for it, first add half of the switches to the totals and discard them."""
     slot, row = k[r.HISTORY_SLOT + i], k[r.HISTORY_COUNT + i]
     rows = recorder.history[slot]
     if row == ROWS:
@@ -104,9 +105,10 @@ def drop_rows(k, i, first, rows):
 
 @inline
 def keep_switch(w, k, i, on_grid, transient, recorder):
-    """Keep the switches of lane i in a batch: the end of a state, an impact before it, the end of a wait after it.
+    """Store the switches of lane i in a batch: the end of a state, an impact before it, the end of a wait after it.
 
-    A wait with a known end is over within the same batch (switch_undisturbed.py). It began at the time of `note_end`.
+    A wait with a known end ends within the same batch (switch_undisturbed.py). It begins at the time that `note_end`
+    has stored.
     """
     which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
     period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]
@@ -137,14 +139,14 @@ def set_reference_history(k, i):
 def may_follow_from_a_cycle(cycle, periods):
     """Return whether the summary of a motion that returns after `cycle` periods follows from these periods.
 
-    The record then contains each candidate period twice.
+    The record must be long enough to contain each period that is a candidate for the period of the motion twice.
     """
     return cycle <= summary.LONGEST and 2 * cycle + 2 <= periods
 
 
 @inline
 def keep_all(k, i, cycle, periods, recorder):
-    """Keep all switches from now on of a motion that has returned before its record, if they give its summary."""
+    """From now on store all switches of a motion that has returned before its record, if they give its summary."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
     if keeping and may_follow_from_a_cycle(cycle, periods):
         clear_history(k, i, ALL)
@@ -164,10 +166,10 @@ def last_return(rows, row, cycle, until, phi):
 
 @part
 def has_cycle(w, k, i, cycle, extent, history):
-    """Return whether the kept switches give the summary of a motion that is at its reference after `cycle` periods.
+    """Return whether the stored switches give the summary of a motion that equals its reference after `cycle` periods.
 
-    This requires the last two cycles of the record to be after the reference. If true, the switches since then become
-    the first rows; if false, only the switches of the record are kept from now on.
+    This requires the last two cycles of the record to be after the reference. If true, the switches since the reference
+    become the first rows. If false, only the switches of the record are stored from now on.
     """
     rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
     kept_all = k[r.HISTORY_KEEPS + i] == ALL
@@ -211,7 +213,7 @@ def summarise_cycle(w, k, i, cycle, end, recorder):
 
 @part
 def count_cycles(w, k, i, cycle, extent, history):
-    """Count the switches after the cycle in the first rows, to the end of the record."""
+    """Count the switches of the record that follow the cycle in the first rows."""
     rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + extent.transient
     end = start + extent.periods
     before, most = last_return(rows, 0, cycle, start, phi), last_return(rows, 0, cycle, end, phi)
@@ -236,7 +238,7 @@ def keep_those_of_the_record(w, k, i, transient, rows):
 
 @inline
 def write_summary_of(w, k, i, recorder):
-    """Write the summary of the trajectory in lane i; from now on the lane keeps no switches."""
+    """Write the summary of the trajectory in lane i. From now on the lane stores no switches."""
     slot = k[r.HISTORY_SLOT + i]
     summary.summarise(
         recorder.history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], k[r.STATE + i], w[r.X0 + i],
@@ -256,5 +258,5 @@ def end_history(w, k, i, transient, recorder):
 
 @inline
 def leave_slot(k, n, slot):
-    """Assign `slot` to lane n, whose trajectory has moved, with its slot, to the lane that had `slot`."""
+    """Assign `slot` to lane n. The trajectory of lane n has moved, with its own slot, to the lane that had `slot`."""
     k[r.HISTORY_SLOT + n] = slot

@@ -11,12 +11,13 @@ import math
 import numpy as np
 
 LANES = 64
-"""Enough to hide latency, few enough for the rows to remain in the first-level cache (72 × 101 × 8 B = 58 kB, of which
-a search uses a quarter; only single trajectories use the last eight rows)."""
+"""This is enough to hide latency, and few enough for the rows to remain in the first-level cache (72 × 101 × 8 B = 58
+kB, of which a search uses a quarter; only single trajectories use the last eight rows)."""
 
 STRIDE = LANES + 8
-"""Distance of rows. With rows a page apart the processor takes a read soon after a write for the same address; with
-this distance only every 64th row is such a case, not every eighth."""
+"""Distance of rows. If two rows are a multiple of a page apart, the processor takes a read of one row for a read of the
+other that has just been written, and waits. With this distance, only every 64th row is so far from a given row; with
+LANES it would be every eighth."""
 
 ROWS_W = 109
 ROWS_K = 36
@@ -37,14 +38,14 @@ LINE = 64
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
-    # the switching function searched, as a shape, and the bounds of its derivatives (see first_zero.py); for a wait
-    # with a known end only SIG is set, the side of S4
+    # the switching function that is searched, as a shape, and the bounds of its derivatives (see first_zero.py); for a
+    # wait with a known end only SIG is set: the side of S4 at which the wait ends
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2_SLOW, FAST_AMPLITUDE, SPAN, SPAN0, NOISE,
-    # the search: cursor, cursor of the other side, last cursor with ξ >= 0, limit, outcome, closest tangency as a
-    # fraction, evaluations of the trajectory so far and at the last switch
+    # the search: cursor, cursor of the other side of S4, last cursor with ξ >= 0, limit, outcome, closest tangency as a
+    # fraction, number of evaluations of the trajectory so far and at the last switch
     CURSOR, OTHER, LAST_NONNEGATIVE, LIMIT, OUTCOME, DIP_NUMERATOR, DIP_DENOMINATOR, WORK, WORK_BOOKED,
-    # on a grid: values of the function at the cursor and at the grid point before, NaN if not evaluated
+    # on a grid: values of the function at the cursor and at the grid point before it, NaN if not evaluated
     VALUE, BEFORE,
     # the refinement of its zero: bracket, the last three points with the values at two of them, stage, evaluations
     # (see muller.py)
@@ -56,9 +57,10 @@ LINE = 64
     LEFT, MARGIN,
     # the section point on the way to the switch
     POINT_X, POINT_V,
-    # reference state at ε = 0: the quantities DECISIVE, and the evaluations so far (see recurrence.py)
+    # the reference: an earlier state with which the state of a motion at ε = 0 is compared (see recurrence.py). Its
+    # quantities DECISIVE, and the number of evaluations up to it
     REFERENCE_PHI, _, _, _, _, _, _, _, REFERENCE_WORK,
-    # end of a state in a batch of switches, and the last main impact at the reference (see record.py)
+    # the end of a state in a batch of switches; the last main impact before the reference (see record.py)
     END_PHI, END_GAP, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
     # errors of the present segment, and the first period without known errors (see certainty.py)
     V_SHARE, X_SHARE, V_MORE, X_MORE, SHIFT, BEGUN_LATE, BEGUN_JUMP, CERTAIN_UNTIL,
@@ -68,20 +70,22 @@ LINE = 64
     STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
     # work left by a batch of switches (switch_*.py), and the number of the section point before the next switch
     LEFT_OVER, SLOT,
-    # at the reference: period, section points written; departures since then, and their limit (see recurrence.py)
+    # the period of the reference, and the number of section points written up to it; the number of times that the mass
+    # has left the obstacle since the reference, and the number after which it is replaced (see recurrence.py)
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
-    # switches so far into each of the five states, in the order of `State`, and the same at the reference
+    # number of switches into each of the five states, in the order of `State`: so far, and up to the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
-    # switching function and period of the end of a state in a batch of switches; main impacts written so far, and at
-    # the reference (record.py)
+    # switching function and period of the end of a state in a batch of switches; number of main impacts written so far
+    # and up to the reference, and the period of the last one before the reference (record.py)
     ENDED, END_PERIOD, IMPACTS, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
-    # kept switches: slot, selection, number, number of those added to the totals, number at the reference (history.py)
+    # stored switches: slot, which of them are stored, their number, how many of them are added to the totals, their
+    # number up to the reference (history.py)
     HISTORY_SLOT, HISTORY_KEEPS, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return memory (w, k) for the lanes of each thread: [thread, 0] the lanes, [thread, 1] tables and lists."""
+    """Return memory (w, k): in [thread, 0] the lanes of a thread, in [thread, 1] its tables and lists."""
     shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
     w, k = (_at_cache_line(np.zeros(math.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
     return w, k

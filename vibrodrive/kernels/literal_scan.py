@@ -4,9 +4,9 @@ Over a block of grid points h_b + x the sines and versines of x are in tables, a
 
     c0' + c1 x + α' sin x + β' vers x + fast
 
-with constants of the block (S1, which has a square, is never scanned: the scan for S2 watches ξ). A value that exceeds
-the rounding of this form has the correct sign. The few other values are computed again by the exact form, the same as
-for skipping. So both agree to the bit.
+with constants of the block. S1, which has a square, is never scanned, because the scan for S2 watches ξ. A value that
+exceeds the rounding of this form has the correct sign. The few other values are computed again by the form that is also
+used when grid points are skipped. So a literal scan and a scan with skipping give the same results to the bit.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def tabled_ripple(table, j, f):
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """Count values below `bound` among the first n of the block; two-sided: |values| above it."""
+    """Count suspect values among the first n of a block: values below `bound`; if `two_sided`, |values| above it."""
     count = 0
     if two_sided:
         for j in range(n):
@@ -91,7 +91,10 @@ CLOSE = 16
 
 @inline
 def clear_values(table, n, bound, two_sided, f, fast):
-    """Return, by bisection, a number of values before the first suspect one of a block, less than CLOSE too small."""
+    """Return, by bisection, a number of values at the beginning of a block of which none is suspect.
+
+    The first suspect value follows within CLOSE values.
+    """
     clear = 0
     while n - clear > CLOSE:
         half = (clear + n) // 2
@@ -104,10 +107,10 @@ def clear_values(table, n, bound, two_sided, f, fast):
 
 @inline
 def least_clear_gap(w, i, first, n, dtau):
-    """Return a value of ξ at a grid point that implies ξ > 0 at the n points before: above all rounding and rise.
+    """Return a bound: if ξ exceeds it at a grid point, then ξ > 0 at the n points before.
 
-    If ξ' is negative at two neighbouring points it may be positive between them, by no more than Δτ²/8 times the bound
-    of its second derivative.
+    The bound is the rounding error of ξ plus the possible rise of ξ over these points. If ξ' is negative at two
+    neighbouring points, it may be positive between them by no more than Δτ²/8 times the bound of its second derivative.
     """
     h = (first + float(n)) * dtau
     rounding = 1e-12 * (w[r.X0 + i] + w[r.A + i] + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h)
@@ -117,7 +120,7 @@ def least_clear_gap(w, i, first, n, dtau):
 
 @inline
 def clear_gaps(w, i, first, n, dtau, fast):
-    """Return, by bisection, a number of values with ξ certainly above 0."""
+    """Return, by bisection, a number of grid points at the beginning of a block at which ξ is certainly above 0."""
     margin = least_clear_gap(w, i, first, n, dtau)
     clear = 0
     while n - clear > CLOSE:
@@ -132,7 +135,7 @@ def clear_gaps(w, i, first, n, dtau, fast):
 
 @part
 def scan(w, k, i, table):
-    """Search lane i by visiting every grid point from its cursor on. Sets OUTCOME, and CURSOR to its grid point."""
+    """Search lane i by evaluating every grid point. Sets OUTCOME, and CURSOR to the grid point of the outcome."""
     which = k[r.SEARCH + i]
     dtau, limit, noise = w[r.DTAU + i], w[r.LIMIT + i], w[r.NOISE + i]
     eta, base = w[r.ETA + i], w[r.BASE + i]
@@ -141,7 +144,7 @@ def scan(w, k, i, table):
     sig = 1.0 if two_sided else w[r.SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[r.CURSOR + i] if which == S1 else 1.0  # the cursor may begin later, for skipping
+    first = w[r.CURSOR + i] if which == S1 else 1.0  # the cursor of other functions may have skipped points
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
@@ -180,7 +183,7 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """Return the outcome at h, eq. (10) by the form used for skipping: nothing (0), a zero, ξ below 0, or both."""
+    """Return the outcome at h by eq. (10), computed as for skipping: none (0), a zero, ξ below 0, or both."""
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
         w[r.SIG + i] = -w[r.SIG + i]

@@ -3,9 +3,9 @@
 The distance of a decision is ξ at a reversal in the air; at an impact the depth below 0 of the next reversal of the
 motion without obstacle; ||H| - 1| for a decision by H in the air and |H - 1| at the obstacle, which supports the mass
 for H < -1; and at a tangency the distance of the extremum of a switching function from 0, on either side. `margin` is
-the smallest of them. A distance below its own rounding error makes the trajectory TOO_CLOSE: it continues, but the
-other branch is equally justified. Margins and TOO_CLOSE assume that each state starts exactly; certainty.py propagates
-the errors of the starts, if `errors` are computed.
+the smallest of these distances. If a distance is below its own rounding error, the trajectory is TOO_CLOSE: it
+continues, but the opposite decision is equally justified. Margins and TOO_CLOSE assume that each state starts exactly.
+The errors of the starts are propagated by certainty.py, if `errors` are computed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ROUNDING = 2.0**-49
 """Eight units in the last place. A difference below this share of its terms may be zero."""
 
 SUSPECT = 1e-4
-"""Distances in H and ξ' above this share of their terms exceed rounding by far, so their bound is not computed."""
+"""A distance in H or ξ' above this share of its terms exceeds its rounding error by far, so no bound is computed."""
 
 
 @inline
@@ -31,13 +31,13 @@ def suspect(w, i):
 
 @inline
 def set_margin(w, i, where, margin):
-    """Set the smallest distance so far; it exceeds rounding, so the status is unchanged."""
+    """Set the smallest distance so far. It exceeds its rounding error, so the status is unchanged."""
     w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
 
 
 @inline
 def record_margin(w, k, i, distance, bound):
-    """Record a decision at `distance` from its opposite; `bound` is the rounding error of that distance."""
+    """Record a decision at `distance` from the opposite decision. `bound` bounds the rounding error of `distance`."""
     if distance < w[r.MARGIN + i]:
         w[r.MARGIN + i] = distance
     if distance <= bound and k[r.STATUS + i] == OK:
@@ -68,8 +68,8 @@ def gap_rounding_beside(w, i, h, off):
 def start_terms(w, i):
     """Return the sums of the magnitudes of the terms of ξ'' and of its derivative at the start of a segment.
 
-    After a wait ξ'' is exactly 0, so its sum is 0; elsewhere, with ξ' ≠ 0, ξ'' may round to 0. With a disturbance
-    rounding shifts that instant by up to LATE, and so H' there by LATE times H''.
+    After a wait ξ'' is exactly 0, so its sum is 0. Elsewhere, with ξ' ≠ 0, ξ'' may round to 0. With a disturbance,
+    rounding shifts the end of the wait by up to ROUNDING · LATE, which adds LATE · |H''| to the second sum.
     """
     eta = w[r.ETA + i]
     rate = w[r.A + i] + w[r.AF + i] * eta
@@ -113,17 +113,17 @@ def magnitude_scale(w, i):
 
 @inline
 def record_margin_of_force(w, k, i, distance, late):
-    """Record a decision by H, at a switch that rounding can delay by ROUNDING * late."""
+    """Record a decision by H at `distance` from its boundary, if rounding can delay the switch by ROUNDING * late."""
     slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
     record_margin(w, k, i, distance, ROUNDING * (magnitude_scale(w, i) + slope * late))
 
 
 @inline
 def record_margin_of_start(w, k, i, v, force):
-    """Record the start with ξ' = v as a decision if H rounds to ±1: then ξ'' may oppose a tiny v and reverse it.
+    """Record the start of a motion with ξ' = v as a decision, if |H| is 1 within rounding and v is tiny.
 
-    With |ξ''| < δ, the rounding of H, ξ' falls by δ²/2|H'| at most before H' prevails, or about δ² over the square root
-    of δ |H''| for an equally small H'.
+    Then ξ'' may oppose v and reverse it. Let δ be the rounding error of H, so |ξ''| < δ. Until H' changes the sign of
+    ξ'', |ξ'| falls by at most δ²/2|H'| or, if H' is also that small, by about δ² over the square root of δ |H''|.
     """
     slope = w[r.P + i] + w[r.ETA + i] * w[r.PF + i]
     bend = w[r.A + i] + w[r.AF + i] * w[r.ETA + i] * w[r.ETA + i]
@@ -134,7 +134,10 @@ def record_margin_of_start(w, k, i, v, force):
 
 @inline
 def record_margin_of_reversal(w, k, i, h, force, acceleration):
-    """Record the end of a slide in the air after h: ||H| - 1| decides. A zero of ξ' is late by its error over ξ''."""
+    """Record the decision by H at the end of a slide in the air, h after the last switch: its distance is ||H| - 1|.
+
+    The error of this instant is the error of ξ' divided by ξ'' (`acceleration`).
+    """
     distance = abs(abs(force) - 1.0)
     if distance < suspect(w, i):
         late = velocity_rounding(w, i, h) / (ROUNDING * abs(acceleration) + 1e-300)
@@ -145,7 +148,10 @@ def record_margin_of_reversal(w, k, i, h, force, acceleration):
 
 @inline
 def record_margin_of_impact(w, k, i, h, force, v):
-    """Record an impact with speed v after h: |H - 1| decides. A zero of ξ is late by its error over ξ'."""
+    """Record the decision by H at an impact with ξ' = v, h after the last switch: its distance is |H - 1|.
+
+    The error of this instant is the error of ξ divided by ξ'.
+    """
     distance = abs(force - 1.0)
     if distance < SUSPECT * magnitude_scale(w, i):
         late = gap_rounding(w, i, h) / (ROUNDING * abs(v) + 1e-300)
@@ -156,7 +162,7 @@ def record_margin_of_impact(w, k, i, h, force, v):
 
 @inline
 def clear_tangency(w, i):
-    """Clear the tangency at the beginning of a state."""
+    """Clear the closest tangency, at the beginning of a state."""
     w[r.DIP_DENOMINATOR + i] = 0.0
 
 

@@ -7,10 +7,10 @@ With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
     ξ' = v + L h + Q sin h + P vers h + (QF sin ηh + PF vers ηh) / η
     ξ  = x + (v + P + PF/η) h + L h²/2 - P sin h + Q vers h - (PF sin ηh - QF vers ηh) / η²
 
-where L = -(B + s), s = ±1 while sliding up / down. This is the solution of the paper with its constants inserted. All
-three have one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh. So has every switching
-function, and one routine searches them all. While h and ηh are below π/4 the linear and quadratic parts of sine and
-versine are added to d1 and d2 beforehand, where they cancel exactly:
+where L = -(B + s), s = ±1 while sliding up / down. This is the solution of the paper with its constants inserted. H, ξ'
+and ξ have one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh. Every switching function has
+this shape, too, so one routine searches all of them. While h and ηh are below π/4, the linear and quadratic parts of
+sine and versine are added to d1 and d2 beforehand, where they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
@@ -32,11 +32,11 @@ from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
 
 FAR = 0.8
-"""From this h on a motion is no longer small compared with its terms."""
+"""From this h on, the motion since the last switch is no longer small compared with the terms of its closed form."""
 
 
 STRETCH = 4.0 * PI
-"""A longer segment is continued with new initial values, so that h and ηh remain small enough to be exact."""
+"""A longer segment is continued with new initial values, so that h and ηh remain small enough for an exact result."""
 
 
 LONGEST_SCAN = 4194304.0
@@ -208,7 +208,7 @@ def fast_phase(eta, frac, period, phi, low):
 
 @inline
 def advance_phase(phi, low, h):
-    """Return (periods begun, φ, low) at the time h after (φ, low). The rounding error of φ + h is kept in low."""
+    """Return (periods begun, φ, low) at the time h after (φ, low). The rounding error of φ + h is added to low."""
     s = phi + h
     back = s - phi
     return turns(s, low + ((phi - (s - back)) + (h - back)))
@@ -256,7 +256,7 @@ class Arrival(NamedTuple):
 
 @inline
 def arrive(segment, a, phi, low, p, q, h):
-    """Return the arrival any h after (φ, low) at ε = 0; a = A, p = A cos φ, q = A sin φ."""
+    """Return the arrival at ε = 0, at the time h after (φ, low), for any h. a = A, p = A cos φ, q = A sin φ."""
     s, v, ds, dv, near = arc(h)
     x1, v1 = slide_at(segment, p, q, p, near, h, s, v, ds, dv)
     turned, phi1, _ = advance_phase(phi, low, h)
@@ -266,7 +266,7 @@ def arrive(segment, a, phi, low, p, q, h):
 
 @inline
 def arrive_far(segment, a, phi, low, p, q, h):
-    """Return `arrive` for h >= FAR with a single sine and cosine: this far from its start the motion is not small."""
+    """Return the same as `arrive`, but only for h >= FAR, with a single sine and cosine."""
     n, phi = advance_phase_short(phi, low, h)
     p1, q1 = excitation(a, phi, 0.0)
     x = segment.x + fma(fma(segment.xc2, h, segment.xc1), h, q - q1)
@@ -310,15 +310,16 @@ NEAR_BOUNDARY = 1e-8
 
 @inline
 def on_boundary(w, i, where, there, level, h):
-    """Return (`there`, LATE) of the end of a wait with a disturbance, moved to where H = `level` to the last bit of φ +
-    low.
+    """Return (arrival, LATE) of the end of a wait with a disturbance.
 
-    The error of the cursor is its own rounding, which η multiplies in θ, so a slide that begins with exactly ξ'' = 0
-    would begin with the H' of another time. The correction is one step of Newton's method, with a first-order update of
-    the fields. LATE is the remaining error by the rounding of H, over ROUNDING (margins.py); without `where` it is 0.
+    The arrival is `there`, moved to the instant at which H = `level`, to the last bit of φ + low. The cursor has a
+    rounding error, which is multiplied by η in θ. Without the correction, a slide that begins with exactly ξ'' = 0
+    would begin with the H' of another instant. The correction is one step of Newton's method, with a first-order update
+    of the fields. LATE is the error that remains by the rounding of H, divided by ROUNDING (margins.py). If `where` is
+    false, nothing is moved and LATE is 0.
 
-    Time does not decrease: the wait, which took h, ends no earlier than it began. φ is the double next to φ + low, so
-    that an immediately following event is not recorded before it.
+    Time does not decrease: the wait has lasted h, so its end is moved back by no more than h. φ is the double next to
+    φ + low, so that an event that follows immediately is not recorded before it.
     """
     eta = w[r.ETA + i]
     rate = there.p + eta * there.pf
@@ -338,9 +339,10 @@ def on_boundary(w, i, where, there, level, h):
 
 @part
 def propagate(w, k, i, wait_ends, level):
-    """Return the arrival at the cursor of lane i, disturbed or not, and LATE: as `on_boundary` if a wait ends there.
+    """Return (arrival, LATE) at the cursor of lane i, with a disturbance or without.
 
-    ξ and ξ' are those of a slide; they have no meaning in a wait.
+    If a wait ends there (`wait_ends`), the arrival is corrected by `on_boundary`. ξ and ξ' of the arrival are those of
+    a slide. At the end of a wait they have no meaning.
     """
     h = w[r.CURSOR + i]
     if w[r.AF + i] > 0.0:

@@ -15,7 +15,8 @@ ITERATIONS = 100
 """Bisection reduces any bracket to nothing in this many steps, so the loop always ends by convergence."""
 
 MANY = 16
-"""Fewest lanes for another step, which costs the same for any number of lanes; fewer wait for others."""
+"""A further step is taken if at least this many lanes need it: it costs the same for any number of lanes. Fewer lanes
+wait until others need a step, too."""
 
 
 @inline_each("fast")
@@ -33,7 +34,7 @@ def function_at(w, i, h, fast):
 
 @part
 def value(w, i, h):
-    """Return the same, disturbed or not, and count the evaluation."""
+    """Return the switching function searched in lane i at h, with a disturbance or without. Counts the evaluation."""
     w[r.WORK + i] += 1.0
     if w[r.ETA + i] > 0.0:
         return function_at(w, i, h, True)
@@ -42,14 +43,14 @@ def value(w, i, h):
 
 @inline
 def on_chord(low, high, g0, g1):
-    """Return the zero of the straight line between the ends of a bracket, or the midpoint if it is outside."""
+    """Return the zero of the straight line between the ends of a bracket, or the midpoint if this zero is outside."""
     x = low + (high - low) * (g0 / (g0 - g1))
     return choose((low < x) & (x < high), x, 0.5 * (low + high))
 
 
 @inline
 def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
-    """Return the root next to x2 of the parabola through three points, or the midpoint of the bracket if outside."""
+    """Return the root next to x2 of the parabola through three points, or the midpoint if it is outside the bracket."""
     f01 = (g1 - g0) / (x1 - x0)
     f12 = (g2 - g1) / (x2 - x1)
     f012 = (f12 - f01) / (x2 - x0)
@@ -85,8 +86,9 @@ def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
 def refine(w, i, low, high):
     """Return a zero of the switching function between low (sign not yet changed) and high (sign changed).
 
-    Begins with the ends and the zero of the line between them. Each step is the root, next to the newest point, of the
-    parabola through the last three points; a step out of the bracket is replaced by bisection. Ends at a step < `tol`.
+    The first three points are the ends and the zero of the line between them. The next point is the root, next to the
+    newest point, of the parabola through the last three points, or the midpoint if this root is outside the bracket.
+    The refinement ends when two successive points differ by less than `tol`.
     """
     x0, x1 = low, high
     g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN unless the scan has evaluated it
@@ -141,7 +143,7 @@ def refine_once(w, i):
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # more than a batch of switches may take
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # so many that the switch is left for `event.py`
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])

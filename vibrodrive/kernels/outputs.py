@@ -16,7 +16,7 @@ class Extent(NamedTuple):
 
     transient, periods : excitation periods before the record, and of the record
     budget : largest number of switches of one period
-    price : share of the budget, in switches, of one evaluation of a search
+    price : share of the budget that one evaluation of a search costs, in switches
     """
 
     transient: int
@@ -37,7 +37,7 @@ class Outcome(NamedTuple):
 class Recorder(NamedTuple):
     """Memory for summaries, and the summaries.
 
-    history float64 (LANES, ROWS, 6), totals float64 (LANES, TOTALS), or (LANES, 0) without summaries
+    history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS), or (LANES, 0) without summaries
     summary float64 (n, OUT)
     """
 
@@ -47,7 +47,7 @@ class Recorder(NamedTuple):
 
 
 class Log(NamedTuple):
-    """Switches of one motion: rows SWITCH (cap,), and their total number, stored int64 (1,)."""
+    """Switches of one motion: rows SWITCH (cap,), and stored int64 (1,), the number of rows for all of them."""
 
     rows: np.ndarray
     stored: np.ndarray
@@ -56,9 +56,9 @@ class Log(NamedTuple):
 class Errors(NamedTuple):
     """Output arrays for bounds of errors.
 
-    section float64 (n, periods, 2): of ξ and ξ' at each section point; (n, 1, 2): the largest of the record
+    section float64 (n, periods, 2): bounds for ξ and ξ' at each section point; (n, 1, 2): largest bounds of the record
     until float64 (n,): first period in which a decision may be wrong; inf if all are certain
-    rows float64 (cap, 3): of each switch (time, ξ, ξ'); for one motion
+    rows float64 (cap, 3): bounds (time, ξ, ξ') for each switch of one motion
     """
 
     section: np.ndarray

@@ -1,16 +1,18 @@
 """Output of a trajectory: section points, numbers of switches, main impacts and, for a single trajectory, switches.
 
-A section point is written by `emit_sections` here, one lane at a time; in batches before a switch by `write_ahead`
-(switch_disturbed.py) or after it by `write_points` (switch.py); and copied by `detect_recurrence` (recurrence.py).
-`finish` sets points that were not reached to NaN.
+For a single lane, section points are written by `emit_sections`. For a batch of switches, they are written by
+`write_ahead` before the switches are applied (switch_disturbed.py), or by `write_points` after it (switch.py). The
+section points of a motion that repeats itself are copied (recurrence.py). `finish` sets points that were not reached to
+NaN.
 
-**Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed one has one impact. A main
-impact has no faster one within half an excitation period before or after it: an impact within π of the last one written
-replaces it if it is faster, and is a touch if not. So a record of P periods has at most 2P main impacts.
+**Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed mass has one impact. A main
+impact has no faster impact within half an excitation period before or after it. An impact within π after the last main
+impact written replaces it if it is faster; otherwise it is a touch and is not written. So a record of P periods has at
+most 2P main impacts.
 
-Each is written with its time (period, phase), its speed, and the number of switches of the record before it. A batch of
-switches notes the end of each state; impacts are written after the decision which switches are applied. The impacts of
-a motion that repeats itself (recurrence.py) are copied with its section.
+Each main impact is written with its time (period, phase), its speed, and the number of switches of the record before
+it. A batch of switches stores the end of each state, and impacts are written when it is known which switches are
+applied. The impacts of a motion that repeats itself are copied with its section points.
 """
 
 from __future__ import annotations
@@ -79,8 +81,8 @@ def set_reference_impact(w, k, i, impacts):
 def impacts_repeat(w, k, i, cycle, impacts):
     """Return whether the main impacts repeat those since the reference, `cycle` periods ago.
 
-    They do if the last main impact is the same then and now, because it determines which of the next ones is main; or
-    if there was no impact.
+    They do if there was no impact since then. They also do if the last main impact at the reference and the last main
+    impact now are the same, because it determines which of the next impacts are main impacts.
     """
     landed = k[r.SWITCHES + IMPACT * r.STRIDE + i] > k[r.REFERENCE_SWITCHES + IMPACT * r.STRIDE + i]
     if impacts.shape[1] == 0 or not landed:
@@ -98,8 +100,8 @@ def impacts_repeat(w, k, i, cycle, impacts):
 def copy_impacts(k, i, cycles, cycle, switches, impacts):
     """Repeat the main impacts since the reference `cycles` times; `switches` is the number of switches of a cycle.
 
-    A faster impact may still replace the last one written. So it is shifted by all cycles; the final version of the
-    last impact at the reference takes its place.
+    A faster impact may still replace the last main impact written. So this impact is moved to the end of all cycles.
+    Its place is taken by a copy of the impact that was the last one at the reference and is final now.
     """
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     more = count - k[r.REFERENCE_IMPACTS + i]
@@ -177,9 +179,9 @@ def write_row(w, k, i, row, event, rows):
 
 @inline
 def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
-    """Count the switch and, if there is room, write its row, and a main impact, if it is after the transient.
+    """Record a switch after the transient: count it, and write its row if there is room, and its main impact, if any.
 
-    Row 0 is for the last switch before that: its motion continues at the beginning of the record.
+    Row 0 has the last switch of the transient, because the record begins in the state that follows this switch.
     """
     recorded = switch.in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:

@@ -1,22 +1,26 @@
-"""ε = 0: a motion that returns to an earlier state repeats itself, so its cycles are copied.
+"""Copying of cycles at ε = 0: a motion that returns to an earlier state repeats itself.
 
-After an impact the motion depends only on the phase of the impact; after a rest on nothing, because the mass leaves at
-a known phase with ξ = ξ' = ξ'' = 0. So a certified motion that rests twice returns exactly, and so does, finally, a
-motion whose distance from a stable orbit has shrunk below the last bit. From then on each cycle equals its predecessor
-to the bit: no decision depends on the number of periods passed.
+After an impact, the motion depends only on the phase of the impact. After the mass has rested at the obstacle, the
+motion is always the same, because the mass leaves at a known phase with ξ = ξ' = ξ'' = 0. So a certified motion that
+rests twice returns to the same state exactly. A motion that approaches a stable orbit returns exactly when its distance
+from the orbit is below the last bit. After the return, each cycle equals the cycle before to the bit, because no
+decision depends on the number of periods passed.
 
-Whenever the mass leaves the obstacle its state is compared with a reference state (cycle detection after Brent 1980).
-If they are equal, the section points of the cycle in between are copied as often as complete cycles fit into the rest
-of the record, its switches are counted as often, and the lane continues after them; the last part of a cycle is
-computed. A new reference is set at every certified rest, and after a number of departures (which grows by a quarter
-each time) without a return to the old one. A summary follows from one cycle of switches (history.py); section and main
-impacts are copied after it is written. If only summaries are recorded, the trajectory ends there.
+Whenever the mass leaves the obstacle (a departure), its state is compared with a reference, the state at an earlier
+departure (cycle detection after Brent 1980). If the two states are equal, the motion between them is a cycle. Its
+section points are copied, and its switches counted, as often as complete cycles fit into the rest of the record. The
+lane then continues after these cycles and computes the rest. A new reference is set whenever the mass leaves after a
+certified rest, and after a number of departures without a return. This number grows by a quarter each time. A summary
+follows from the switches of one cycle (history.py). The section points and main impacts are copied after the summary is
+written. If only summaries are recorded, the trajectory ends there.
 
-Equal phases do not suffice for equal bits: the guesses from which the next searches start must also be equal. A
-certified rest therefore clears them. Nothing is copied for 1 - B < LEAST_FALL, where slides are searched by steps and
-certified steps depend on the margin so far. Muller's path also returns, because its grid begins at each switch and only
-the grid points around a zero determine the start of its refinement; but it ends a rest at a refined phase, not at a
-known one. On a fixed grid the motion depends on the number of the grid point, which never returns.
+Equal phases do not suffice for equal bits, because the next searches start from guesses (undisturbed.py), which must
+also be equal. A certified rest therefore clears the guesses. Nothing is copied for 1 - B < LEAST_FALL: slides are then
+searched by steps, and the certified steps depend on the smallest margin so far.
+
+With Muller's method a motion also returns to the same bits, because its grid begins at each switch and the refinement
+of a zero depends only on the grid points around it. But a rest ends at a refined phase, not at a known phase, so two
+rests need not be equal. With a fixed grid, the motion depends on the number of the grid point, which never returns.
 """
 
 from __future__ import annotations
@@ -26,11 +30,11 @@ from vibrodrive.kernels import codes, history, motion, record, switch, undisturb
 from vibrodrive.kernels import lane as r
 
 FIRST_WINDOW = 16
-"""Departures after which the first reference is replaced, unless the mass rests earlier."""
+"""Number of departures after which the first reference is replaced, unless the mass rests earlier."""
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
-"""Quantities that determine the motion after a departure, in the order of their rows at the reference."""
+"""Quantities that determine the motion after a departure. The reference has them in rows of the same order."""
 
 
 @inline
@@ -44,7 +48,7 @@ def clear_reference(w, k, i):
 
 @inline
 def at_reference(w, i, guessed):
-    """Return whether all quantities that determine the motion are as at the reference."""
+    """Return whether the quantities that determine the motion equal those of the reference (guesses: if `guessed`)."""
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
         same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * r.STRIDE + i]
@@ -70,7 +74,10 @@ def set_reference(w, k, i, impacts, recorder):
 
 @inline
 def copy_cycles(k, i, cycles, cycle, section, impacts):
-    """Copy section points, impacts and numbers of switches of the cycle since the reference, of `cycle` points."""
+    """Repeat the section points, impacts and numbers of switches since the reference `cycles` times.
+
+    A cycle lasts `cycle` excitation periods and has as many section points.
+    """
     row, count = switch.section_row(k, i, section), k[r.SECTIONS + i]
     for m in range(count, count + cycles * cycle):
         section[row, m, 0] = section[row, m - cycle, 0]
@@ -86,9 +93,10 @@ def copy_cycles(k, i, cycles, cycle, section, impacts):
 
 @part
 def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
-    """Skip the known cycles if lane i, which has just left the obstacle, is at its reference.
+    """Skip the known cycles if the state of lane i, whose mass has just left the obstacle, equals its reference.
 
-    guessed: whether the bits of a switch depend on the start of its search. Returns False if all results are known.
+    guessed: whether the bits of a switch depend on the guess from which its search starts. Returns False if all results
+    of the trajectory are known.
     """
     rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # after an impact H > 1
     if not at_reference(w, i, guessed):
@@ -101,8 +109,8 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
     cycles = 0
-    # no period of the copies can cost more than the cycle: at most two switches for each search, and a hundredth of
-    # its evaluations, are less than three times these
+    # a copied period costs at most as much as the cycle. Each search costs at most two switches and a hundredth of its
+    # evaluations, together less than three times its evaluations
     cost = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i])
     known = cost < float(extent.budget) and 1.0 - w[r.B + i] >= undisturbed.LEAST_FALL
     summarised = True

@@ -11,11 +11,13 @@ from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, REST, STICK, UP
 
 @jit(_nrt=False)
 def sample_segments(lanes_w, lanes_k, points, rows, sampling, count, under_way, out, state):
-    """Evaluate the closed form between the switches `rows` (SWITCH, as written by `run`) at the next `count` instants.
+    """Evaluate the closed form between the switches `rows` (SWITCH, written by `single`) at the next `count` instants.
 
     sampling int64 (3,): method, transient, instants a period
     under_way int64 (2,): the next instant and the row of its segment, initially 0 and -1
-    out float64 (n, 3): ξ, ξ', H; state int8 (n,). Returns whether all are done.
+    out float64 (n, 3): ξ, ξ', H; state int8 (n,)
+
+    Returns whether all n instants are done.
     """
     w, k = lanes_w[0], lanes_k[0]
     method, transient, per_period = sampling[0], sampling[1], sampling[2]

@@ -12,7 +12,7 @@ from vibrodrive.kernels.codes import CERTIFIED, DOWN, INFINITY, NONE_BEGUN, OF_T
 from vibrodrive.kernels.outputs import Switch
 
 LAST_PHASE = math.nextafter(TWO_PI, 0.0)
-"""The largest phase of a start."""
+"""Largest phase at which a motion can start."""
 
 
 @part

@@ -1,7 +1,7 @@
-"""Loop for trajectories that are followed one by one: a single trajectory whose switches are recorded, and literal
+"""Loop for trajectories that are computed one by one: single trajectories whose switches are recorded, and literal
 scans, which vectorise along their grid.
 
-Each search runs to its end in registers; a batch of lanes keeps its searches in memory.
+Each search runs to its end in registers. In batches (engine.py) the searches of all lanes are in memory.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ def follow(w, k, table, method, literal):
 
 @cache
 def single(method: int, recorded: bool, bounded: bool):
-    """Return the kernel that finds the switches of one trajectory after the other by `method`; see engine.py.
+    """Return the kernel that computes trajectories one by one by `method`; `batch` in engine.py computes many together.
 
-    `recorded`: include the code for summaries, in addition to impacts. `bounded`: include bounds of the errors of the
-    motion (certainty.py).
+    If `recorded`, the kernel computes summaries in addition to impacts. If `bounded`, it computes bounds of the errors
+    of the motion (certainty.py).
     """
 
     @jit(_nrt=False)
@@ -104,10 +104,10 @@ def next_switches(lanes_w, lanes_k, points, states, periods, section, rows, stor
     """Find the certified switch that ends states[n] for a start at points[n], for all n.
 
     points float64 (n, columns), states int64 (n,)
-    periods : longest wait for the switch
-    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory; m - 1 switches are examined, as an
-    impact, or a start within rounding of a boundary, adds one or two switches before it
-    ends int64 (n, 2): period and next state, or -1 without such a switch; phases float64 (n,)
+    periods : number of excitation periods in which the switch is searched for
+    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory. Up to m - 1 switches are examined: an
+    impact, or a start with H within rounding of ±1, adds one or two switches before the one that ends the state
+    ends int64 (n, 2): period of the switch and next state, -1 if there is no such switch; phases float64 (n,)
     """
     w, k = lanes_w[0], lanes_k[0]
     extent, log = Extent(0, periods, rows.shape[0], switch.SEARCH_PRICE), Log(rows, stored)

@@ -4,22 +4,22 @@ A motion that repeats itself is measured over one of its periods, from an impact
 later; any other from the first switch recorded to the last. Each segment in between begins at rest (ξ' = 0), is
 complete and has a closed form, so all sums are exact:
 
-* friction takes |Δξ| from each slide, an impact ½ξ'² (§2: friction force and mass are 1);
+* friction takes the energy |Δξ| from each slide, an impact takes ½ξ'² (§2: friction force and mass are 1);
 * the excitation F = A sin τ + A ε η² sin ητ gives ∫ F ξ' dτ. With G the integral of F, and ξ'' = F + L, L = -(B + s),
 
       ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
 
-  which does not use the balance drive = friction + impacts, so that this can be checked;
-* a small delay δφ of the beginning of a slide, and δξ of the gap there, become, with a = ξ'' at both ends and h the
-  time between them,
+  This formula does not use the balance drive = friction + impacts, so the balance can be checked.
+* Let a small delay δφ₀ of the beginning of a slide and a small change δξ₀ of the gap there lead to δφ₁ and δξ₁ at its
+  end. With the values a₀ and a₁ of ξ'' at the beginning and at the end, and the time h between them,
 
       δξ₁ = δξ₀ - a₀ h δφ₀,    δφ₁ = a₀ δφ₀ / a₁   at a zero of ξ',    δφ₁ = -δξ₁ / ξ'   at an impact
 
   A wait ends at a known phase: δφ = 0 after it. From impact to impact this is the derivative of the impact-phase map,
   and the mean of log |δφ₁ / δφ₀| per period is the Lyapunov exponent (ε = 0).
 
-Main impacts are those of record.py; the first and the last of a record are omitted, because the impacts before and
-after them are unknown.
+Main impacts are those of record.py. The first and the last main impact of a record are omitted, because impacts before
+and after the record may be faster.
 """
 
 from __future__ import annotations
@@ -42,11 +42,12 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
     # where H falls to 1 and rises to -1: the phase, NaN if it never does, and A cos φ there
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
-    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact, times of the first and the last one
+    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact; times of the first and the last impact
     GROWTH, LATE, OFF, FIRST, LAST,
-    # main impacts: time and speed of the last one, which a faster one may still replace; time before it; number
+    # main impacts: time and speed of the last one, which a faster impact may still replace; time of the one before it;
+    # their number
     MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
-    # the last GAPS gaps between them, and for each length up to GAPS whether they repeat after this length
+    # the last GAPS gaps between main impacts, in periods; for each length up to GAPS whether the gaps repeat after it
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
 ) = range(47)  # fmt: skip
@@ -68,8 +69,8 @@ REACH = 1024
 """Number of switches, back from the last one, in which the period is searched for."""
 
 SAME = 1e-6
-"""Largest difference of two switches a period apart in time, ξ and ξ'. Motions approach their orbit as |multiplier|ⁿ.
-"""
+"""Two switches a period apart are equal if they differ by at most this in time, ξ and ξ'. A motion approaches its orbit
+only like |multiplier|ⁿ, so a smaller value would miss periods."""
 
 
 class Drive(NamedTuple):
@@ -84,7 +85,7 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """Return (φ, A cos φ) where the slow part of H falls back to s, in the direction of a slide; or else (NaN, 0)."""
+    """Return (φ, A cos φ) where the slow part of s H falls to 1 in a slide of direction s, or else (NaN, 0)."""
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
@@ -94,7 +95,7 @@ def turn_of(s, a, b):
 
 @inline
 def time_of(rows, row):
-    """Return τ of a switch, rounded: less accurate after many periods."""
+    """Return τ of a switch. Its rounding error grows with the number of periods."""
     return rows[row, PERIOD] * TWO_PI + rows[row, PHASE]
 
 
@@ -121,7 +122,7 @@ def clear_totals(totals, a, b):
 
 @inline
 def begin_totals(rows, row, totals):
-    """Begin the totals at a switch; if it is an impact, delays are followed from there."""
+    """Begin the totals at a switch. If it is an impact, the growth of delays is computed from there on."""
     if int(rows[row, AFTER]) == IMPACT:
         totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
@@ -146,14 +147,14 @@ def forces(row, rows, drive):
 def slow_peak(s, phi, h, g, cosine, slope, totals):
     """Return the largest s ξ' of a slide of direction s that begins at φ, without the fast excitation.
 
-    g is -G at its beginning, `cosine` A cos φ at its end, h later, `slope` B + s. The largest value occurs where H
-    falls back to s, or at the end.
+    h is its duration, g is -G at its beginning, `cosine` is A cos φ at its end, and `slope` is B + s. The largest value
+    occurs where s H falls to 1, or at the end.
     """
     best = s * (g - slope * h - cosine)
     turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # each turn is faster than its predecessor
+        if s * slope < 0.0:  # |ξ'| is larger at each such phase than at the one before
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
         best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best
@@ -163,8 +164,8 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 def fast_peak(s, row, rows, h, g, slow, drive, least):
     """Return the largest s ξ' of a slide from switch `row` with a disturbance, or `least` if that is larger.
 
-    If the largest value `slow` of the slow part is near enough, ξ' is evaluated at eight points of each fast period,
-    and the largest is refined by Newton's method on ξ'' = H - s.
+    `slow` is the largest value of the slow part. If it is near enough to `least`, ξ' is evaluated at eight points of
+    each fast period, and the largest of these values is refined by Newton's method on ξ'' = H - s.
     """
     a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
     phi = rows[row, PHASE]
@@ -252,7 +253,7 @@ def add_impact(time, speed, totals):
 
 @inline
 def keep_gap(known, totals):
-    """Keep the gap before the last main impact, in periods, after the `known` gaps so far."""
+    """Store the gap before the last main impact, in periods. So far `known` gaps are known."""
     gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
     for n in range(GAPS):
         if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
@@ -279,9 +280,10 @@ def add_gap(rows, row, totals):
 
 @inline
 def digits_of(gaps, length, last):
-    """Return a cycle of gaps as a number with one digit for each, the least of its rotations; 0 if a gap is not 1 to 9.
+    """Return a cycle of `length` gaps as a number with one digit for each gap; 0 if a gap is not between 1 and 9.
 
-    Gap k is in place k mod GAPS; the cycle ends with gap `last`.
+    Of all rotations of the cycle, the one with the smallest number is taken. Gap k is at index k mod GAPS of `gaps`.
+    The cycle ends with gap number `last`.
     """
     least = INFINITY
     for turn in range(length):
@@ -299,7 +301,7 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """Return the gaps of a record as digits of their shortest cycle; 0 if they do not repeat throughout."""
+    """Return the shortest cycle of the gaps of a record by `digits_of`; 0 if they do not repeat in all of it."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
@@ -309,7 +311,10 @@ def gap_cycle(totals):
 
 @part
 def gap_cycle_of_period(rows, last, count, n, totals):
-    """Return the same for a motion of period n, whose last `count` switches are one period; from its fastest impact."""
+    """Return the cycle of gaps of a motion of period n by `digits_of`, beginning with its fastest impact.
+
+    The switches of one period are the last `count` switches, up to row `last`.
+    """
     first = last - count + 1
     main, speed = -1, 0.0
     for row in range(last, first - 1, -1):
@@ -360,7 +365,7 @@ def alike(rows, a, b, n):
 def find_period(rows, first, last):
     """Return (n, switches in n periods) if the switches first … last repeat after n periods; (0, 0) if they do not.
 
-    The last n periods are compared with the n before, or with the part of these that is present.
+    The last n periods are compared with the n periods before them, as far as these are in the rows.
     """
     for j in range(last - 1, first - 1, -1):
         n = math.floor(between(rows, j, last) * (1.0 / TWO_PI) + 0.5)
@@ -433,7 +438,7 @@ def leaves(state, a, b, af):
 
 @part
 def add_switches(rows, first, end, drive, totals):
-    """Add the switches first … end - 1 of a record. Row 0 is the first switch, unless totals were added before."""
+    """Add the switches in rows first … end - 1 to the totals. If first = 0, row 0 is the first switch of the record."""
     if first == 0 and end > 0:
         clear_totals(totals, drive.a, drive.b)
         add_gap(rows, 0, totals)
@@ -445,10 +450,10 @@ def add_switches(rows, first, end, drive, totals):
 
 @part
 def summarise(rows, added, count, state, x, drive, totals, out):
-    """Compute the summary of a motion from its switches, or the last of them, in rows 0 … count - 1.
+    """Compute the summary of a motion from its switches, or from the last of them, in rows 0 … count - 1.
 
-    `totals` already includes the switches before row `added`, and those before row 0 then. state, x: the state in which
-    the motion ends, and ξ at its beginning.
+    `totals` already includes the switches before row `added`. If added > 0, it also includes earlier switches that are
+    no longer in the rows. state: the state in which the motion ends; x: ξ at the beginning of this state.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not leaves(state, drive.a, drive.b, drive.af)

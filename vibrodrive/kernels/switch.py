@@ -1,8 +1,9 @@
 """Rules at a switch: the decision, the start of the next state, the cost. Each formula exists only here.
 
-`event.py` applies any switch, in one lane; the `switch_*` modules apply ordinary switches, in all lanes of a batch.
-Both use these formulas in the same order, so the bits of a trajectory do not depend on which of them applied a switch.
-`where`: whether lane i changes, a mask in the batched loops, True for a single lane. A wait is sticking or resting.
+`event.py` applies any switch, in one lane. The `switch_*` modules apply ordinary switches (engine.py) in all lanes of a
+batch. Both use these formulas in the same order, so the bits of a trajectory do not depend on the module that applied a
+switch. If the argument `where` is false, lane i is not changed: it is a mask in the batched loops, and True for a
+single lane. A wait is sticking or resting.
 """
 
 from __future__ import annotations
@@ -18,15 +19,16 @@ SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
 """Share of the budget of a period, in switches, of an evaluation of a search, and of a grid point of a literal scan."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE
-"""Number of evaluations from which on a search costs more than its switch."""
+"""A search with more evaluations than this costs more of the budget than its switch."""
 
 
 @inline
 def decide_after_slide(impact, force):
-    """Return the state after a slide, Fig. 2: after an impact, or in the air.
+    """Return the state after a slide, Fig. 2. `impact`: whether the slide ends in an impact; force: H at its end.
 
-    After a correct switch in the air one of the two slides is impossible. The fixed path may reach it; then the mass
-    continues from rest (§5). The obstacle supports any force towards it.
+    If the slide ends exactly at ξ' = 0 in the air, a slide in the same direction cannot follow. On a fixed grid the
+    switch is late, so such a slide may follow, and the mass continues from rest (§5). At the obstacle the mass rests
+    for H <= 1, because the obstacle supports any force towards it.
     """
     in_air = choose(force > 1.0, UP, choose(force < -1.0, DOWN, STICK))
     return choose(impact, choose(force > 1.0, UP, REST), in_air)
@@ -34,7 +36,7 @@ def decide_after_slide(impact, force):
 
 @inline
 def decide(which, side, force):
-    """Return the state after the zero of switching function `which`; `side` > 0 if 1 + H ends a stick."""
+    """Return the state after the zero of switching function `which`; `side` > 0 if sticking ends by 1 + H = 0."""
     leave = choose((which == S4) & (side > 0.0), DOWN, UP)
     return choose(which >= S4, leave, decide_after_slide(which == S1, force))
 
@@ -56,11 +58,13 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
     """Return the segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
 
     b = B, inverse = 1/η (0 without a disturbance); `field` has p, q, pf, qf: A cos φ, A sin φ, and those of the
-    disturbance. It begins with ξ'' = H - s, eq. (1), which eqs. (4), (5) continue. A slide from rest accelerates in its
-    own direction, or not at all. It begins with exactly ξ'' = 0 after a wait (`at_boundary`: H = ±1 by definition), and
-    if it would accelerate the other way by rounding, or on a grid (`on_grid`) by the tolerance of Muller's method at
-    the end of the wait. The slope L then absorbs the difference. It does not for a certified motion with a disturbance:
-    there the difference is the rounding of A ε η², which may be large and would be multiplied by h²/2.
+    disturbance. The segment begins with ξ'' = H - s, eq. (1), and continues by eqs. (4), (5).
+
+    A slide from rest accelerates in its own direction, or not at all. It begins with exactly ξ'' = 0 after a certified
+    wait, whose end is at H = ±1 by definition (`at_boundary`). It also begins with ξ'' = 0 if the computed ξ'' has the
+    wrong sign. The cause is rounding or, on a grid (`on_grid`), the tolerance of Muller's method at the end of the
+    wait. The slope L is then changed by the same difference as ξ''. It is not changed for a certified motion with a
+    disturbance, where the difference is the rounding error of A ε η²: it may be large, and would be multiplied by h²/2.
     """
     from_rest = v == 0.0
     a0 = force - s
@@ -139,7 +143,7 @@ def commit_cost(w, k, i, where, counted, cost):
 
 @inline
 def commit_departure(k, i, where):
-    """Count a departure of lane i from the obstacle. Returns the number of departures since the reference."""
+    """Count that the mass of lane i leaves the obstacle. Returns this count since the reference (recurrence.py)."""
     since = k[r.SINCE + i] + choose(where, 1, 0)
     k[r.SINCE + i] = since
     return since
@@ -170,7 +174,8 @@ def can_leave(w, i, state):
 
 
 SECTION_MARGIN = 1e-9
-"""If a second section point is closer than this to a switch, `event.py` determines which of them is first."""
+"""If the second section point after the last switch is closer than this to the next switch, the switch is left for
+`event.py`, which determines whether the point or the switch is first."""
 
 
 @inline
@@ -189,7 +194,7 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next is surely later)."""
+    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next point is later)."""
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 
@@ -229,9 +234,9 @@ def leave_over(k, i, what):
 
 @inline
 def note_end(w, k, i, which, period, phi, x, v):
-    """Note the end of a state in lane i in a batch: the switching function `which` is zero there.
+    """Store the end of a state in lane i in a batch: the switching function `which` is zero there.
 
-    After a wait with a known end the lane continues at a later time.
+    If a wait with a known end follows, the lane is at the later end of this wait when the batch is complete.
     """
     k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period
@@ -264,7 +269,7 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def has_rows(section, summary):
-    """Return whether `section` has a row for each point, as `summary`, or one shared row because it is not recorded."""
+    """Return whether `section` has a row for each point, as `summary`. Otherwise it is not recorded and has one row."""
     return section.shape[0] == summary.shape[0]
 
 
@@ -276,9 +281,10 @@ def section_row(k, i, section):
 
 @inline
 def write_points(w, k, i, section):
-    """Write the section points passed by a switch that a batch has applied: before it, and in a wait after it.
+    """Write the section points of a switch that a batch has applied: one before it, and one in a wait after it.
 
-    The first is written even if it was not passed, because a branch costs more; the correct point overwrites it later.
+    The point before the switch is written even if there is none, because a branch costs more. The correct point
+    overwrites it later.
     """
     row, slot = section_row(k, i, section), k[r.SLOT + i]
     if slot < section.shape[1]:

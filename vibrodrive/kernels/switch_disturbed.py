@@ -1,4 +1,4 @@
-"""Ordinary switches with a disturbance, certified, in all lanes of a batch: as switch_undisturbed.py, for ε > 0.
+"""Ordinary certified switches with a disturbance, in all lanes of a batch: as switch_undisturbed.py, but for ε > 0.
 
 The section point before a switch is written before the segment that leads to the switch is overwritten.
 """
@@ -55,7 +55,7 @@ def find_switch(w, k, i):
     clear = (not touched) | (near >= margins.suspect(w, i))
     margin = choose(touched, switch.smaller(near, w[r.MARGIN + i]), w[r.MARGIN + i])
 
-    # S2 ends below the obstacle: search for the impact before it
+    # ξ < 0 at the end of the slide: search for the impact before it
     off = margins.gap_rounding(w, i, h)
     fell = falling & (there.x < -off)
     aside = clear & fell & ((met == ZERO) | (met == FALLEN)) & (w[r.X0 + i] >= first_zero.LEAST_GAP)
@@ -68,7 +68,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

@@ -1,13 +1,13 @@
-"""Switches on a grid at ε = 0 in all lanes of a batch: the same as scanning and `event.py`, without branches.
+"""Switches on a grid at ε = 0 in all lanes of a batch, without branches. The results equal those of a scan of the grid.
 
-The end of a slide from rest, or of a wait, is found as on the certified path (undisturbed.py). This gives the grid
-points between which the scan would stop. A few values prove that it would stop nowhere else: the switching function
-rises to a known phase and falls from there. So if it is beyond rounding at the beginning of the scan (a wait at its
-start, a slide one grid point later) and at the last grid point before the zero, it is beyond rounding at all points in
-between. The other side of S4 either grows throughout or is least at the peak of H, at 1 + B - A.
+The end of a slide from rest, or of a wait, is found as for certified motions (undisturbed.py). A scan would stop at the
+grid points around this zero. A few values prove that it would stop nowhere else: the switching function rises to a
+known phase and falls from there. So if it is above its rounding error at the beginning of the scan (for a wait at its
+start, for a slide one grid point later) and at the last grid point before the zero, it is above its rounding error at
+all points in between. The other side of S4 either grows throughout or has its minimum, 1 + B - A, at the peak of H.
 
-The fixed path then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the two
-points around it. So the bits equal those of the scan.
+The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
+two points around it. So the bits equal those of a scan.
 
 All other cases are scanned: a zero too close to a grid point, a longer refinement, a decision within rounding.
 """
@@ -109,7 +109,7 @@ def end_in_cell(w, k, i, fixed, cell):
 
 @inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, extent):
-    """Apply the switch at the end of the state of lane i if it is an ordinary one; otherwise leave it to be scanned.
+    """Apply the switch at the end of the state of lane i if it is ordinary; otherwise the grid is scanned for it.
 
     `fixed` is a literal: the switch is at the grid point after the zero, or else refined by Muller's method.
     """
@@ -122,8 +122,8 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     h, refined, steps, there = end_in_cell(w, k, i, fixed, cell)
     rate = undisturbed.rate_of(w[r.A0 + i], there.q - w[r.B + i] - choose(rising, 1.0, -1.0))
 
-    # S2 ends below the obstacle: search for the impact before it. Within a grid step of its minimum ξ differs from the
-    # minimum by less than `slack`
+    # ξ < 0 at the end of the slide: search for the impact before it. Within a grid step of its minimum, ξ differs from
+    # the minimum by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = value_at(0.0, 1.0, gap_form, cell.low)
     off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]
@@ -131,7 +131,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     aside = sure & falling & (x_low < -slack)
     guess_below = undisturbed.gap_guess(x0, x_low, cell.low)
     ordinary = sure & refined & ((there.x > slack) | (not falling))
-    # idle without an end, from a bracket or a scan
+    # idle if neither a bracket nor a scan has found an end yet
     idle = not (met | seen)
 
     found = take_over.Found(h, which, there, 0.0, off, w[r.WORK + i], margin, ordinary, aside, margin, idle)

@@ -1,8 +1,8 @@
-"""Ordinary switches on a grid with a disturbance in all lanes of a batch: the same as scanning and `event.py`.
+"""Ordinary switches on a grid with a disturbance, in all lanes of a batch. The results equal those of `event.py`.
 
-The fixed path switches at the grid point after the zero, eq. (10). Muller's method first refines the zero, in all lanes
-together (muller.py). If ξ has fallen below 0 the impact is searched for; if Muller's method finds this only at the
-refined zero of ξ', the lane is left for `event.py`.
+The method `fixed` switches at the grid point after the zero, eq. (10). Muller's method first refines the zero, in all
+lanes together (muller.py). If ξ has fallen below 0, the impact is searched for. If ξ < 0 is found only at the refined
+zero of ξ', the lane is left for `event.py`.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from vibrodrive.kernels.codes import BOTH, FALLEN, NOTHING, S1, S2, ZERO
 def find_switch_on_grid(w, k, i, fixed, apart):
     """Return the outcome of the scan in lane i at its cursor.
 
-    apart: whether the last ξ > 0 was more than a grid step ago. If ξ fell below 0 since then, in an interval without
-    other switches, the first such grid point is searched for.
+    apart: whether the last grid point with ξ >= 0 is more than one step back. If ξ has fallen below 0 since then, in an
+    interval without other switches, the first grid point with ξ < 0 is searched for.
     """
     met, which, cursor, margin = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i], w[r.MARGIN + i]
     high = cursor * w[r.DTAU + i]
@@ -41,7 +41,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`."""
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)

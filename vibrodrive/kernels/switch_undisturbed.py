@@ -1,8 +1,8 @@
-"""Ordinary switches at ε = 0, certified, in all lanes of a batch: the same as `event.py`, without branches.
+"""Ordinary certified switches at ε = 0 in all lanes of a batch, without branches.
 
-An ordinary switch is far from a change of decision, within the record and the budget, with at most one section point
-before it. All others are left for `event.py`. Both take the same decisions by the same formulas (switch.py) in the same
-order, so the bits of a trajectory do not depend on which of them applied a switch.
+A switch is ordinary if its decision is clear beyond rounding, if it is within the record and the budget, and if at most
+one section point precedes it. All other switches are left for `event.py`. Both modules decide by the same formulas
+(switch.py) in the same order, so the bits of a trajectory do not depend on the module that applied a switch.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Wait(NamedTuple):
 
 @inline
 def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
-    """Return the wait in state `to` that begins at (period, φ); section point `slot` is the next one then."""
+    """Return the wait in state `to` that begins at (period, φ). The next section point is number `slot`."""
     h, phase, later, down = undisturbed.wait_end(w, i, to, phi)
     _, point, one = switch.point_on_the_way(w, k, i, slot, period, phi, 0.0, h, extent)
     cost, margin = 1 + choose(k[r.PERIOD + i] == period, ahead.cost, 0), margins.wait_end_distance(w, i, down)
@@ -48,7 +48,7 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; or leave it for `event.py`.
+    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`.
 
     An impact leaves ξ = ξ' = 0, eq. (7).
     """
@@ -63,7 +63,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     known = met & (w[r.SEARCH_MODE + i] == codes.BRACKETED) & (h >= motion.FAR) & (w[r.V0 + i] == 0.0)
     known &= (phi1 >= 0.0) & (phi1 < TWO_PI)
 
-    # S2 ends below the obstacle: search for the impact before it
+    # ξ < 0 at the end of the slide: search for the impact before it
     off = margins.far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
     aside = known & falling & (x < -off)
     below = switch.smaller(-x, margin)
@@ -108,7 +108,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, rested, phi, h, rate)
     lo, hi, fall, guess = undisturbed.bracket(w, i, s, phi2, p2, segment.slope)
 
-    # the mass leaves the obstacle: it may be at its reference
+    # the mass leaves the obstacle: its state may equal the reference (recurrence.py)
     left_obstacle = over & gap
     look = take_over.is_due(w, k, i, left_obstacle, phi2) | (left_obstacle & rested)
     more = choose(point1, codes.WRITE_POINT, codes.DONE) + choose(look, codes.CHECK_RECURRENCE, codes.DONE)

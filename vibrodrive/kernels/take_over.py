@@ -1,8 +1,10 @@
 """Common part of the batched switches: section points and costs before a switch, its decision, and its application.
 
-`switch_disturbed.py`, `switch_grid.py` and `switch_grid_disturbed.py` find the end of a state and whether it is
-ordinary, `take_over` decides and applies the switch, and they begin the next search. At ε = 0 the certified switch
-(switch_undisturbed.py) also ends a wait in the same batch and begins the next state; it shares all but `take_over`.
+The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py find the end of a state and whether the
+switch there is ordinary (engine.py). Then `take_over` decides and applies the switch. Finally these modules begin the
+search for the end of the next state. The module switch_undisturbed.py, for certified switches at ε = 0, does not use
+`take_over`, because it also ends a wait that follows a switch and begins the state after the wait. It uses all other
+functions of this module.
 """
 
 from __future__ import annotations
@@ -91,7 +93,7 @@ def decide_clearly(w, i, event, force, margin):
 
 @inline
 def is_due(w, k, i, departs, phi):
-    """Return whether a lane that leaves the obstacle at φ, if it `departs`, needs a check for a recurrence."""
+    """Return whether the mass of lane i leaves the obstacle (`departs`), at φ, and a recurrence is possible."""
     since = switch.commit_departure(k, i, departs)
     return departs & ((phi == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
 
@@ -103,7 +105,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
     gap, waited = event == S1, event >= S4
     force = motion.adhesive_force(w, i, there.q, there.qf) if fast else there.q - w[r.B + i]
 
-    # an ordinary switch is before the next section point but one, within the budget, and clearly decided
+    # an ordinary switch precedes the second section point, is within the budget, and is clearly decided
     ahead = look_ahead(w, k, i, found.h, found.work, extent)
     to, nearest, decided = decide_clearly(w, i, event, force, found.margin)
     over, s = found.ordinary & ahead.within & decided, switch.direction(to)
@@ -135,7 +137,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
         switch.commit_segment_fast(w, i, over, segment)
         switch.commit_time_fast(w, i, over, there.theta, there.pf, there.qf, found.late)
     else:
-        # the mass leaves the obstacle, or rests there: it may be at its reference
+        # the mass has an impact or leaves the obstacle: its state may equal the reference (recurrence.py)
         look = is_due(w, k, i, over & (gap | (event == S5)), there.phi) & (not fixed)
         kept, more = recorded | (k[r.HISTORY_KEEPS + i] == ALL), choose(look, CHECK_RECURRENCE, DONE)
     more += choose(kept, KEEP_SWITCH, DONE)

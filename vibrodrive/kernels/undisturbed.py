@@ -1,23 +1,25 @@
-"""ε = 0: without a disturbance every state has one end, in a known place.
+"""Ends of states at ε = 0: without a disturbance every state has one end, at a known phase or in a known interval.
 
 **Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
 
-**Slides** that begin at rest. g = s ξ' starts at 0 and grows until H is back at s, a known phase: to the peak of |ξ'|.
-From there it falls until sH rises through 1 again, also a known phase. From one such phase to the next the integral of
-g' is -2π(1 + sB), and a slide that begins later lacks a part of the growth: at the end of the fall g is at most that,
-below zero for 1 + sB > 0. So g has exactly one zero on [lo, hi] between the two phases, and none before lo: any method
-that converges inside this bracket finds the switch. The depth of g below zero at hi is the distance of that decision.
+**Slides** begin at rest. Let g = s ξ', so g' = sH - 1. g starts at 0 and grows to the peak of |ξ'|, where sH falls to 1
+at a known phase, at the time lo. Then g falls until sH rises to 1 again, at another known phase, at the time hi. From
+one phase at which sH rises to 1 to the next, the integral of g' is -2π(1 + sB). A slide that begins after such a phase
+lacks a part of the growth of g. So g at hi is at most -2π(1 + sB), which is below zero for 1 + sB > 0. Therefore g has
+exactly one zero on [lo, hi], and none between the start and lo. Any method that converges inside this bracket finds the
+switch. The depth of g below zero at hi is the margin of this decision.
 
-**Impacts.** While ξ' < 0 the gap decreases strictly: if it is not positive at the end of the slide, it has exactly one
-zero before.
+**Impacts.** While ξ' < 0 the gap decreases strictly. So if the gap is not positive at the end of the slide, it has
+exactly one zero before this end.
 
 The method is Householder's in the form of a series: with u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
 
     δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
 
-one division for a convergence of order five. The derivatives cost almost nothing: they use the same sine and cosine.
-Each search begins at the end of the last slide of the trajectory in that direction, shifted by the difference of the
-starts times the ratio of the accelerations (the implicit derivative of ∫ ξ'' = 0).
+It converges with order five and needs one division. The derivatives cost almost nothing, because they use the same
+sine and cosine. Each search begins at a guess: the duration of the last slide of the trajectory in this direction,
+changed by the difference of the starts times the derivative of the duration (from the implicit derivative of
+∫ ξ'' = 0).
 """
 
 from __future__ import annotations
@@ -32,18 +34,19 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BRACKETED, NOTHING, S1, S2, S3, STICK, ZERO
 
 LEAST_FALL = 0.01
-"""For 1 + sB below this a slide may pass its end with little or no stop: it is searched by steps."""
+"""If 1 + sB is below this, ξ' may hardly change its sign at the end of a slide, or not at all. Such slides are searched
+by steps."""
 
 PATIENCE = 24.0
-"""Number of evaluations after which the bracket is halved instead, so that the search certainly ends."""
+"""Number of evaluations after which bisection replaces the steps of the series, so that the search certainly ends."""
 
 
 @inline
 def release(state, phi, a, b, rises, falls):
     """Return (h, phase of the end, whether it is in the next period, whether H falls to -1) of a wait at `phi`.
 
-    On the rising half of the excitation H rises to 1, at the phase `rises`; on the falling half it falls to -1, at
-    `falls`. A wait that begins after its own end by rounding has h = 0.
+    On the rising half of the excitation, H rises to 1 at the phase `rises`. On the falling half, H falls to -1 at the
+    phase `falls`. If a wait begins after its own end by rounding, h is 0.
     """
     falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
     down = (state == STICK) & (falling | (a <= 1.0 + b))
@@ -65,7 +68,8 @@ def wait_end(w, i, state, phi):
 def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
     """Return (lo, hi, fall) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
 
-    H rises to 1 at the phase `rises`, where A cos φ = p_up, and falls to -1 at `falls`, where it is p_down.
+    lo and hi are the ends of the bracket, and `fall` is the depth of s ξ' below 0 at hi. H rises to 1 at the phase
+    `rises`, where A cos φ = p_up, and falls to -1 at the phase `falls`, where A cos φ = p_down.
     """
     up = s > 0.0
     target = choose(up, rises, falls)
@@ -78,7 +82,10 @@ def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
 
 @inline
 def bracket(w, i, s, phi, p, slope):
-    """Return (lo, hi, fall, guess): `enclose` in lane i, and the expected end, from the last slide of its direction."""
+    """Return (lo, hi, fall, guess): the result of `enclose` for lane i, and a guess of the end of the slide.
+
+    The guess is computed from the last slide in the same direction.
+    """
     up = s > 0.0
     # read before the choice: a conditional read would prevent vectorising
     up_began, up_lasted, up_rate = w[r.BEGAN_UP + i], w[r.LASTED_UP + i], w[r.RATE_UP + i]
@@ -91,13 +98,16 @@ def bracket(w, i, s, phi, p, slope):
 
 @inline
 def usual_end(lo, hi):
-    """Return a typical end of a slide in its bracket, without other information."""
+    """Return a guess of the end of a slide from its bracket only."""
     return lo + 0.4 * (hi - lo)
 
 
 @inline
 def gap_guess(x, below, h):
-    """Return the zero of a gap that falls from x to `below` <= 0 within h: of a cubic with slope 0 at both ends."""
+    """Return a guess of the zero of a gap that falls from x at the time 0 to `below` <= 0 at the time h.
+
+    The guess is the zero of the cubic that has these values, and the slope 0, at both times.
+    """
     y = x / (x - below)
     late = y > 0.5
     share = choose(late, 1.0 - y, y)
@@ -109,7 +119,7 @@ def gap_guess(x, below, h):
 
 @inline
 def search_in_bracket(w, k, i, s):
-    """Begin the search for the end of a slide that has just begun at rest. Returns the depth below zero at hi."""
+    """Begin the search for the end of a slide that has just begun at rest. Returns `fall` of `enclose`."""
     lo, hi, fall, guess = bracket(w, i, s, w[r.PHI + i], w[r.P + i], w[r.L + i])
     set_bracket(w, k, i, True, choose(s > 0.0, S3, S2), lo, hi, guess)
     set_search_mode(w, i, True, BRACKETED)
@@ -118,7 +128,7 @@ def search_in_bracket(w, k, i, s):
 
 @inline
 def search_impact(w, k, i, h, below):
-    """Begin the search for the impact within h, at the end of which the gap would be `below`."""
+    """Begin the search for the impact within h. At h the gap would be `below` without the obstacle."""
     set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[r.X0 + i], below, h))
     set_search_mode(w, i, True, BRACKETED)
 
@@ -131,7 +141,7 @@ def rate_of(begin, end):
 
 @inline
 def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
-    """Keep the start `phi`, the duration h and its derivative `rate` of a slide, to guess the end of the next one of
+    """Store the start `phi`, the duration h and its derivative `rate` of a slide, to guess the end of the next slide in
     its direction. A rest clears all guesses."""
     w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
     w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
@@ -217,7 +227,7 @@ def search_one_bracket(w, k, i, most):
 
 @part
 def search_brackets(w, k, n, evaluations):
-    """Do `evaluations` in each of the lanes 0..n-1 with a bracket, until it has an outcome.
+    """Do up to `evaluations` evaluations in each of the lanes 0..n-1 that has a bracket, until it has an outcome.
 
     Outcomes of earlier evaluations are cleared first, in all lanes. Returns the number of lanes with a bracket.
     """
