@@ -10,21 +10,23 @@ import numpy as np
 
 from benchmarks.switches.model import IMPACT, decide, force, jit, start
 
-CROWD = 20_000
-"""A solver is stopped after this many switches in one period, because a motion that chatters would take for ever."""
+CROWD = 2_000
+"""Switches in one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
 
 
 def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]:
     """Return `run(point, initial, setting, times, before, after)`, which follows a motion.
 
-    It writes the switches into the three arrays until the motion ends or the arrays are full, and returns the number of
-    switches. `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ
-    there), with τ > `end` if the state does not end before `end`. A compiled `locate` needs `compiled=True`.
+    It fills the three arrays with the switches up to the end or up to their length, and returns the number of switches.
+    `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ there);
+    τ > `end` if the state does not end before. A compiled `locate` needs `compiled=True`; a loop in Python
+    evaluates the formulas itself, since a call of compiled code would take longer.
     """
+    h, first, decided = (force, start, decide) if compiled else (force.py_func, start.py_func, decide.py_func)
 
     def run(point, initial, setting, times, before, after):
         xi, dxi, tau, end = initial
-        state = start(force(point, tau), xi, dxi)
+        state = first(h(point, tau), xi, dxi)
         count, last = 0, 0
         while count < len(times):
             impact = False
@@ -32,7 +34,7 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]
                 tau, impact, xi = locate(point, setting, state, tau, xi, dxi, end)
             if not tau <= end:
                 break
-            next_state = decide(state, force(point, tau), impact)
+            next_state = decided(state, h(point, tau), impact)
             times[count], before[count], after[count] = tau, state, next_state
             if count - last > CROWD:
                 if tau - times[last] < 2.0 * math.pi:

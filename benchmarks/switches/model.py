@@ -83,3 +83,13 @@ def decide(before, h, impact):
     if h > 1.0:
         return UP
     return DOWN if h < -1.0 else STICK
+
+
+def release(point, state, tau):
+    """Return the end of STICK or REST at ε = 0: H rises to 1, or in STICK falls to −1 if that is earlier; else inf."""
+    end = math.inf
+    if point.A >= 1.0 + point.B:
+        end = tau + (math.asin((1.0 + point.B) / point.A) - tau) % TWO_PI
+    if state == STICK and abs(1.0 - point.B) <= point.A:
+        end = min(end, tau + (math.pi + math.asin((1.0 - point.B) / point.A) - tau) % TWO_PI)
+    return end

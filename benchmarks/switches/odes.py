@@ -1,0 +1,70 @@
+"""The model as differential equations with events, for solvers of such equations.
+
+A slide integrates (ξ, ξ') and begins with ξ' = ±1e-16: an event at its very start is found at once by some solvers, and
+lost by others. Waits end at arcsines if ε = 0; for ε > 0 they integrate H, so that the steps follow the disturbance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from benchmarks.switches.model import DOWN, REST, STICK, UP, force, force_rate, release
+from benchmarks.switches.sums import departure, slope, value
+
+NUDGE = 1e-16
+TOLERANCES = [float(f"1e-{k}") for k in range(4, 14)]
+
+GROUND, SUM = 5, 6
+"""Beside the states: a slide down that ends at the obstacle alone, and a function of level 0, y' = g'."""
+
+EVENTS = {
+    UP: [(1, 0.0, -1)],
+    DOWN: [(1, 0.0, 1), (0, 0.0, -1)],
+    STICK: [(0, 1.0, 1), (0, -1.0, -1)],
+    REST: [(0, 1.0, 1)],
+    GROUND: [(0, 0.0, -1)],
+    SUM: [(0, 0.0, 0)],
+}
+"""What ends each: (number of the variable, the level that it passes, the direction or 0)."""
+
+
+def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
+    """Return the function of (τ, variables) that gives their derivatives; `of` is the point, or the function g."""
+    h, rate = force.py_func, (slope if state == SUM else force_rate).py_func
+    if state in (STICK, REST, SUM):
+        return lambda t, y: (rate(of, t),)
+    sign = 1.0 if state == UP else -1.0
+    return lambda t, y: (y[1], h(of, t) - sign)
+
+
+def first_value(function: Any) -> float:
+    """Return g(0), or ±1e-16 where that is 0."""
+    return value(function, 0.0) or departure(function) * NUDGE
+
+
+def locator(solve: Callable[..., Any], again: bool) -> Callable[..., tuple[float, bool, float]]:
+    """Return `locate` for the event loop.
+
+    `solve(setting, state, point, tau, y, end)` returns (τ, variables, number of the event) at the first event of a
+    state, or None without one. `again`: a slide down that would stop behind the obstacle is done again up to there for
+    its impact, which two zeros of ξ within a step have hidden.
+    """
+
+    def locate(point, setting, state, tau, xi, dxi, end):
+        if tau >= end or (state in (STICK, REST) and point.eps == 0.0):
+            return (release(point, state, tau) if tau < end else math.inf), False, xi
+        if state in (STICK, REST):
+            met = solve(setting, state, point, tau, (force.py_func(point, tau),), end)
+            return (met[0] if met else math.inf), False, xi
+        start = xi, dxi or (NUDGE if state == UP else -NUDGE)
+        met = solve(setting, state, point, tau, start, end)
+        if not met:
+            return math.inf, False, xi
+        at, y, which = met
+        if again and state == DOWN and which == 0 and y[0] < 0.0:
+            (at, y, _), which = solve(setting, GROUND, point, tau, start, at) or met, 1
+        return at, state == DOWN and which == 1, y[0]
+
+    return locate

@@ -1,0 +1,94 @@
+"""diffrax: adaptive Runge-Kutta methods with an event, compiled by JAX for the processor, restarted at each switch.
+
+Of two events in a step it takes the one listed later, so there is one here: the least of the functions that end a
+state, with bisection to the last bit.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import diffrax as dfx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+
+from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.model import REST, STICK, UP, Point
+from benchmarks.switches.odes import EVENTS, NUDGE, SUM, TOLERANCES, first_value, locator
+from benchmarks.switches.sums import Sum
+
+jax.config.update("jax_enable_x64", True)
+
+NAME, PACKAGE = "diffrax", "diffrax"
+SETTINGS = [{"method": method, "rtol": rtol} for method in ("Tsit5", "Dopri8") for rtol in TOLERANCES]
+FIRST_STEP = 1e-4
+MOST = 100_000  # zeros of a function
+BISECTION: Any = optx.Bisection  # whose annotations ask for an argument that it does not take
+ROOT = BISECTION(rtol=2.3e-16, atol=1e-16)
+
+
+def rates(state, t, y, of):
+    """Return the derivatives of the variables; `of`: the point, or the function g."""
+    if state == SUM:
+        rate = of.c1 + 2.0 * of.c2 * t + of.a * jnp.cos(t + of.alpha) + of.b * of.eta * jnp.cos(of.eta * t + of.beta)
+        return (of.sign * rate,)
+    fast = of.A * of.eps * of.eta**2
+    if state in (STICK, REST):
+        return (of.A * jnp.cos(t) + fast * of.eta * jnp.cos(of.eta * t),)
+    sign = 1.0 if state == UP else -1.0
+    return y[1], of.A * jnp.sin(t) - of.B + fast * jnp.sin(of.eta * t) - sign
+
+
+def ends(state, y):
+    """Return the functions that end a state, positive while it lasts."""
+    return jnp.stack([(y[component] - level) * -(way or -1) for component, level, way in EVENTS[state]])
+
+
+@cache
+def integrator(method, state):
+    """Return the compiled function (τ, end, tolerance, point or g, variables) → (τ, whether, which event, variables).
+
+    Both are single arrays: to hand numbers over one by one takes as long as a slide.
+    """
+    kind = Sum if state == SUM else Point
+    event = dfx.Event(lambda t, y, args, **_: ends(state, y).min(), ROOT, direction=False)
+    term = dfx.ODETerm(lambda t, y, args: rates(state, t, y, args))
+
+    def run(given):
+        (tau, end, rtol), of, y = given[:3], kind(*given[3 : 3 + len(kind._fields)]), given[3 + len(kind._fields) :]
+        first, steps = jnp.minimum(FIRST_STEP, end - tau), dfx.PIDController(rtol, 1e-2 * rtol)
+        options = {"stepsize_controller": steps, "event": event, "max_steps": None, "throw": False}
+        found = dfx.diffeqsolve(term, getattr(dfx, method)(), tau, end, first, tuple(y), of, **options)
+        last = [x[-1] for x in found.ys]
+        return jnp.stack([found.ts[-1], found.event_mask * 1.0, ends(state, last).argmin() * 1.0, *last])
+
+    return jax.jit(run)
+
+
+def solve(setting, state, of, tau, y, end):
+    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    method, rtol = setting
+    at, met, which, *last = np.asarray(integrator(method, state)(np.array([tau, end, rtol, *of, *y]))).tolist()
+    return (at, last, int(which)) if met else None
+
+
+RUN = event_loop(locator(solve, again=False), compiled=False)
+
+
+def events(start, point, method, rtol):
+    """Return the switches by a method at a tolerance."""
+    return follow(RUN, start, point, (method, rtol))
+
+
+def zeros(function, T, method, rtol):
+    """Return the zeros of y' = g'(τ), y(0) = g(0) in (0, T] by a method at a tolerance, restarted at each."""
+    g = first_value(function)
+    f, tau, y = function._replace(sign=1.0 if g > 0.0 else -1.0), 0.0, abs(g)
+    found: list[float] = []
+    while tau < T and len(found) < MOST and (met := solve((method, rtol), SUM, f, tau, (y,), T)):
+        f, tau, y = f._replace(sign=-f.sign), met[0], NUDGE
+        found.append(tau)
+    return found

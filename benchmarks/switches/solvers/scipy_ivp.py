@@ -1,0 +1,62 @@
+"""scipy.integrate.solve_ivp with terminal events, restarted at each switch; at level 0 events that do not stop it.
+
+Without `first_step` a first step could hold a whole slide, and its end would be found at its start.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scipy.integrate import solve_ivp
+
+from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locator, rates
+
+NAME, PACKAGE = "scipy solve_ivp", "scipy"
+SETTINGS = [{"method": method, "rtol": rtol} for method in ("RK45", "DOP853", "LSODA") for rtol in TOLERANCES]
+FIRST_STEP = 1e-4
+
+
+def crossing(component, level, direction, terminal):
+    """Return the event that a variable passes a level."""
+
+    def passing(_tau, y):
+        return y[component] - level
+
+    event: Any = passing
+    event.terminal, event.direction = terminal, float(direction)
+    return event
+
+
+CROSSINGS = {state: [crossing(*event, state != SUM) for event in events] for state, events in EVENTS.items()}
+
+
+def integrate(setting, state, of, tau, y, end):
+    """Return the result of `solve_ivp`; raise ArithmeticError if a step fails."""
+    method, rtol = setting
+    steps = {"rtol": rtol, "atol": 1e-2 * rtol, "first_step": min(FIRST_STEP, end - tau)}
+    found = solve_ivp(rates(state, of), (tau, end), y, method, events=CROSSINGS[state], **steps)
+    if found.status < 0:
+        raise ArithmeticError(found.message)
+    return found
+
+
+def solve(*arguments):
+    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    found = integrate(*arguments)
+    which = [k for k, times in enumerate(found.t_events) if len(times)]
+    return (float(found.t[-1]), found.y[:, -1].tolist(), which[0]) if which else None
+
+
+RUN = event_loop(locator(solve, again=True), compiled=False)
+
+
+def events(start, point, method, rtol):
+    """Return the switches by a method at a tolerance."""
+    return follow(RUN, start, point, (method, rtol))
+
+
+def zeros(function, T, method, rtol):
+    """Return the zeros of y' = g'(τ), y(0) = g(0) in (0, T] by a method at a tolerance."""
+    found = integrate((method, rtol), SUM, function, 0.0, (first_value(function),), T)
+    return [z for z in found.t_events[0].tolist() if z > 0.0]
