@@ -69,8 +69,8 @@ def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarr
     """Return the delay of each switch behind the certified one, and True if both are the same transition.
 
     The delays are float64 (n,), in τ; the transitions are bool (n,). If the certified motion has no further switch,
-    they are inf and False. No method finds a zero before the first one, so only rounding and `tol` can make it
-    negative.
+    they are inf and False. No method finds a zero before the first one, so only rounding and `tol` can make a
+    delay negative.
     """
     s = plan.settings
     rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches

@@ -1,9 +1,9 @@
 """Comparison of the impacts of a disturbed motion with those of the undisturbed orbit, without a section.
 
-An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods; slower impacts are *touches*. The
-phases and speeds of the main impacts and the *gaps*, which are the integer numbers of periods between them, form a
-cycle. A disturbed motion keeps this structure if there is one speed for the entire record that separates its main
-impacts from its touches in such a way that
+An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods. The record of a disturbed
+motion may contain slower impacts in addition, the *touches*. The phases and speeds of the main impacts and the *gaps*,
+which are the integer numbers of periods between them, form a cycle. A disturbed motion keeps this structure if there is
+one speed for the entire record that separates its main impacts from its touches in such a way that
 
 gaps    the main impacts have the gaps of the cycle, in the same cyclic order;
 order   the impact of the cycle that is nearest in phase and speed advances by one from each main impact to the next.
