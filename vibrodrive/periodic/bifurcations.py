@@ -211,7 +211,7 @@ class _Search:
         """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
-            work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
+            work = f"{each} itineraries at each of {values} values of A exceed the limit of {MOST_WORK}"
             raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:

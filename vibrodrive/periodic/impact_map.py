@@ -127,7 +127,7 @@ class ImpactMap:
             if a phase is not a number, is NaN, or is not between -1e12 and 1e12.
         """
         start = real_array("phi", phi, PHASES)
-        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # NaN satisfies neither condition
+        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # so NaN fails
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size

@@ -16,8 +16,8 @@ from vibrodrive.periodic.tracing import EDGE
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
-# largest distance in A and in B of two curves at a common point, times `scale_of`. If the curves only touch, the error of
-# this point is of the order of the square root of rounding
+# largest distance in A and in B of two curves at a common point, times `scale_of`: if the curves only touch, the error
+# of this point is about the square root of rounding
 SAME_POINT = 1e-7
 TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, times `scale_of`
 

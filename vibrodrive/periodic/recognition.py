@@ -25,7 +25,7 @@ from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
 SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, times `scale_of`
-CLOSE = 0.05  # largest distance of a decision from its change; this is large as at a grazing it grows like a square root
+CLOSE = 0.05  # largest distance of a decision from its change; at a grazing it grows like a square root
 
 
 class Part(NamedTuple):

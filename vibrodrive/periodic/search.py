@@ -200,7 +200,7 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
     there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
     if len(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
-        raise ValueError(bad("max_period", limit, f"smaller, because there are more than {most} itineraries at {beside}"))
+        raise ValueError(bad("max_period", limit, f"smaller, as there are more than {most} itineraries at {beside}"))
     return there
 
 
