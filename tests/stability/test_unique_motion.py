@@ -91,7 +91,7 @@ def test_a_limit_is_the_band_of_its_point_and_says_what_it_is():
         {"A": 3.04, **some}, "eps"
     )
     assert k.velocity == pytest.approx(k.ku * k.eta * 3.04, rel=1e-15)
-    assert repr(k).startswith(f"<UniqueLimit ku = {k.ku:.6g} in eps at A = 3.04, B = 0.1: all starts end on one motion")
+    assert repr(k).startswith(f"<UniqueLimit ku = {k.ku:.6g} in eps at A = 3.04, B = 0.1: all starts end in one motion")
     ((_, again),) = each_unique_limit({"A": 3.04, **some}, "eps")
     assert again == k
 

@@ -1,24 +1,27 @@
 """Values of A at which a periodic orbit appears, disappears or changes, to the precision of floats.
 
 The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
-by its itinerary, which needs no search, and the A at which it ends is bisected to neighbouring floats. The way it ends
-determines the kind of the bifurcation, and the remaining interval is compared again. So every change between the orbits
-of two grid points is found, but not an orbit that exists only between two grid points. The grid is even up to A = 4.
-Above, its spacing grows with A, like every other distance in A (continuation.scale_of), so that a wide range takes
-about a thousand values for every factor of e.
+by its itinerary, which needs no search. The A at which this orbit ends is bisected to neighbouring floats, and the way
+in which it ends determines the kind of the bifurcation. Then the rest of the interval is compared again. So every
+change between the orbits of two grid points is found, but an orbit that exists only between two grid points is not. The
+grid is even up to A = 4. Above A = 4 its spacing grows with A, like every other distance in A (continuation.scale_of),
+so that a wide range takes about a thousand values for every factor of e.
 
 An orbit can end or change only at one of these conditions:
 
-* A = 1 + B: the mass begins to move (*onset*);
-* its multiplier is -1 (*period doubling*; odd number of impacts) or +1 (*fold*; even number, two orbits
-  coincide);
-* one of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
-  border collision, called *border* in files). At other breakpoints the flight from the impact just touches the obstacle
-  (*grazing*) or has a sticking of no duration (*stick*: the word changes, the derivative of the map is continuous).
+* A = 1 + B. The mass begins to move (*onset*).
+* The multiplier of the orbit is -1 (*period doubling*, possible for an odd number of impacts) or +1 (*fold*, possible
+  for an even number of impacts; there two orbits coincide).
+* One of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
+  border collision, called *border* in files). At another breakpoint the flight from the impact just touches the
+  obstacle (*grazing*), or it has a sticking of no duration (*stick*). At a stick the word of the flight changes, but
+  the derivative of the map is continuous.
 
-On the side of a grazing on which the flight ends with an impact, the multiplier of the orbit tends to minus infinity
-like a square root. Its launch becomes equal to the breakpoint within float precision long before A reaches the
-bifurcation. There a different orbit is followed, on which the touching itself is the impact.
+Launches on one side of a grazing lead to an impact; those on the other side pass just above the obstacle. On the side
+with the impact the map behaves like a square root at the breakpoint, so its slope, and with it the multiplier of the
+orbit, tends to minus infinity. The launch of the orbit becomes equal to the breakpoint within float precision long
+before A reaches the bifurcation. Near the bifurcation the search therefore follows a different orbit, on which the
+touching itself is the impact.
 """
 
 from __future__ import annotations
@@ -41,18 +44,19 @@ from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search,
 
 ONSET = "onset"
 
-STEP = 1.0 / 256.0  # default for the largest spacing of the grid of A, times `scale_of`
-MOST_VALUES = 100_000  # largest number of values of A on a grid of given spacing
-MOST_WORK = 10_000_000  # largest number of itineraries over all values of A; they take about an hour
+STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A; `scale_of` multiplies it
+MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
+MOST_WORK = 10_000_000  # largest number of itineraries over all values of A; so many take about an hour
 
 FINER = 32
-"""Factor by which the grid for the orbit that rests is finer. The intervals of A in which this orbit has a short period
-are the narrowest structures between 3.15 and 3.19, and most other orbits appear and disappear at their ends."""
+"""Factor by which the grid of A is finer for the orbit that rests. The intervals of A in which this orbit has a short
+period are the narrowest structures between A = 3.15 and 3.19, and most other orbits appear and disappear at the ends of
+these intervals."""
 
 # distances; those in A are multiplied by `scale_of`
-APART = 1e-10  # from a bifurcation to the orbits on both sides; two closer bifurcations are reported as one
-SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit on the two sides
-AGAIN = 1e-8  # largest distance in A of a bifurcation found twice (a period doubling, by both orbits)
+APART = 1e-10  # between a bifurcation and the orbits compared on its sides; two closer bifurcations are reported as one
+SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit below and above a bifurcation
+AGAIN = 1e-8  # largest distance of two results for one bifurcation: both orbits of a period doubling lead to it
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,8 +68,9 @@ class Bifurcation:
     A, B : parameters at the bifurcation.
     kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
         without duration).
-    orbit : the orbit, as close to A as floats can distinguish it from the orbit that it merges with or becomes.
-    multiplier_below, multiplier_above : its multiplier a little below and above A; NaN if there is no such orbit.
+    orbit : the orbit, as close to A as floats can distinguish this orbit from the one that it merges with or becomes.
+    multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
+        which the orbit does not exist.
     """
 
     A: float
@@ -80,7 +85,7 @@ class Bifurcation:
 
     @property
     def change(self) -> str:
-        """Text with the periods of a period doubling, for other kinds with the multipliers below and above."""
+        """Text with the two periods of a period doubling or, for other kinds, with the multipliers below and above."""
         if self.kind == DOUBLING:
             return f"period {self.orbit.period} to {2 * self.orbit.period}"
         below, above = ("-" if m != m else f"{m + 0.0:.4g}" for m in (self.multiplier_below, self.multiplier_above))
@@ -97,34 +102,38 @@ def bifurcations(
 ) -> list[Bifurcation]:
     """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods, ordered by A.
 
-    For B = 0 there is one orbit, which changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A only the orbit that rests is
-    followed.
+    For B = 0 there is only one orbit, and it changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A the search follows only
+    the orbit that rests.
 
     Parameters
     ----------
     A : two floats
         range of the excitation amplitude, dimensionless, the smaller value first.
     B : float
-        incline over friction.
+        tan α / μ, dimensionless.
     max_period : int
         longest period in excitation periods, 1 to 100.
     step : float, optional
-        largest spacing of the values of A whose orbits are compared; by default 1/256 up to A = 4 and A/1024 above.
+        largest spacing of the values of A whose orbits are compared. By default it is 1/256 up to A = 4 and A/1024
+        above A = 4.
 
     Returns
     -------
     list of Bifurcation
-        each with A, kind, orbit and the multipliers on both sides.
+        A is the excitation amplitude at the bifurcation.
+        kind is the kind of the bifurcation, such as "fold" or "period doubling".
+        orbit is the orbit that ends or changes there.
+        multiplier_below and multiplier_above are its multipliers a little below and a little above A.
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range; if `step` gives more than 100 000 values of A; if there are too
-        many orbits of up to `max_period` periods (see `orbits`).
+        if an argument is not a number or is out of range, if `step` gives more than 100 000 values of A, or if the
+        search would have to examine too many orbits of up to `max_period` periods (see `orbits`).
 
     Examples
     --------
-    Period doubling of the motion of one period:
+    The period doubling of the motion of one period:
 
     >>> import vibrodrive as vd
     >>> for found in vd.bifurcations((2.55, 2.65), max_period=1):
@@ -143,7 +152,7 @@ def bifurcations(
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
-    """Cast two ascending values of a parameter. Raises TypeError or ValueError with a message of one sentence."""
+    """Cast two ascending values of a parameter to floats. Raises TypeError or ValueError with one sentence."""
     allowed = "two numbers, the smaller one first"
     try:
         first, last = value
@@ -202,7 +211,7 @@ class _Search:
         """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
-            work = f"{each} itineraries at each of {values} values of A are more than {MOST_WORK}"
+            work = f"{each} itineraries at each of {values} values of A exceed the limit of {MOST_WORK}"
             raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
@@ -234,12 +243,15 @@ class _Search:
     def change(
         self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
     ) -> tuple[float, str, float, Orbit] | None:
-        """Return (A, kind, last, orbit) of one bifurcation between a and b (see Continuation.end), None without one."""
+        """Return (A, kind, last, orbit) of one bifurcation between a and b; None if there is no bifurcation.
+
+        `Continuation.end` defines `last`.
+        """
         for ends, below_only in _ending(below, above):
             branch = Continuation.of(ends)
             inside, outside = (a, b) if below_only else (b, a)
             if len(branch.starts(inside)) <= len(branch.starts(outside)):
-                continue  # so close to the end of its interval that rounding determined its itinerary
+                continue  # this orbit is so close to the end of its interval that rounding determined its itinerary
             where, kind, last = branch.end(inside, outside)
             orbit = (branch.parent.orbit(where) if kind == DOUBLING else None) or branch.orbit(last)
             return where, kind, last, orbit or ends
@@ -251,7 +263,7 @@ class _Search:
 
 
 def _name_of_rest(A: float, B: float, limit: int) -> int:
-    """Return the itinerary of the orbit that rests, 0 if its period is above `limit`."""
+    """Return the itinerary of the orbit that rests; 0 if the period of this orbit is above `limit`."""
     up = ImpactMap(A, B).window[0]
     itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
     return itinerary if fate == RESTS else 0
@@ -268,7 +280,7 @@ def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Or
 
 
 def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
-    """Return an orbit that exists on both sides but is stable only on one; None if there is none."""
+    """Return an orbit that exists on both sides but is stable on one side only; None if there is no such orbit."""
     kinds = {(o.name, o.kind) for o in above}
     other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
     changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, other.get(o.kind)) in kinds)
@@ -276,7 +288,7 @@ def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """Return the multiplier of the same orbit in `others` (equal period, closest phases), NaN if it is missing."""
+    """Return the multiplier of the same orbit in `others`: equal period, closest phases. NaN if it is missing there."""
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan

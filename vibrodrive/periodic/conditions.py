@@ -1,17 +1,19 @@
 """A bifurcation of one orbit as equations in A, B and the times of its slides, smooth at the bifurcation itself.
 
 A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
-changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are the times t_1 … t_S at
-which the S slides end, A and B. Each slide begins at the end of the previous one or, after a sticking or a rest, when
-H is 1 or -1. It ends with ξ' = 0, or with ξ = 0 if it lands. One more equation is the condition of the bifurcation:
+changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are A, B and the times
+t_1 … t_S at which the S slides end. Each slide begins at the end of the previous slide or, after a sticking or a rest,
+when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0 if it lands. One more equation is the condition of the
+bifurcation:
 
-* *border*: H = 1 at an impact, which is then the last one before a rest,
-* *grazing*: ξ = 0 at the end of a slide down with ξ' = 0,
+* *border*: H = 1 at an impact, which is then the last impact before a rest,
+* *grazing*: ξ = 0 and ξ' = 0 at the end of a slide down,
 * *stick*: |H| = 1 at the end of a slide,
-* *period doubling*, *fold*: the multiplier is -1, +1.
+* *period doubling*: the multiplier is -1; *fold*: the multiplier is +1.
 
-So S + 1 equations hold along a curve in the space of S + 2 unknowns. The sequence is that of an actual motion as long
-as every other decision has the sign that the sequence requires. The `margins` are the distances from a change of sign.
+So S + 1 equations hold along a curve in the space of S + 2 unknowns. A real motion has this sequence of slides as long
+as every other decision has the sign that the sequence requires. The `margins` measure how far each of these decisions
+is from a change of its sign.
 
 Derivatives are exact (complex step), because every term is analytic in the unknowns.
 """
@@ -31,15 +33,18 @@ from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
 TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding of 1, so the quotient is exact
-SERIES = tuple(range(1, 12))  # terms of the series of h - sin h up to |h| = 1: the next is below 1e-22 of the first
-CONVERGED = 1e-13  # relative size of a Newton step that rounding does not allow to become smaller
-MOST_STEPS = 12  # Newton steps: from a prediction close to the curve three or four suffice
+SERIES = tuple(range(1, 12))  # terms of the series of h - sin h for |h| < 1: the next term is below 1e-22 of the first
+CONVERGED = 1e-13  # relative size of a Newton step at which rounding prevents smaller steps
+MOST_STEPS = 12  # largest number of Newton steps; from a prediction close to the curve three or four suffice
 
 
 class Slide(NamedTuple):
-    """One slide of a prescribed motion, `begun` FROM_GROUND, FROM_STICK or FROM_REVERSAL.
+    """One slide of a prescribed motion.
 
-    turns : number of the period, from that of the first launch, in which the sticking or rest before the slide ends.
+    falls : True for a slide down.
+    begun : kind of beginning, FROM_GROUND, FROM_STICK or FROM_REVERSAL.
+    turns : number of the period in which the sticking or rest before the slide ends; 0 is that of the first launch.
+    lands : True if the slide ends at the obstacle.
     """
 
     falls: bool
@@ -49,7 +54,7 @@ class Slide(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """Quantity that is positive on a prescribed motion. `what` is the name of the bifurcation at its zero."""
+    """Quantity that is positive on a prescribed motion. `what` names the bifurcation at which this quantity is zero."""
 
     what: str
     value: float
@@ -60,8 +65,8 @@ class Condition:
     """One bifurcation of one prescribed motion.
 
     slides : slides of one period, in order; if the motion rests, they start after the rest.
-    critical : index of the slide that ends with the border, grazing or stick; -1 for a period doubling or fold.
-    doubled : True if its flights repeat those of an orbit of half the period, with which it may coincide.
+    critical : index of the slide at whose end the border, grazing or stick occurs; -1 for a period doubling or fold.
+    doubled : True if its flights repeat those of an orbit of half the period. The two orbits may coincide.
     """
 
     kind: str
@@ -142,8 +147,8 @@ class Condition:
     def multiplier(self, found: Motion) -> tuple[np.ndarray, np.ndarray]:
         """Return numerator and denominator, each (m,), of the derivative of the return map.
 
-        They are separate because the denominator is zero at an impact without speed, where a grazing begins. `flight`
-        explains the slope of one flight.
+        They are separate because the denominator is zero at an impact without speed, at which a grazing begins. The
+        docstring of `flight` derives the slope of one flight.
         """
         above, below = np.ones_like(found.h[:, 0]), np.ones_like(found.h[:, 0])
         delay = moment = np.zeros_like(above)
@@ -167,7 +172,7 @@ class Condition:
 
     @np.errstate(invalid="ignore")
     def margins(self, u: np.ndarray) -> list[Margin]:
-        """Return the margins of the motion at u, without the condition itself; NaN if there is no such motion."""
+        """Return the margins of the motion at u, except for the condition itself; NaN if there is no such motion."""
         found = self.motion(u[None, :])
         h, velocity, gap, force = (row[0].tolist() for row in (found.h, found.velocity, found.gap, found.force))
         A, B = u[-2:].tolist()
@@ -189,7 +194,7 @@ class Condition:
             if ends:
                 margins.append(Margin(BORDER_COLLISION, 1.0 - force[i]))
                 continue
-            side = force[i] if s.falls else -force[i]  # above 1 the direction reverses, below 1 the mass sticks
+            side = force[i] if s.falls else -force[i]  # if above 1, the direction reverses; if below 1, the mass sticks
             sticks = self.slides[(i + 1) % (last + 1)].begun == FROM_STICK
             margins.append(Margin(STICK, 1.0 - side if sticks else side - 1.0))
         if self.doubled:
@@ -199,11 +204,11 @@ class Condition:
 
 
 class Motion(NamedTuple):
-    """The slides of prescribed motions, each array (m, S).
+    """The S slides of m prescribed motions.
 
-    begin, h, a0 : time of the beginning, duration, acceleration at the beginning.
-    sigma : (S,), direction of the slide, 1 up and -1 down.
-    velocity, gap, force : velocity ξ', gap ξ and force H at the end.
+    begin, h, a0 : time of the beginning, duration, and acceleration at the beginning, each (m, S).
+    sigma : direction of the slide, 1 up and -1 down, (S,).
+    velocity, gap, force : velocity ξ', gap ξ and force H at the end, each (m, S).
     """
 
     begin: np.ndarray
@@ -230,7 +235,7 @@ def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def newton(condition: Condition, u: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-    """Find the point of the curve close to u at which row · u = value; None if there is none nearby."""
+    """Find the point of the curve close to u at which row · u = value; None if no such point is nearby."""
     rate = math.inf
     for _ in range(MOST_STEPS):
         if not u[-2] > 1.0 + u[-1]:

@@ -1,4 +1,4 @@
-"""One orbit as a function of A: followed by its itinerary, without a search, up to the A at which it ends."""
+"""One orbit as a function of A. It is followed by its itinerary, without a search, up to the A at which it ends."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7  # largest distance of a launch at a breakpoint, at the last float of A at which its orbit is found
+ON_BREAKPOINT = 1e-7  # at the last A with the orbit: a launch within this distance of a breakpoint is on the breakpoint
 NEAR_DOUBLING = 0.05  # largest distance from -1 of the multiplier of an orbit whose period may double
-FIRST_STEP = 1e-9  # first step in A, times `scale_of`, of a search that starts at a bifurcation
-ASTRAY = 1e-4  # distance from the bifurcation, times `scale_of`, at which such a search has failed
-SCALE_FROM = 4.0  # A above which distances along A grow with A, like the spacing of floats
+FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, times `scale_of`
+ASTRAY = 1e-4  # a search that starts at a bifurcation fails at this distance from it, times `scale_of`
+SCALE_FROM = 4.0  # above this A, distances along A grow in proportion to A, like the spacing of floats
 
 
 def scale_of(A: float) -> float:
-    """Return the unit of distances along A: 1 up to SCALE_FROM, A / SCALE_FROM above."""
+    """Return the unit of distances along A: 1 up to A = SCALE_FROM, and A / SCALE_FROM above it."""
     return max(1.0, A / SCALE_FROM)
 
 
@@ -36,9 +36,11 @@ def is_doubled(orbit: Orbit) -> bool:
 
 @dataclass(frozen=True)
 class Continuation:
-    """An orbit as a function of A: its number of impacts, its period and its itinerary.
+    """An orbit as a function of A, given by its number of impacts, its period and its itinerary.
 
-    `itinerary` contains the itineraries, as numbers, of the first 1, 2, … flights (itineraries.flights).
+    rests : True if the orbit rests.
+    itinerary : the itineraries of the first flight, of the first two flights and so on, as numbers (`flights`).
+    doubled : True if the flights repeat those of an orbit with half as many impacts.
     """
 
     B: float
@@ -59,12 +61,12 @@ class Continuation:
 
     @property
     def parent(self) -> Continuation:
-        """The orbit with the same itinerary and half as many impacts, if the orbit is `doubled`."""
+        """The orbit with half as many impacts whose flights a `doubled` orbit repeats."""
         half = self.impacts // 2
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
-        """Return the launch phases at A that return after flights of this itinerary; φ_up if the orbit rests."""
+        """Return the launch phases at A that return to themselves after this itinerary; φ_up if the orbit rests."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
@@ -80,7 +82,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """Return the orbit at A, None if it does not exist. Of several, return that with the least |multiplier|."""
+        """Return the orbit at A, None without one. Of several orbits, return that with the least |multiplier|."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
@@ -88,7 +90,7 @@ class Continuation:
         return min(found, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
-        """Return the multiplier of the first such orbit at A; NaN if there is none."""
+        """Return the multiplier of the first orbit of `starts` at A; NaN if there is no orbit."""
         found = self.starts(A)
         return flights(found[0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
 
@@ -100,8 +102,8 @@ class Continuation:
     def end(self, inside: float, outside: float) -> tuple[float, str, float]:
         """Return (A, kind, last) of the bifurcation between two values of A.
 
-        There must be more such orbits at `inside` than at `outside`. `last` is the last A at which floats can
-        distinguish the orbit from the one that it merges with or becomes.
+        There must be more orbits of this itinerary at `inside` than at `outside`. `last` is the last A at which floats
+        can distinguish the orbit from the orbit that it merges with or becomes.
         """
         count = len(self.starts(inside))
         last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
@@ -138,7 +140,7 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Return two values of A on both sides of the period doubling of the parent, None if it is not close to A."""
+        """Return two values of A, one on each side of the period doubling of the parent; None if it is not near A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step
@@ -151,8 +153,8 @@ class Continuation:
         """Find the bifurcation near A at which the flight from near `launch` just touches the obstacle.
 
         On the side with the impact, the distance of the launch from its breakpoint falls as the square of the distance
-        in A, so that it is below float precision long before A reaches the bifurcation. The orbit on which the touching
-        itself is the impact is smooth in A.
+        in A from the bifurcation. So it is below float precision long before A reaches the bifurcation. Instead, this
+        function follows the orbit on which the touching itself is the impact, because this orbit is smooth in A.
         """
 
         def residual(a: float) -> float:
@@ -176,7 +178,7 @@ class Continuation:
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return neighbouring floats between `good` and `bad`: the condition holds only at the first of them."""
+    """Return two neighbouring floats between `good` and `bad`: the condition holds at the first, not at the second."""
     while True:
         middle = 0.5 * (good + bad)
         if middle in (good, bad):

@@ -1,14 +1,15 @@
 """The bifurcations of periodic orbits as curves in the plane (A, B).
 
-At several values of B the bifurcations over A are found (bifurcations.py). Each satisfies a condition (recognition.py),
-which is followed through the plane in both directions (tracing.py), unless an earlier curve passes through the
-bifurcation. If a curve ends inside the range, a second condition holds at its end and other curves begin there. So
-bifurcations are also searched for close to this B on both sides, until there is no new curve.
+A search at each of several values of B finds the bifurcations over A (bifurcations.py). Each bifurcation satisfies a
+condition (recognition.py). This condition is followed through the plane in both directions (tracing.py), unless a curve
+that is already known passes through the bifurcation. If a curve ends inside the range, a second condition holds at its
+end, and other curves begin there. So further searches follow at values of B slightly below and slightly above that of
+the end, until they find no new curve.
 
-A curve may cross the range of A completely between two neighbouring values of B. On every curve known so far A grows
-with B, but less than in proportion. So a curve that passes A at the larger value of B is not below A times the ratio
-smaller B / larger B at the smaller value. The search at the smaller value therefore begins at the lower end of the
-range times this ratio, and the curves are cut at the lower end of the range afterwards.
+A curve may cross the range of A completely between two neighbouring values B1 < B2. On every curve known so far A grows
+with B, but less than in proportion. So if a curve has the value A at B2, it has at least the value A · B1/B2 at B1. The
+search at B1 therefore begins at the lower end of the range of A times B1/B2, and afterwards the curves are cut at the
+lower end of the range.
 """
 
 from __future__ import annotations
@@ -35,15 +36,15 @@ from vibrodrive.periodic.tracing import EDGE, Box, cut, point_at, trace
 
 NUM = 17  # default number of values of B at which bifurcations are searched for
 MOST_NUM = 10_000
-BESIDE = 1e-4  # distance of extra values of B from the end of a curve, in widths of the range
-ON_CURVE = 1e-9  # largest distance in A, times `scale_of`, of a bifurcation from the curve that it belongs to
+BESIDE = 1e-4  # distance in B of further searches from the end of a curve, as a share of the range of B
+ON_CURVE = 1e-9  # largest distance in A of a bifurcation from the curve that it belongs to, times `scale_of`
 ONSET_POINTS = 65  # points of the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
-"""Additional values of B, as shares of the first step in B, if the range begins at the level (B = 0): all curves except
-the onset converge there like √B."""
+"""Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). There all curves
+except the onset converge like √B, so they need closer values of B."""
 
-LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # A from which the touching orbit of B = 0 reverses without sticking
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # above this A the touching orbit of B = 0 reverses without sticking
 LEVEL_END = "level"  # name of the end of a curve at that point
 
 
@@ -54,13 +55,16 @@ class Curve:
     Attributes
     ----------
     kind : kind as in `Bifurcation`.
-    period, impacts : period of the orbit in excitation periods, and number of impacts in it; a touching is no impact.
+    period : period of the orbit in excitation periods.
+    impacts : number of impacts in one period; a touching does not count as an impact.
     word : states of the orbit, as text.
     side : for a border, the end of the window at which the impact is, "beginning" or "end"; otherwise "".
-    A, B : points along the curve, float64 (points,).
-    ends : reason for the end at the first and the last point: the name of a second condition that holds there, "edge"
-        (of the range), "level" (at B = 0), "closed", or "lost" (the curve could not be followed further).
-    meets : points at which it meets other curves of the list.
+    A, B : points along the curve, each float64 (points,).
+    ends : reasons why the curve ends at its first and at its last point. A reason is the name of a second condition
+    that
+        holds at this point, "edge" (the edge of the range), "level" (B = 0), "closed" (a closed curve), or "lost" (the
+        curve could not be followed further).
+    meets : points at which this curve meets other curves of the list.
     """
 
     kind: str
@@ -82,23 +86,25 @@ class Curve:
         return f"<{self.kind}{self.side and f' ({self.side})'}: {orbit}; {A}, {B} ({len(self.A)} points); ends: {ends}>"
 
     def at(self, B: ArrayLike) -> np.ndarray:
-        """Compute, without interpolation, the values of A at which the curve passes a value of B, ascending.
+        """Compute the values of A at which the curve passes B, in ascending order and without interpolation.
 
         Parameters
         ----------
         B : float or array of float
-            incline over friction.
+            tan α / μ, dimensionless.
 
         Returns
         -------
         float64 array
-            for a number the values of A: none if the curve does not reach B, several if it turns back. For an array
-            its shape and one more axis, as long as the largest number of values at any B, padded with NaN.
+            For a number B: the values of A. There is no value if the curve does not reach B, and there are several
+            values if the curve turns back.
+            For an array of shape (…): an array (…, m), where m is the largest number of values at any B. Each row has
+            the values of A at one B and then NaN.
 
         Raises
         ------
         TypeError, ValueError
-            if B is no number or out of range.
+            if B is not a number or is out of range.
         """
         given = real_array("B", B, PARAMETERS["B"].allowed)
         found = [self._passes(check("B", b)) for b in given.reshape(-1).tolist()]
@@ -124,7 +130,7 @@ class Curve:
                 return float(self.A[i]) if B > 0.0 or self.kind in (ONSET, STICK) else None
         if self.condition is None:
             return onset(B)
-        if np.isnan(self.points[[k, k + 1]]).any():  # rounding does not separate the orbits so close to the level
+        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level, rounding does not separate the orbits
             return None
         return point_at(self.condition, self.points[k], self.points[k + 1], B)
 
@@ -134,14 +140,17 @@ def curves(
 ) -> list[Curve]:
     """Compute the bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
 
-    A curve is found if it passes one of `num` values of B, or if it begins at the end of a curve that is found. Curves
-    are followed down to B = 1e-7 A; below, rounding does not separate the orbits (see `orbits`). If the range begins at
-    B = 0, the curves that lead to the point A = √(1 + π²/4), at which the touching orbit changes, are extended to it.
+    The search finds a curve if the curve passes one of `num` values of B, or if the curve begins at the end of a curve
+    already found. Curves are followed down to B = 1e-7 A. At smaller B rounding does not separate the orbits (see
+    `orbits`). If the range begins at B = 0, the curves that lead to the point A = √(1 + π²/4), B = 0 are extended to
+    this point. There the only orbit of B = 0, which touches the obstacle without speed, changes.
 
     Parameters
     ----------
-    A, B : two floats
-        ranges of the excitation amplitude and of the incline over friction, dimensionless, the smaller value first.
+    A : two floats
+        range of the excitation amplitude, dimensionless, the smaller value first.
+    B : two floats
+        range of tan α / μ, dimensionless, the smaller value first.
     max_period : int
         longest period in excitation periods, 1 to 100.
     num : int
@@ -150,22 +159,27 @@ def curves(
     Returns
     -------
     list of Curve
-        ordered by the A at their ends: each with kind, period, impacts, word, A and B (points,), ends, meets, and a
-        method `at` that computes A at any B.
+        in the order of the value of A at the last point of each curve.
+        kind is the kind of the bifurcation.
+        period, impacts and word describe the orbit; the period is in excitation periods.
+        A and B are the points of the curve, each float64 (points,).
+        ends gives the reasons why the curve ends at its first and at its last point.
+        meets lists the points at which the curve meets other curves of the list.
+        at(B) computes the values of A at any B.
 
     Warns
     -----
     UserWarning
-        for a bifurcation through which no curve was found (docs/orbits.md).
+        if a search finds a bifurcation but no curve through it (docs/orbits.md).
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range, or if there are too many orbits (see `bifurcations`).
+        if an argument is not a number or is out of range, or if there are too many orbits (see `bifurcations`).
 
     Examples
     --------
-    Period doubling of the motion of one period, on an incline of B = 0.1:
+    The period doubling of the motion of one period at B = 0.1:
 
     >>> import vibrodrive as vd
     >>> found = vd.curves(A=(2.5, 2.7), B=(0.09, 0.11), max_period=1, num=2)
@@ -176,7 +190,7 @@ def curves(
     start, stop = check_range("B", B)
     limit = check_period("max_period", max_period)
     count = check_count("num", num, 2, MOST_NUM)
-    least = max(start, LEVEL * high)  # no orbits can be followed on the level
+    least = max(start, LEVEL * high)  # too close to the level, no orbit can be followed
     if not least < stop or high <= onset(least):
         return _onset_alone((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), low, limit)
@@ -208,7 +222,7 @@ class _Collection:
         self.curves: list[Curve] = []
 
     def collect(self, values: list[float]) -> None:
-        """Follow every bifurcation at these values of B and close to the ends of the curves."""
+        """Follow every bifurcation at these values of B, and then those beside the ends of the curves found."""
         searched: set[float] = set()
         low, high = self.box.B
         near = BESIDE * (high - low)
@@ -227,7 +241,7 @@ class _Collection:
                     values.append(b)
 
     def search(self, B: float, low: float) -> None:
-        """Follow the bifurcations at one B, from A = low on, that are not part of a curve yet."""
+        """Follow those bifurcations at one B, for A >= low, through which no curve passes yet."""
         passed = [(curve.kind, a) for curve in self.curves for a in curve.at(B).tolist()]
         for found in bifurcations((low, self.box.A[1]), B, self.limit):
             near = ON_CURVE * scale_of(found.A)
@@ -239,7 +253,7 @@ class _Collection:
                 passed += [(curve.kind, a) for a in curve.at(B).tolist()]
 
     def follow(self, found: Bifurcation) -> Curve | None:
-        """Trace the curve through a bifurcation. Warns and returns None if there is none."""
+        """Trace the curve through a bifurcation. Warns and returns None if no condition belongs to the bifurcation."""
         recognised = recognise(found)
         if recognised is None:
             warnings.warn(f"no curve found through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
@@ -254,11 +268,11 @@ class _Collection:
 
 
 def _to_level(curve: Curve, least: float) -> Curve:
-    """Extend a curve to the point A = √(1 + π²/4), B = 0, if it tends to this point as B falls to `least`.
+    """Extend a curve to the point A = √(1 + π²/4), B = 0, if the curve tends to this point as B falls to `least`.
 
-    At this point an orbit that touches without speed begins to reverse without sticking (flight.py). The distance of a
-    curve from this point is proportional to B or to √B: if B falls to a quarter, it falls to between a quarter and a
-    half.
+    At this point the orbit that touches without speed begins to reverse without sticking (flight.py). The distance in A
+    of a curve from this point is proportional to B or to √B. So if B falls to a quarter, the distance falls to a
+    quarter or to a half.
     """
     assert curve.condition is not None
     first = min((0, -1), key=lambda i: curve.B[i])
@@ -275,7 +289,7 @@ def _to_level(curve: Curve, least: float) -> Curve:
 
 
 def _cut(curve: Curve, low: float) -> Iterator[Curve]:
-    """Yield the parts of a curve at and above the value `low` of A."""
+    """Yield the parts of a curve on which A >= low."""
     assert curve.condition is not None
     for points, ends in cut(curve.condition, curve.points, curve.ends, low):
         yield replace(curve, A=points[:, -2], B=points[:, -1], points=points, ends=ends)

@@ -36,7 +36,11 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """All orbits of up to `max_period` periods at each A: on a grid, and on both sides of every bifurcation."""
+    """All orbits of up to `max_period` periods at each of the values A, which include both sides of every bifurcation.
+
+    A : float64 (n,), ascending.
+    orbits : list of the orbits at each A.
+    """
 
     A: np.ndarray
     B: float
@@ -45,7 +49,7 @@ class Family:
     bifurcations: list[Bifurcation]
 
     def branches(self) -> Iterator[Branch]:
-        """Yield the branches: orbits are joined as long as they have the same name and kind at successive A."""
+        """Yield the branches. A branch joins orbits that have the same name and kind at successive values of A."""
         held: dict[tuple, list[int]] = defaultdict(list)
         rows: dict[tuple, list[Orbit]] = defaultdict(list)
         for i, there in enumerate(self.orbits):
@@ -62,7 +66,7 @@ class Family:
 
 
 def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3) -> Family:
-    """Compute all orbits at the values `A` and close to every bifurcation between the smallest and largest of them."""
+    """Compute all orbits at the values `A`, and close to every bifurcation between the smallest and the largest `A`."""
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
         raise ValueError(bad("A", list(A), "at least two values"))
@@ -87,7 +91,7 @@ def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
 
 
 def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
-    """Return one row for each A with the sorted values of the orbit, so that each column is a curve."""
+    """Return the sorted values of the orbit at each A: float64 (n, values), so that each column is a curve over A."""
     rows = [np.sort(values(orbit)) for orbit in branch.orbits]
     width = max(map(len, rows), default=0)
     return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])

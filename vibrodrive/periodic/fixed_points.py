@@ -1,16 +1,16 @@
 """All launch phases that return to themselves after n flights, each found inside a bracket.
 
-On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone, falling
-for odd n, growing for even n. For odd n G(ψ) - ψ falls, so there is one root or none, determined by the signs at the
-ends. For even n the cell is halved until the result is known for each piece:
+On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone. It falls for odd n
+and grows for even n. For odd n, G(ψ) - ψ falls, so there is one root or none, and the signs at the ends of the cell
+decide. For even n the cell is halved until the result is known for each piece:
 
-* no root, if the images of the ends, or the value in the middle and the slope, exclude one;
-* one root or none, determined by the signs, if the slope is on one side of 1 throughout;
-* undecided, if G(ψ) - ψ differs from zero and the slope from 1 only by rounding: a tangency (fold, period doubling)
-  within the precision of floats.
+* The piece has no root if the images of its ends, or its value in the middle and its slope, exclude a root.
+* It has one root or none if the slope is above 1, or below 1, on the entire piece. Then the signs at its ends decide.
+* It is undecided if only rounding separates G(ψ) - ψ from zero and the slope from 1. This is a tangency (a fold or a
+  period doubling) within the precision of floats.
 
-The slope on a piece is enclosed, not sampled: every time and phase in its formula is monotone in ψ, so
-the values at the two ends bound it.
+The slope on a piece is enclosed, not sampled. Every time and phase in its formula is monotone in ψ, so the values at
+the two ends of the piece bound the slope.
 """
 
 from __future__ import annotations
@@ -26,14 +26,19 @@ from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
-SLACK = 1e-12  # relative widening of every enclosure: far above the rounding of its terms
-NOISE = 2e-14  # rounding error of G(ψ) - ψ, as phases are of order 1
+SLACK = 1e-12  # every enclosure is widened by this share, which is far above the rounding of its terms
+NOISE = 2e-14  # rounding error of G(ψ) - ψ, because phases are of order 1
 
-ROWS = 64  # largest number of pieces that wait on the stack: 53 halvings of a cell leave at most 54
+ROWS = 64  # rows of the stack of pieces; 53 halvings of a cell leave at most 54 pieces on it
 
 
 class Work(NamedTuple):
-    """Work arrays of `roots`: stack of pieces (ROWS, 2), slides of two flights (any, 3), empty slides (0, 3)."""
+    """Work arrays of `roots`.
+
+    stack : ends of the pieces that wait, (ROWS, 2).
+    one, other : slides of the flights from the two ends of a piece, (any, 3).
+    no_slides : an empty array (0, 3), for flights whose slides are not recorded.
+    """
 
     stack: np.ndarray
     one: np.ndarray
@@ -43,7 +48,7 @@ class Work(NamedTuple):
 
 @inline
 def force_between(one, other, falling, A, B):
-    """Return bounds of |H| between two phases within one half wave, where |H| has one peak in the middle."""
+    """Return bounds of |H| between two phases of one half wave, in whose middle |H| has its only peak."""
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
     h_one = sign * (A * math.sin(one) - B)
@@ -68,7 +73,7 @@ def cosine_between(low, high):
 
 @part
 def slope_between(one, other, count, A, B):
-    """Return bounds of |dG/dψ| between two phases whose flights have the slides `one` and `other`."""
+    """Return bounds of |dG/dψ| between two phases. `one` and `other` contain the slides of the flights from them."""
     low, high = 1.0, 1.0
     w_low, w_high, s_low, s_high = 0.0, 0.0, 0.0, 0.0
     falling = False
@@ -111,7 +116,7 @@ def slope_between(one, other, count, A, B):
 
 @part
 def bisect(a, ga, b, n, A, B, horizon, no_slides):
-    """Return the root of G(ψ) - ψ in [a, b], to neighbouring floats; ga is the value at a."""
+    """Return the root of G(ψ) - ψ in [a, b] by bisection to neighbouring floats; ga is G(a) - a."""
     while True:
         middle = 0.5 * (a + b)
         if middle <= a or middle >= b:
@@ -127,11 +132,12 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
 
 @jit(_nrt=False)
 def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
-    """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`; one call handles up to `steps` pieces.
+    """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`.
 
-    `certain` is False for an undecided root. `under_way` int64 (2,) contains the number of pieces on the stack (-1
-    before the first call) and of roots found. Returns True if the search is complete; if not, the next call continues
-    it. If all rows are full, `found` and `certain` must be enlarged before the next call.
+    One call handles up to `steps` pieces. It returns True if the search is complete; otherwise the next call continues
+    the search. `certain` is False for an undecided root. `under_way`, int64 (2,), contains the number of pieces on the
+    stack (-1 before the first call) and the number of roots found. If `found` is full, `found` and `certain` must be
+    enlarged before the next call.
     """
     low, high = cell
     stack, one, other, no_slides = work
@@ -188,7 +194,7 @@ def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
 
 
 def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (ψ, certain) of all roots in the cell [low, high]."""
+    """Return all roots ψ in the cell [low, high], float64 (m,), and False for each undecided root, bool (m,)."""
     # a period contains at most one slide up and one down
     work = Work(np.empty((ROWS, 2)), np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3)), NO_SLIDES)
     found, certain = np.empty(64), np.empty(64, dtype=np.bool_)

@@ -1,44 +1,53 @@
 """One flight of the undisturbed mass (ε = 0) in closed form: from a launch at the obstacle to an impact.
 
-Terms: a *flight* is the motion of the mass from the instant at which it leaves the obstacle (the *launch*, at phase ψ)
-to the next impact. In between the mass is *in the air*, although it stays on the incline, and it *lands* when it hits
-the obstacle. *On the level* means on a horizontal plane, B = 0. The *word* of a flight is the sequence of its states.
+Terms:
 
-The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up], in which H > 1: at the impact itself if
-its phase is in the window, otherwise (after a rest) at the beginning φ_up. Everything else follows from ψ.
-Three facts make a flight simple:
+* A *flight* is the motion of the mass from the instant at which it leaves the obstacle to the next impact.
+* The *launch* is the instant at which the mass leaves the obstacle; its phase is ψ.
+* The mass is *in the air* during a flight, although it stays on the incline, and it *lands* when it hits the obstacle.
+* *On the level* means on a horizontal plane, B = 0.
+* The *word* of a flight is the sequence of its states.
 
-* A slide up ends in its bracket, and so does a slide down for B < 1 (`enclose` and the head of undisturbed.py). For
-  B > 1 gravity may exceed friction: then ξ' stays negative, and only an impact can end the slide.
-* ξ falls as long as ξ' < 0. So a slide down has at most one zero of ξ, between two values of ξ with different signs.
-  ξ' is least at the instant at which H returns to -1, and most slides that land do so before it. So the sign of ξ is
-  evaluated there first.
-* As functions of ψ, the beginnings of slides up do not fall, those of slides down do not grow, and the
-  gap at every reversal falls strictly (eqs. (4), (5) at ξ' = 0 at the beginning of a slide). Hence each decision
-  (impact or reversal; H against ±1) changes at most once as ψ grows, as long as the decisions before it are the
-  same. The phases with one word, and with one itinerary over several flights, are intervals, and the impact
-  time falls strictly on each.
+The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up], in which H > 1. If the phase of an impact is
+in the window, the mass leaves immediately, and ψ is this phase. Otherwise the mass rests until the window begins, and
+ψ = φ_up. Everything else follows from ψ. Three facts make a flight simple:
 
-Because of the last fact orbits and breakpoints can be found completely: equal words at both ends of an interval
-mean one word throughout (see itineraries.py).
+* A slide up ends in its bracket (`enclose` and the head of undisturbed.py). A slide down does so for B < 1. For B > 1
+  gravity may exceed friction: then ξ' stays negative, and only an impact can end the slide.
+* ξ falls as long as ξ' < 0. So a slide down has at most one zero of ξ, and two values of ξ with different signs enclose
+  it. ξ' is least at the instant at which H returns to -1, and most slides that land do so before this instant. So the
+  sign of ξ is evaluated at this instant first.
+* As ψ grows, the beginnings of slides up do not become earlier, the beginnings of slides down do not become later, and
+  the gap at every reversal falls strictly (eqs. (4), (5) with ξ' = 0 at the beginning of a slide). Hence each decision
+  (between impact and reversal, or of H against ±1) changes at most once as ψ grows, as long as the decisions before it
+  are the same. So the phases with one word form an interval, and so do the phases with one itinerary over several
+  flights. On each of these intervals the impact time falls strictly.
 
-A slide down that follows the first slide up after a sticking always reaches the obstacle: friction and
-gravity opposed the rise, whereas gravity drives the fall, which lasts for at least as much of its half wave.
+Because of the third fact orbits and breakpoints can be found completely: if the words at both ends of an interval are
+equal, all phases between them have this word (see itineraries.py).
+
+A slide down that follows the first slide up after a sticking always reaches the obstacle. Friction and gravity opposed
+the rise, whereas gravity drives the fall, and the fall lasts for at least as much of its half wave as the rise.
 
 **On the level (B = 0)** a slide down is the mirror image of a slide up, half a period later. Let T(ψ) be the end of
-the slide up that begins at ψ, and D(ψ) its length. Both fall with ψ, and T(ψ*) = ψ* + π for A cos ψ* = π/2. Take
-A > A_s = √(1 + π²/4), for which φ_up < ψ*. The next slide exactly cancels a slide that begins at ψ*: the flight touches
-the obstacle at ψ* + 2π with no speed. The slides of another flight begin (up to half periods) at a_0 = ψ, a_1, a_2, …
-on alternate sides of ψ*, and these phases converge to ψ* from both sides. For ψ < ψ* each difference
-D(a_2i) - D(a_2i+1) > 0: the mass never lands. For ψ > ψ* the first difference is negative: the mass lands in its first
-fall. For A <= A_s every slide up ends in a sticking, so that the next slide down begins at φ_up + π: a launch at φ_up
-touches without speed, every later one lands. These cases are decided explicitly, not by rounding: see `touching`.
+the slide up that begins at ψ, and D(ψ) its length. Both fall as ψ grows, and T(ψ*) = ψ* + π for A cos ψ* = π/2.
+
+Take A > A_s = √(1 + π²/4), for which φ_up < ψ*. A slide that begins at ψ* is exactly cancelled by the next slide, so
+the flight touches the obstacle at ψ* + 2π without speed. The slides of another flight begin, if half periods are
+subtracted, at a_0 = ψ, a_1, a_2, … on alternate sides of ψ*, and these phases converge to ψ* from both sides. If ψ <
+ψ*, each difference D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is
+negative, and the mass lands in its first fall.
+
+For A <= A_s every slide up ends in a sticking, so the next slide down begins at φ_up + π. Then the flight launched at
+φ_up touches the obstacle without speed, and every flight launched later lands. The code decides all these cases
+explicitly (`touching`), so that rounding does not decide them.
 
 **Functions of the kernels.** A flight uses the kernels' functions for the end of a slide (`step_in_bracket`), the state
-there (`arrive`), the decision (`decide_after_slide`), the beginning of the next slide (`begin`) and the length of a
-wait (`release`). It differs from the kernels in three ways. It also computes d/dψ. It makes a decision even if the
-kernels report that rounding may change it (TOO_CLOSE). And it recognises a launch by its phase, φ_up < ψ < π - φ_up,
-not by H > 1, because the ends of the window are breakpoints of the map, and H is 1 there only within its rounding.
+there (`arrive`), the decision (`decide_after_slide`), the beginning of the next slide (`begin`) and the duration of a
+sticking or rest (`release`). It differs from the kernels in three ways. It also computes d/dψ. It makes a decision even
+where the kernels report TOO_CLOSE, because rounding may change the decision. It recognises a launch by its phase,
+φ_up < ψ < π - φ_up, and not by H > 1: the ends of the window are breakpoints of the map, and the computed H at these
+ends is 1 only within rounding.
 """
 
 from __future__ import annotations
@@ -55,19 +64,19 @@ from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import begin, decide_after_slide, direction
 from vibrodrive.kernels.undisturbed import enclose, gap_guess, release, step_in_bracket, usual_end
 
-LETTERS = 8  # base of the number that represents a word; a state is the digit State + 1
-WORDS = 2**59 - 55  # prime modulus of words: those of up to 19 states have different numbers, longer ones almost surely
+LETTERS = 8  # a word is represented by a number with this base; a state is the digit State + 1
+WORDS = 2**59 - 55  # prime modulus of these numbers: words of up to 19 states differ surely, longer words almost surely
 
 NO_WORD = 0  # the empty word
 
-FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # kinds of beginning of a slide
+FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # a slide begins at the obstacle, after a sticking, at a reversal
 
-AIRBORNE = 16  # excitation periods computed of a flight that never lands: enough to name its first states
+AIRBORNE = 16  # a flight that never lands is computed for so many excitation periods, enough to name its first states
 
 
 @inline
 def append(word, letter):
-    """Return the word (the sequence of states, as a number) with one more letter."""
+    """Return the word (a sequence of states, represented by a number) with one more letter."""
     return (word * LETTERS + letter) % WORDS
 
 
@@ -84,14 +93,14 @@ def end_of_slide(which, segment, A, B, p, q, lo, hi, h):
 
 @inline
 def gap_at(segment, p, q, h):
-    """Return ξ at h after the beginning of a slide, where A cos τ = p and A sin τ = q."""
+    """Return ξ at the time h after the beginning of a slide. There A cos τ = p and A sin τ = q (at the beginning)."""
     s, v, ds, dv, near = arc(h)
     return slide_at(segment, p, q, p, near, h, s, v, ds, dv)[0]
 
 
 @inline
 def window_end(up):
-    """Return π - φ_up, the end of the window that begins at φ_up: H falls to 1."""
+    """Return π - φ_up, the end of the window that begins at φ_up. There H falls to 1."""
     return PI - up + PI_LOW
 
 
@@ -99,7 +108,7 @@ def window_end(up):
 def touching(A, up):
     """Return, for B = 0, the launch whose flight touches the obstacle without speed.
 
-    Flights from earlier launches never land, those from later ones do.
+    Flights launched earlier never land. Flights launched later land.
     """
     y = HALF_PI / A
     return max(up, HALF_PI - arcsine(y, (A - HALF_PI) / A)) if y < 1.0 else up
@@ -107,7 +116,7 @@ def touching(A, up):
 
 @inline
 def where_below(segment, p, q, lo):
-    """Return a bracket of the impact of a slide down whose ξ' is least at lo; its end has ξ <= 0."""
+    """Return a bracket of the impact of a slide down whose ξ' is least at lo. At the end of the bracket ξ <= 0."""
     low, high = 0.0, lo
     below = gap_at(segment, p, q, high)
     while below > 0.0:
@@ -118,7 +127,7 @@ def where_below(segment, p, q, lo):
 
 @inline
 def launch(psi, A, B, up, p_up):
-    """Return (phase φ, H, A cos φ, A sin φ) at the beginning of a flight: φ = ψ, or φ_up if ψ is outside the window."""
+    """Return (φ, H, A cos φ, A sin φ) at the beginning of a flight; φ is ψ, or φ_up if ψ is outside the window."""
     p, q = excitation(A, psi, 0.0)
     if psi <= up or psi >= window_end(up):
         return up, 1.0, p_up, 1.0 + B
@@ -130,17 +139,19 @@ def flight(psi, A, B, horizon, word, slides):
     """Compute the flight launched at phase ψ. If ψ is outside the open window, the flight starts from rest at φ_up.
 
     The flight is followed for at most `horizon` excitation periods, and for at most AIRBORNE if it never lands (B = 0).
-    Each row of `slides` (any, 3) receives the phase of the beginning, the duration and the kind of beginning of one
-    slide, as long as there are rows.
+    The rows of `slides` (any, 3) receive, for each slide in order, the phase of its beginning, its duration and its
+    kind of beginning. If there are more slides than rows, the further slides are not recorded.
 
-    Returns (k, phase, velocity, slope, word, count): the impact is at 2πk + phase, 0 <= phase < 2π, counted from the
-    period of the launch (k = -1: none found), with ξ' = velocity <= 0. The states of the flight, without IMPACT, are
-    appended to the word, and the flight has `count` slides.
+    Returns (k, phase, velocity, slope, word, count). The impact is at the time 2πk + phase, 0 <= phase < 2π, counted
+    from the beginning of the period of the launch, and has ξ' = velocity <= 0. If no impact was found, k is -1. `word`
+    is the given word followed by the states of the flight without IMPACT, and `count` is the number of slides.
 
-    The slope is d(impact time)/dψ <= 0. A slide that begins later by δ, with the acceleration a, is slower by a δ from
-    there on and ends later by a δ over its acceleration there (saltation: friction changes sign); after a sticking
-    δ = 0. The impact comes (Σ a δ · duration) / |ξ'| earlier. Sticking sets the velocity to zero but does not change
-    the gap, so only a rest makes the slope vanish. The slope is -inf for an impact without speed.
+    The slope is d(impact time)/dψ <= 0. Let a slide begin later by δ, with the acceleration a. Then its velocity is
+    less by a δ at each time, and it ends later by a δ divided by the acceleration at its end. The next slide begins
+    later by this time, with another acceleration, because friction changes its sign (saltation). After a sticking δ =
+    0. The impact comes earlier by (Σ a δ · duration) / |ξ'|, summed over the slides. A sticking sets the velocity to
+    zero but does not change the gap, so only a rest makes the slope zero. The slope is -inf for an impact without
+    speed.
     """
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)
@@ -167,7 +178,7 @@ def flight(psi, A, B, horizon, word, slides):
             which = S1
             lo, hi = where_below(segment, p, q, lo)
             guess = hi
-        while True:  # a second time if the end of a slide down is below the obstacle: the impact was before it
+        while True:  # a second time if a slide down ends below the obstacle: the impact was before this end
             h = end_of_slide(which, segment, A, B, p, q, lo, hi, guess)
             there = arrive(segment, A, phi, 0.0, p, q, h)
             if which != S2 or never_lands:
@@ -180,7 +191,7 @@ def flight(psi, A, B, horizon, word, slides):
             lo, hi, guess = 0.0, h, gap_guess(x, there.x, h)
         moment += delay * segment.a0 * h
         if count < len(slides):
-            # for B > 1 a slide down may begin past 2π: as a function of ψ that phase must not jump
+            # for B > 1 a slide down may begin after 2π; its phase, as a function of ψ, must not jump there
             slides[count, 0] = phi + TWO_PI if state == DOWN and phi < HALF_PI else phi
             slides[count, 1] = h
             slides[count, 2] = begun
@@ -195,7 +206,7 @@ def flight(psi, A, B, horizon, word, slides):
         x, phi, p, q = there.x, there.phi, there.p, there.q
         force = q - B
         to = decide_after_slide(False, force)
-        released = to == STICK or to == state  # the same slide again: |H| is beyond 1 by rounding only
+        released = to == STICK or to == state  # to == state: |H| is beyond 1 only by rounding
         if released:
             word = append(word, STICK + 1)
             _, phi, later_period, falls = release(STICK, phi, A, B, up, down)
@@ -211,11 +222,15 @@ def flight(psi, A, B, horizon, word, slides):
 
 @jit(_nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
-    """Write the next impact after every phase of `phi` to the arrays `phase` … `code`, all (n,); `no_slides` (0, 3)."""
+    """Write the next impact after each phase of `phi` (n,) to `phase`, `periods`, `speed`, `slope` and `code`, (n,)
+    each.
+
+    `no_slides` is an empty array (0, 3).
+    """
     up, _ = release_up(A, B)
     end = window_end(up)
     none = np.int64(NO_WORD)  # a literal would compile another specialisation
-    rested = False  # the flight after a rest, which may be long, is computed once, and only if needed
+    rested = False  # the flight after a rest may be long: it is computed only once, and only if it is needed
     k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
@@ -237,7 +252,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
 
 @jit(_nrt=False)
 def launch_after(phi, A, B):
-    """Return (ψ, rests): the phase φ in [0, 2π), and True if a rest follows an impact there; if not, a launch at ψ."""
+    """Return φ modulo 2π, and True if a rest follows an impact at this phase. Without a rest it is the launch phase."""
     psi = turns(phi, 0.0)[1]
     up, _ = release_up(A, B)
     return psi, psi <= up or psi >= window_end(up)

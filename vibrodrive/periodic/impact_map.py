@@ -1,9 +1,10 @@
 """The impact-phase map: at ε = 0 the motion after an ideally plastic impact depends only on the time of the impact.
 
 So the motion is a map of the circle, phase of an impact ↦ phase of the next impact. The map is constant over the
-phases at which a rest follows the impact. Over the other phases, the window φ_up < φ < π - φ_up in which H > 1, it
-falls on every branch between breakpoints. Its derivative is continuous at phases at which a sticking appears or
-vanishes, and at φ_up, where it is 0. The map jumps at π - φ_up and at phases from which a flight grazes the obstacle.
+phases at which a rest follows the impact. The other phases form the window φ_up < φ < π - φ_up, in which H > 1. There
+the map falls on every branch between two breakpoints. Its derivative is continuous at a phase at which a sticking
+appears or vanishes. It is also continuous at φ_up, where its value is 0. The map jumps at π - φ_up and at each phase
+from which a flight grazes the obstacle.
 """
 
 from __future__ import annotations
@@ -24,20 +25,23 @@ from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
-HORIZON = 10_000  # longest flight that is computed, in excitation periods: the smaller B, the longer flights may be
+HORIZON = 10_000  # longest flight computed, in excitation periods; the smaller B is, the longer flights may be
 
 LANDINGS = 100
-"""Longest flights, in excitation periods, whose breakpoints are listed by default. There is one breakpoint for each
-possible number of periods of a flight, about 0.1/B in total."""
+"""Longest flights, in excitation periods, whose breakpoints are listed by default. Each possible duration of a flight
+in periods gives one breakpoint, so there are about 0.1/B breakpoints in total."""
 
-LARGEST_PHASE = 1e12  # a larger double has few digits for the phase within a period
+LARGEST_PHASE = 1e12  # a larger double leaves too few digits for the phase within a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
 
 SLIDES_NAMED = 16  # slides in the word of a flight that never lands
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
-    """Return the states of the flight launched at ψ, from UP to IMPACT; if it never lands, of SLIDES_NAMED slides."""
+    """Return the states of the flight launched at ψ, from UP to IMPACT.
+
+    For a flight that never lands, return the states of its first SLIDES_NAMED slides.
+    """
     k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NO_SLIDES)
     slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
     flight(psi, A, B, HORIZON, NO_WORD, slides)
@@ -60,12 +64,13 @@ def spell(word: list[State]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """The next impact after each of the phases `start`; all arrays have its shape.
+    """The next impact after each impact at a phase in `start`. All arrays have the shape of `start`.
 
-    phase : phase of the next impact in [0, 2π); NaN if there is none.
-    periods : number of excitation periods between, floor(τ_next / 2π) - floor(τ / 2π); -1 if there is none.
-    speed : impact speed |ξ'|.
-    derivative : d phase / d start, exact: 0 after a rest, otherwise from the closed-form variation of the flight.
+    phase : phase of the next impact, in [0, 2π) rad; NaN if there is no next impact.
+    periods : number of excitation periods from one impact to the next, floor(τ_next / 2π) - floor(τ / 2π); -1 if there
+        is no next impact.
+    speed : dimensionless speed |ξ'| of the next impact.
+    derivative : exact derivative d phase / d start. It is 0 after a rest and otherwise follows from the closed form.
     word : states from one impact to the next, as text.
     """
 
@@ -95,12 +100,13 @@ def _word_from(phi: float, A: float, B: float) -> str:
 class ImpactMap:
     """The map from the phase φ of an impact to the next impact, for one A and B.
 
-    `window` contains the two phases between which a launch follows an impact without a rest. It is empty for
-    A <= 1 + B, where the mass never leaves the obstacle. `breakpoints` (ascending, in the window including its ends)
-    are the phases at which the map is not smooth. Their `kinds` are "rest" (the rest after the impact appears or
-    vanishes), "grazing" (a jump: the flight just touches the obstacle) and "stick" (a sticking in the air appears or
-    vanishes). `words` are the words of the flights between them. Breakpoints of flights of more than LANDINGS
-    excitation periods are left out.
+    window : the two phases between which a launch follows an impact without a rest. For A <= 1 + B the mass never
+        leaves the obstacle, and the two phases are equal.
+    breakpoints : the phases at which the map is not smooth, ascending, with both ends of the window. Breakpoints of
+        flights of more than LANDINGS excitation periods are left out.
+    kinds : the kind of each breakpoint. "rest": the rest after the impact appears or vanishes. "grazing": the flight
+        just touches the obstacle, and the map jumps. "stick": a sticking during the flight appears or vanishes.
+    words : the states of the flights between each two neighbouring breakpoints, as text.
     """
 
     def __init__(self, A: float, B: float = 0.1) -> None:
@@ -113,15 +119,15 @@ class ImpactMap:
         self.touching: float = touching  # for B = 0 the launch whose flight touches the obstacle without speed
 
     def __call__(self, phi: ArrayLike) -> Impacts:
-        """Return the next impact after each of the phases `phi`, an array of any shape.
+        """Return the next impact after each impact at a phase in `phi` (rad), a number or an array of any shape.
 
         Raises
         ------
         TypeError, ValueError
-            if a phase is no number, NaN, or beyond ±1e12.
+            if a phase is not a number, is NaN, or is not between -1e12 and 1e12.
         """
         start = real_array("phi", phi, PHASES)
-        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # NaN is neither
+        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # so NaN fails
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
@@ -149,7 +155,7 @@ class ImpactMap:
         return self.pieces(LANDINGS)
 
     def pieces(self, horizon: int) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
-        """Return (breakpoints, kinds, words) of flights of up to `horizon` excitation periods."""
+        """Return (breakpoints, kinds, words) for flights of up to `horizon` excitation periods."""
         if not self.moves:
             return np.empty(0), (), ()
         up, end = self.window
@@ -160,7 +166,7 @@ class ImpactMap:
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))
-            if before != after:  # otherwise only the period of the impact differs: the map is smooth here
+            if before != after:  # if the words are equal, only the period of the impact differs, and the map is smooth
                 phases.append(first)
                 kinds.append(kind_of_change(before, after))
                 words.append(spell(after))
@@ -181,29 +187,39 @@ class ImpactMap:
 
 
 def kind_of_change(before: list[State], after: list[State]) -> str:
-    """Return why two neighbouring flights have different words: "grazing" if one ends earlier, otherwise "stick"."""
+    """Return the reason why the words of two neighbouring flights differ.
+
+    It is "grazing" if one flight lands where the other one continues, and "stick" otherwise.
+    """
     one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
 def impact_map(A: float, B: float = 0.1) -> ImpactMap:
-    """Return the impact-phase map at ε = 0, from the phase of an impact to the phase of the next one.
+    """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 
     Parameters
     ----------
-    A, B : float
-        excitation amplitude, and incline over friction, dimensionless.
+    A : float
+        excitation amplitude, dimensionless.
+    B : float
+        tan α / μ, dimensionless.
 
     Returns
     -------
     ImpactMap
-        a function of phases in radians, an array of any shape. Its result has the arrays phase, periods, speed,
-        derivative and word of this shape.
+        a function whose argument is a phase in rad, or an array of phases of any shape. Its result has the following
+        arrays of the same shape.
+        phase is the phase of the next impact in rad.
+        periods is the number of excitation periods from one impact to the next.
+        speed is the dimensionless speed of the next impact.
+        derivative is the derivative of the map.
+        word gives the states from one impact to the next as text.
 
     Raises
     ------
     TypeError, ValueError
-        if A or B is no real number, NaN, infinite or negative.
+        if A or B is not a real number, or is NaN, infinite or negative.
 
     Examples
     --------

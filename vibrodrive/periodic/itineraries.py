@@ -1,18 +1,19 @@
-"""Itineraries of several flights, and the intervals of launch phases that share one.
+"""Itineraries of several flights, and the intervals of launch phases with the same itinerary.
 
 Terms (for flight, launch and window see flight.py):
 
 * a *letter* is one state (UP, DOWN, STICK, REST, IMPACT), or the mark WINDOW_PASSED,
-* the *word* of a flight is the sequence of its states, letter by letter, as a number (flight.LETTERS, WORDS),
-* the *itinerary* of a launch phase ψ is the sequence of the words of its flights. After each impact it also contains
-  one mark for each window that has passed, and REST if the mass rests before the next launch,
+* the *word* of a flight is the sequence of its states, stored as a number with one digit for each letter
+  (flight.LETTERS, flight.WORDS),
+* the *itinerary* of a launch phase ψ is the sequence of the words of its flights. After each impact the itinerary also
+  contains one mark for each window that has passed, and REST if the mass rests before the next launch,
 * a *cell* is an interval of launch phases with the same itinerary.
 
-Each decision in an itinerary changes at most once as ψ grows, as long as those before it are unchanged
-(flight.py; this also holds for several flights in a row, since a composition of monotone maps is monotone). So the
-phases with one itinerary form an interval, and equal itineraries at two phases mean the same itinerary between them.
-Bisection between any two phases with different itineraries therefore finds every boundary, to neighbouring floats,
-without any sampling. Only an interval that contains no float can be missed.
+Each decision in an itinerary changes at most once as ψ grows, as long as the decisions before it are unchanged.
+flight.py proves this for one flight. It also holds for several flights in a row, because a composition of monotone maps
+is monotone. So the phases with one itinerary form an interval, and if two phases have the same itinerary, all phases
+between them have it, too. Therefore bisection between any two phases with different itineraries finds every boundary,
+to neighbouring floats, without sampling. It can miss only an interval that contains no float.
 """
 
 from __future__ import annotations
@@ -29,31 +30,37 @@ from vibrodrive.periodic.flight import NO_WORD, append, flight, window_end
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launch without a rest, rest, or no impact found
 
-WINDOW_PASSED = 6  # letter of an itinerary in addition to the states: a window has passed
+WINDOW_PASSED = 6  # additional letter of an itinerary: a window has passed
 
 NO_SLIDES = np.empty((0, 3))  # argument for flights whose slides are not recorded
 
-DEPTH = 128  # largest number of halvings of an interval: enough for neighbouring floats everywhere
+DEPTH = 128  # rows of the stack of pieces: enough to halve any interval down to neighbouring floats
 
 
 class Pieces(NamedTuple):
-    """Work arrays of `split`: stack of pieces by their ends, and itineraries there (DEPTH, 2); empty slides (0, 3)."""
+    """Work arrays of `split`.
+
+    stack : ends of the pieces that wait, (DEPTH, 2).
+    names : itineraries at these ends, (DEPTH, 2).
+    no_slides : an empty array (0, 3), for flights whose slides are not recorded.
+    """
 
     stack: np.ndarray
     names: np.ndarray
     no_slides: np.ndarray
 
 
-FEW = 64  # steps of the first slice: a step may take milliseconds if flights are long (B = 0)
+FEW = 64  # steps of the first slice of a computation: a step may take milliseconds if flights are long (B = 0)
 
 
 @jit(_nrt=False)
 def flights(psi, n, A, B, horizon, slides):
-    """Compute up to n flights in a row; fewer if the mass rests, or if they last `horizon` excitation periods in total.
+    """Compute n flights in a row, or fewer if the mass rests or if the flights exceed `horizon` excitation periods.
 
-    Returns (itinerary, periods, phase, slope, flown, fate, count). `periods` and `phase` are those of the last impact,
-    or of the launch after a rest, counted from the period of the first launch. The slope is d(last impact time)/dψ, 0
-    after a rest. `flown` flights with `count` slides were computed; `fate` is FLYING, RESTS or LOST.
+    Returns (itinerary, periods, phase, slope, flown, fate, count). `periods` and `phase` give the time of the last
+    impact or, after a rest, of the next launch, counted from the period of the first launch. `slope` is d(last impact
+    time)/dψ, and 0 after a rest. `flown` is the number of flights computed, and `count` the number of their slides.
+    `fate` is FLYING, RESTS or LOST.
     """
     up, _ = release_up(A, B)
     end = window_end(up)
@@ -81,11 +88,12 @@ def flights(psi, n, A, B, horizon, slides):
 
 @jit(_nrt=False)
 def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
-    """Divide the interval `whole` (low, high) into cells of n flights, with at most `steps` halvings.
+    """Divide the interval `whole` = (low, high) into cells of n flights.
 
-    `ends` float64 (rows, 2) receives the first and last float of each cell. `under_way` int64 (2,) contains the number
-    of pieces on the stack (-1 before the first call) and of cells found. Returns True if the search is complete; if
-    not, the next call continues it. If all rows but one are full, `ends` must be enlarged before the next call.
+    One call halves at most `steps` pieces. It returns True if the search is complete; otherwise the next call continues
+    the search. `ends`, float64 (rows, 2), receives the first and the last float of each cell. `under_way`, int64 (2,),
+    contains the number of pieces on the stack (-1 before the first call) and the number of cells found. If only one row
+    of `ends` is free, `ends` must be enlarged before the next call.
     """
     low, high = whole
     stack, names, no_slides = pieces
@@ -130,7 +138,7 @@ def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
 
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
-    """Return the [first, last] float of each cell of n flights in [low, high], ascending."""
+    """Return [first, last], the first and the last float, of each cell of n flights in [low, high], ascending."""
     ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 

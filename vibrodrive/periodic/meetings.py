@@ -16,10 +16,10 @@ from vibrodrive.periodic.tracing import EDGE
 if TYPE_CHECKING:
     from vibrodrive.periodic.curves import Curve
 
-# largest distance in A and B, times `scale_of`, of two curves at a common point: if they touch, the accuracy of this
-# point is the square root of the rounding
+# largest distance in A and in B of two curves at a common point, times `scale_of`: if the curves only touch, the error
+# of this point is about the square root of rounding
 SAME_POINT = 1e-7
-TOUCHING = 1e-12  # largest distance in A, times `scale_of`, of two curves that coincide within rounding
+TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, times `scale_of`
 
 
 class Meeting(NamedTuple):
@@ -27,7 +27,7 @@ class Meeting(NamedTuple):
 
     A, B : parameters at the point.
     other : index of the other curve in the list.
-    what : "end" if one of the two ends there, "crossing" if neither does.
+    what : "end" if one of the two curves ends there, "crossing" if neither of them ends there.
     """
 
     A: float
@@ -103,7 +103,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
             return math.nan if a is None or b is None else a - b
 
         first, last = apart(low), apart(high)
-        # a fold and the border that it ends on coincide there within rounding
+        # a fold that ends on a border coincides with this border near the end, within rounding
         if not first * last < 0.0 or min(abs(first), abs(last)) < TOUCHING * scale_of(one.A[k]):
             continue
         B = _zero(apart, low, high, first)
@@ -113,7 +113,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(one: Curve, other: Curve) -> np.ndarray:
-    """Return True for each pair of steps of two curves that may cross, because their enlarged boxes overlap."""
+    """Return True for each pair of steps of two curves whose enlarged boxes overlap: only these steps may cross."""
 
     def spans(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
@@ -126,5 +126,5 @@ def _overlap(one: Curve, other: Curve) -> np.ndarray:
 
 
 def _zero(f: Callable[[float], float], low: float, high: float, first: float) -> float:
-    """Return the B between two values at which f changes its sign; `first` is f at the first of them."""
+    """Return the B between `low` and `high` at which f changes its sign; `first` is f(low)."""
     return bisect(lambda b: (f(b) > 0.0) == (first > 0.0), low, high)[0]

@@ -1,9 +1,9 @@
-"""Recognition of the condition that a bifurcation found by a search satisfies, from the slides of its orbit.
+"""Recognition of the condition that a bifurcation satisfies, from the slides of its orbit.
 
-The search reports the orbit on one side of the bifurcation, at a small distance from it. Every decision of the orbit
-that is close to its opposite gives a candidate condition. The candidate is the condition of the bifurcation if its
-equations have a solution at the A that the search found. The orbits on both sides of a bifurcation give the same
-condition: a touching counts as no impact if the motion continues without a rest.
+The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance from it. Each decision
+of this orbit that is close to a change gives a candidate condition. A candidate is the condition of the bifurcation if
+its equations have a solution at the A that the search found. The orbits on both sides of a bifurcation give the same
+condition, because an impact that only touches the obstacle is not counted if the motion continues without a rest.
 """
 
 from __future__ import annotations
@@ -24,14 +24,19 @@ from vibrodrive.periodic.itineraries import NO_SLIDES
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
-SAME = 1e-9  # largest distance in A, times `scale_of`, of a solution from the bifurcation that the search found
-CLOSE = 0.05  # largest distance of a decision from its opposite; at a grazing it changes like a square root
+SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, times `scale_of`
+CLOSE = 0.05  # largest distance of a decision from its change; at a grazing it grows like a square root
 
 
 class Part(NamedTuple):
-    """One slide of an orbit: direction, kind of beginning, times since τ = 0, True if it lands, ξ and |ξ'| at its end.
+    """One slide of an orbit.
 
-    `speed` is 0 unless the slide lands.
+    falls : True for a slide down.
+    begun : kind of beginning, as in `Slide`.
+    begin, end : times since τ = 0.
+    lands : True if the slide ends at the obstacle.
+    gap : ξ at the end.
+    speed : impact speed |ξ'| if the slide lands, otherwise 0.
     """
 
     falls: bool
@@ -44,7 +49,7 @@ class Part(NamedTuple):
 
 
 def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
-    """Return the condition of a bifurcation and the unknowns there; None if no condition has a solution there."""
+    """Return the condition of a bifurcation and its solution there; None if no condition has a solution there."""
     A, B = found.A, found.B
     solved = []
     for condition, ends in candidates(found.kind, found.orbit):
@@ -62,7 +67,10 @@ def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
 
 
 def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Yield the conditions of this kind that the orbit almost satisfies, closest first, with end times of slides."""
+    """Yield the conditions of this kind that the orbit almost satisfies, each with the end times of its slides.
+
+    The condition that is closest to being satisfied comes first.
+    """
     rests = "REST" in orbit.word.split()
     parts = parts_of(orbit, rests)
     force = [orbit.A * math.sin(p.end) - orbit.B for p in parts]
@@ -90,7 +98,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
 
 
 def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
-    """Return the slides of one period, starting after the rest if there is one, with times from τ = 0."""
+    """Return the slides of one period with times from τ = 0. If the orbit rests, the first slide follows the rest."""
     A, B = orbit.A, orbit.B
     psi = ImpactMap(A, B).window[0] if rests else float(orbit.phases[0])
     at = psi
@@ -133,19 +141,22 @@ def _prescribed(
 
 
 def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
-    """Return the same period, starting with the part at index `first`."""
+    """Return the same slides of one period, beginning with the slide at index `first`."""
     span = TWO_PI * orbit.period
     wrapped = [p._replace(begin=p.begin + span, end=p.end + span) for p in parts[:first]]
     return [*parts[first:], *wrapped]
 
 
 def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Yield the condition for a rest after part i. The period begins after the rest of the orbit, or after part i."""
+    """Yield the condition for a rest after slide i.
+
+    The period begins after the rest of the orbit or, if the orbit does not rest, after slide i.
+    """
     there = list(parts[: i + 1])
     if not rests:
         first, *others = _rotated(parts, i + 1, orbit)
         there = [first._replace(begun=FROM_STICK), *others]
-    # from the first part to the end of the rest after the last part, when the first part begins again
+    # from the first slide to the end of the rest after the last slide, at which the first slide begins again
     period = math.ceil((there[-1].end - there[0].begin) / TWO_PI - 1e-2)
     yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, period)
 

@@ -1,23 +1,24 @@
 """All periodic orbits of the undisturbed motion, stable and unstable, from the impact-phase map.
 
-After every rest the launch is at φ_up, so there is at most one orbit with a rest. It is followed, not searched for. All
-other orbits launch at every impact. Each gives a fixed point of the n-fold map on a cell of one itinerary, and
-every cell is searched with a bracket (itineraries.py, fixed_points.py). Since the map falls on every branch,
-an orbit with an odd number of impacts has a negative multiplier and can lose its stability only by period
-doubling. An orbit with an even number has a positive multiplier and can lose its stability only in a fold.
+After every rest the launch is at φ_up, so there is at most one orbit with a rest. This orbit is followed, and needs no
+search. All other orbits launch at every impact. An orbit of n impacts gives a fixed point of the n-fold map on a cell
+of one itinerary, and every cell is searched with a bracket (itineraries.py, fixed_points.py). The map falls on every
+branch. So an orbit with an odd number of impacts has a negative multiplier and can lose its stability only by period
+doubling. An orbit with an even number of impacts has a positive multiplier and can lose its stability only in a fold.
 
-A mass that never leaves the obstacle (A <= 1 + B) or never returns to it (B = 0) has no orbit of the map, and none is
-listed.
+If the mass never leaves the obstacle (A <= 1 + B), there is no orbit of the map, and none is listed. Motions at B = 0
+that never return to the obstacle are not orbits of the map and are not listed either.
 
 **On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
-obstacle: it touches the obstacle once a period, without speed (flight.py). It is listed as "touching" and needs no
-search. Shifted up by any gap it is a periodic motion without impacts, and after a later launch it lands with some
-speed. So it is neither stable nor unstable and has no multiplier. `simulate` ends on it with TOO_CLOSE.
+obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching" and
+needs no search. It has no multiplier and is neither stable nor unstable: shifted up by any gap it is a periodic motion
+without impacts, and after a later launch the mass lands with some speed. `simulate` ends on it with the status
+TOO_CLOSE.
 
 **Close to the level** an orbit that launches at every impact has an impact speed of about 10 B, and each of its flights
-multiplies a difference of launches by about A/B. Its launch is in an interval of width B/A divided by its multiplier.
-If this interval contains hardly any float (STEEPEST), and for B <= LEVEL A, rounding would determine which orbits
-exist. Such orbits are left out.
+multiplies a difference of launch phases by about A/B. The launch of such an orbit is in an interval of width B/A
+divided by the multiplier of the orbit. An orbit is left out if this interval contains hardly any float (STEEPEST), or
+if B <= LEVEL A, because rounding would determine if such an orbit exists.
 """
 
 from __future__ import annotations
@@ -41,22 +42,22 @@ STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", 
 TOUCHING = "touching"
 
 LEVEL = 1e-7
-"""B/A up to which rounding does not separate orbits that launch at every impact from one that touches without speed."""
+"""Largest B/A at which rounding does not separate an orbit that launches at every impact from the touching orbit."""
 
 STEEPEST = 1e13
-"""This value times B/A is the multiplier from which an orbit is left out, because rounding would determine if it is
+"""An orbit is left out if its multiplier is at least this value times B/A, because rounding would determine if it is
 found."""
 
 SAME_LAUNCH = 1e-8
-"""Distance below which launches of one orbit are equal: rounding separates equal launches by about 1e-15 A/B. The two
-halves of an orbit after a period doubling are this close only within 1e-15 of the bifurcation."""
+"""Launches of one orbit that are closer than this count as equal: rounding separates equal launches by about 1e-15 A/B.
+After a period doubling the two halves of the orbit are this close only within 1e-15 of the bifurcation."""
 
-LONGEST_PERIOD = 100  # in excitation periods: the cost of a search grows at least with its square
+LONGEST_PERIOD = 100  # in excitation periods; the cost of a search grows at least with the square of the period
 
 MOST_ITINERARIES = 400_000
-"""Largest number of itineraries times periods in a search, for about ten seconds. For irregular motion (A > 3.16 at
-B = 0.1) the number of itineraries grows exponentially: at A = 5 it doubles with every period, so that this limit allows
-14 periods."""
+"""Largest number of itineraries times periods in a search; so large a search takes about ten seconds. Where motion is
+irregular (A > 3.16 at B = 0.1), the number of itineraries grows exponentially with the period. At A = 5 it doubles with
+every period, so this limit allows 14 periods."""
 
 FEW = 4  # largest number of phases in the text of an orbit
 
@@ -68,7 +69,7 @@ def counted(impacts: int) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
-    """One periodic orbit. Its shifts by 1, 2, … excitation periods, `period` motions in total, count as one orbit.
+    """One periodic orbit. The motions that differ only by a shift of 1, 2, … excitation periods count as one orbit.
 
     Attributes
     ----------
@@ -77,13 +78,13 @@ class Orbit:
     phases, speeds : phase and impact speed |ξ'| of each impact in order, float64 (impacts,), smallest phase
         first.
     gaps : number of excitation periods from each impact to the next, int64 (impacts,).
-    multiplier : derivative of the impacts-fold map, exact; the orbit is stable if its modulus is below 1.
-    kind : "stable", "unstable", "superstable" (it rests, so neighbouring motions merge with it), "undecided" (a fold
-        or period doubling within rounding; then the accuracy of the phases is only about 1e-7), or "touching"
-        (B = 0: the impact has no speed, and the multiplier is NaN).
-    word : states of one period, after the first impact, as text.
+    multiplier : exact derivative of the map over all impacts of one period; the orbit is stable if |multiplier| < 1.
+    kind : "stable", "unstable", "superstable" (the orbit rests, so neighbouring motions merge with it), "undecided" (a
+        fold or period doubling within rounding; then the error of the phases may be 1e-7), or "touching" (B = 0: the
+        impact has no speed, and the multiplier is NaN).
+    word : states of one period, from the state after the first impact on, as text.
     A, B : parameters of the orbit.
-    name : words of the flights, each with the number of windows it spans, in a rotation that does not depend on the
+    name : words of the flights, each with the number of windows that the flight spans. The order does not depend on the
         choice of the first impact. The name is the same for all A up to the next bifurcation.
     """
 
@@ -109,32 +110,41 @@ class Orbit:
 def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 
-    The time grows with the number of itineraries. It is milliseconds for up to eight periods in the range of the
-    paper. A search of more than about ten seconds is refused. For B = 0 there is one orbit, "touching", at
-    every A > 1. For 0 < B <= 1e-7 A only an orbit that rests is listed.
+    The computing time grows with the number of *itineraries*, the possible sequences of states over the periods. A
+    search for orbits of up to eight periods takes milliseconds for the parameters of the paper. A search that would
+    take more than about ten seconds is refused. For B = 0 there is one orbit at every A > 1, of the kind "touching".
+    For 0 < B <= 1e-7 A only an orbit that rests is listed.
 
     Parameters
     ----------
-    A, B : float
-        excitation amplitude, and incline over friction, dimensionless.
+    A : float
+        excitation amplitude, dimensionless.
+    B : float
+        tan α / μ, dimensionless.
     max_period : int
         longest period in excitation periods, 1 to 100.
 
     Returns
     -------
     list of Orbit
-        each with period, impacts, phases and speeds (impacts,), multiplier, kind and word; empty where A <= 1 + B.
+        empty if A <= 1 + B.
+        period is the period in excitation periods.
+        impacts is the number of impacts in one period.
+        phases (rad) and speeds (dimensionless) are those of the impacts, each float64 (impacts,).
+        multiplier is the derivative of the map over one period.
+        kind is the kind of stability, such as "stable" or "unstable".
+        word gives the states of one period as text.
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is no number or out of range; if `max_period` is above LONGEST_PERIOD (100), or so long that
-        there are too many itineraries at this A and B.
+        if an argument is not a number or is out of range, or if there are too many itineraries of up to `max_period`
+        periods at this A and B.
 
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: A <= 1 + B, or A above 100 and 100 B.
+        for values that are probably a mistake: A <= 1 + B, or an A that is above 100 and above 100 B.
 
     Examples
     --------
@@ -165,17 +175,17 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
 
 
 def check_period(name: str, value: object) -> int:
-    """Cast the longest period of a search. Raises TypeError or ValueError with a message of one sentence."""
+    """Cast the longest period of a search to int. Raises TypeError or ValueError with one sentence."""
     return check_count(name, value, 1, LONGEST_PERIOD)
 
 
 def touching_orbit(system: ImpactMap) -> Orbit:
-    """Return the one orbit on the level (B = 0)."""
+    """Return the only orbit on the level (B = 0)."""
     return replace(trace_orbit(system, system.touching, 1, True), kind=TOUCHING, multiplier=math.nan)
 
 
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """Yield the orbit that rests, if there is one with a period of at most `limit`."""
+    """Yield the orbit that rests, if its period is at most `limit`."""
     up = system.window[0]
     _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NO_SLIDES)
     if fate == RESTS and periods <= limit:
@@ -183,14 +193,14 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 
 
 def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """Return all cells to be searched for orbits of up to `limit` periods. Raises ValueError if they are too many."""
+    """Return all cells to search for orbits of up to `limit` periods. Raises ValueError if there are too many cells."""
     if system.B <= LEVEL * system.A:
         return []
     most = MOST_ITINERARIES // limit
     there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
     if len(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
-        raise ValueError(bad("max_period", limit, f"smaller: there are more than {most} itineraries at {beside}"))
+        raise ValueError(bad("max_period", limit, f"smaller, as there are more than {most} itineraries at {beside}"))
     return there
 
 
@@ -199,7 +209,7 @@ def itinerary_cells(
 ) -> Iterator[tuple[float, float, int, int]]:
     """Yield (low, high, n, periods) for every interval of ψ with one itinerary of n flights without a rest.
 
-    `only` restricts them to those whose itineraries of 1, 2, … flights are the given numbers.
+    With `only`, the intervals are restricted to those whose first 1, 2, … flights have the itineraries in `only`.
     """
     A, B = system.A, system.B
     up, end = system.window
@@ -217,7 +227,7 @@ def itinerary_cells(
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """Yield the orbits that launch at every impact, each from the cell of its smallest launch phase."""
+    """Yield the orbits that launch at every impact. Each orbit is found in the cell of its smallest launch phase."""
     for low, high, n, periods in cells_to_search(system, limit):
         for psi, certain in returning_launches(system, low, high, n, periods):
             if psi == min(launches(system, psi, n, periods)):
@@ -231,7 +241,7 @@ def returning_launches(
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):
         others = launches(system, psi, n, periods)[1:]
-        # an orbit of fewer impacts returns to the same root before the n-th flight
+        # an orbit of fewer impacts, which returns to this root before the n-th flight, is left out
         if not any(
             abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
         ):
@@ -268,7 +278,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
     if any(State.REST in word for word in words):
         multiplier = 0.0  # exactly, independent of the slopes of its other flights
     late = (phases >= end).astype(np.int64)
-    spans = gaps + np.roll(late, -1) - late  # from launch to launch, as a rest may begin before 2π and end after it
+    spans = gaps + np.roll(late, -1) - late  # from launch to launch: a rest may begin before 2π and end after it
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
     first = int(np.argmin(phases))
     words = words[first:] + words[:first]

@@ -1,9 +1,10 @@
-"""A curve of solutions followed through the plane (A, B), by a predictor along its tangent and Newton's method.
+"""Curves of solutions in the plane (A, B). A predictor along the tangent and Newton's method follow them.
 
-The steps follow the curve in the space of all unknowns (pseudo-arclength), so that the curve may turn back in B or in
-A. The curve ends at the point at which a margin of the motion vanishes or the curve leaves the box. This point is found
-as a zero along the last step. Every point at which B turns back is found in the same way, so that B is monotone between
-neighbouring points, and each value of B between them belongs to exactly one point of the curve.
+The steps follow the curve in the space of all unknowns (pseudo-arclength), so the curve may turn back in B or in A. The
+curve ends at the point at which a margin of the motion vanishes (conditions.py), or at which the curve leaves the box.
+This point is found as a zero along the last step. Every point at which B turns back is found in the same way. So B is
+monotone between neighbouring points, and each value of B between two neighbouring points belongs to exactly one point
+of the curve.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Margin, newton
 
-LONGEST = 1.0 / 48.0  # longest step, in widths of the box and radians of the times
-SHORTEST = 1e-9  # shortest step: a curve that would need a shorter one ends as "lost" or at a vanishing margin
-NEAR = LONGEST / 50.0  # longest step across the end of a curve
-ROUNDING = 1e-10  # rounding of margins: a margin above minus this value counts as not negative
+LONGEST = 1.0 / 48.0  # longest step; A and B are measured in widths of the box, times in radians
+SHORTEST = 1e-9  # shortest step; a curve that would need a shorter step ends at a vanishing margin or as "lost"
+NEAR = LONGEST / 50.0  # a step across the end of a curve must be shorter than this
+ROUNDING = 1e-10  # error of a margin by rounding: a margin above -ROUNDING counts as not negative
 FAR = 0.2  # largest error of a prediction, as a share of the step
 MOST_POINTS = 20_000  # largest number of points of one curve
 
 EDGE, LOST, CLOSED = "edge", "lost", "closed"
-"""Ends of a curve other than a vanishing margin: the edge of the box, a point beyond which no solution is found, or no
-end, because the curve is closed."""
+"""Reasons for the end of a curve, other than a vanishing margin: it reaches the edge of the box, no further solution is
+found, or it has no end because it is closed."""
 
 
 class Box(NamedTuple):
@@ -40,7 +41,7 @@ class Box(NamedTuple):
         return [Margin(EDGE, value) for value in inside]
 
     def onto_edge(self, u: np.ndarray) -> np.ndarray:
-        """Return the point, moved exactly onto an edge if its distance is within rounding."""
+        """Return the point. If it is within rounding of an edge, it is moved exactly onto this edge."""
         u = u.copy()
         for k, edges in ((-2, self.A), (-1, self.B)):
             for edge in edges:
@@ -50,7 +51,10 @@ class Box(NamedTuple):
 
 
 def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray, tuple[str, str]]:
-    """Return points (m, S + 2) of the curve through a solution `seed` inside the box, and the reasons for its ends."""
+    """Return points (m, S + 2) of the curve through the solution `seed`, and the reasons for its ends.
+
+    `seed` is inside the box. The first reason belongs to the first point, the second reason to the last point.
+    """
     forward, last = _Walk(condition, box).go(seed, 1.0)
     if last == CLOSED:
         return np.array(forward), (CLOSED, CLOSED)
@@ -65,7 +69,7 @@ class _Walk:
     def __init__(self, condition: Condition, box: Box) -> None:
         self.condition = condition
         self.box = box
-        # the length of a step measures A and B in widths of the box, times in radians
+        # for the length of a step, A and B are measured in widths of the box, and times in radians
         self.scale = np.ones(len(condition.slides) + 2)
         self.scale[-2:] = box.A[1] - box.A[0], box.B[1] - box.B[0]
 
@@ -73,7 +77,7 @@ class _Walk:
         return self.condition.margins(u) + self.box.margins(u)
 
     def tangent(self, u: np.ndarray, along: np.ndarray | None) -> np.ndarray:
-        """Return the unit tangent of the curve at u in scaled unknowns, pointing along `along`, if given."""
+        """Return the unit tangent of the curve at u in scaled unknowns, in the direction of `along` if it is given."""
         _, slopes = self.condition.linearised(u)
         direction = np.linalg.svd(slopes * self.scale)[2][-1]
         if along is None:
@@ -81,7 +85,7 @@ class _Walk:
         return direction if direction @ along >= 0.0 else -direction
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray) -> np.ndarray | None:
-        """Return the point of the curve nearest to u in the plane through u perpendicular to the tangent, or None."""
+        """Return the point near u at which the curve meets the plane through u normal to the tangent; None without."""
         row = tangent / self.scale
         return newton(self.condition, u, row, float(row @ u))
 
@@ -101,7 +105,7 @@ class _Walk:
                 continue
             turned = self.tangent(there, tangent)
             if min(m.value for m in self.margins(there)) <= 0.0:
-                # a long step may have passed more than one end, and the equations have no meaning beyond the first
+                # a long step may have passed more than one end, and beyond the first end the equations have no meaning
                 stop = self.first_end(here, there, tangent) if step < NEAR else None
                 if stop is None:
                     step *= 0.25
@@ -124,7 +128,7 @@ class _Walk:
         return points, LOST
 
     def why_here(self, u: np.ndarray) -> str:
-        """Return the name of the margin that vanishes at a point beyond which the curve cannot be followed, or LOST."""
+        """Return the reason for an end at u: the name of the margin that vanishes there, or LOST if none vanishes."""
         least = min(self.margins(u), key=lambda m: m.value)
         return least.what if least.value < ROUNDING else LOST
 
@@ -148,7 +152,7 @@ class _Walk:
         points.append(there)
 
     def first_end(self, here: np.ndarray, there: np.ndarray, tangent: np.ndarray) -> tuple[np.ndarray, str] | None:
-        """Return the point between two others at which the first margin vanishes and its name; None if not found."""
+        """Return the point of a step at which the first margin vanishes, and its name; None if it is not found."""
         for k, margin in enumerate(self.margins(there)):
             if margin.value > 0.0:
                 continue
@@ -166,13 +170,16 @@ class _Walk:
     def zero(
         self, f: Callable[[np.ndarray], float], here: np.ndarray, there: np.ndarray, tangent: np.ndarray
     ) -> np.ndarray | None:
-        """Return the point of the curve between two others at which f changes its sign, None if it does not."""
+        """Return the point of the curve between two points at which f changes its sign; None if f does not."""
 
         return zero_on(lambda share: self.corrected(here + share * (there - here), tangent), f)
 
 
 def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], float]) -> np.ndarray | None:
-    """Return the point at(share), 0 <= share <= 1, at which f changes its sign; None if it does not. Illinois rule."""
+    """Return the point at(share), 0 <= share <= 1, at which f changes its sign; None if f does not.
+
+    The zero is found by the Illinois method.
+    """
     low, high = 0.0, 1.0
     first, last = at(low), at(high)
     if first is None or last is None:
@@ -205,10 +212,10 @@ def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], 
 
 
 def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float) -> float | None:
-    """Return the A of the curve at a value of B between those of two neighbouring points; None if it is not found.
+    """Return the A at which the curve has the given B, between two neighbouring points; None if it is not found.
 
-    If B hardly changes along the curve, Newton's method at this B may converge to a distant point. Then the point is
-    found by a search along the curve instead.
+    If B hardly changes along the curve, Newton's method at a fixed B may converge to a distant point. Then a search
+    along the curve finds the point instead.
     """
     found = _solution_at(condition, here, there, -1, B)
     if found is not None and _lies_between(found, here, there):
@@ -225,7 +232,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
 
 
 def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
-    """Return True if a point projects onto the step between two others and is within a quarter of its length."""
+    """Return True if u projects onto the step between two points and is nearer to it than a quarter of its length."""
     way = there - here
     length = float(np.linalg.norm(way))
     share = float((u - here) @ way) / length**2
@@ -235,7 +242,7 @@ def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
 def cut(
     condition: Condition, points: np.ndarray, ends: tuple[str, str], low: float
 ) -> Iterator[tuple[np.ndarray, tuple[str, str]]]:
-    """Yield the parts of a path with A >= low, each with the reasons for its ends."""
+    """Yield the parts of a path on which A >= low, each with the reasons for the ends of this part."""
     inside = points[:, -2] >= low
     part: list[np.ndarray] = []
     first = ends[0]

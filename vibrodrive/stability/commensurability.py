@@ -1,8 +1,9 @@
 """Explain the period 6×2π of Fig. 12: a grid Δτ nearly repeats after q excitation periods if p·Δτ ≈ q·2π.
 
 After a plastic impact the motion depends only on the instant of the impact. On a fixed grid this instant is a grid
-point, so a disturbed motion is a sequence of phases kΔτ mod 2π. It can nearly repeat only after a number of periods
-after which the grid nearly repeats. The best such numbers are the convergents of the continued fraction of Δτ/2π.
+point, so a disturbed motion is a sequence of phases kΔτ mod 2π. The motion can nearly repeat after q periods only if
+the grid nearly repeats after q periods. The best such q are the denominators of the convergents of Δτ/2π as a continued
+fraction.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ TWO_PI = Fraction("6.28318530717958647692528676655900576839433879875021")
 
 
 class Convergent(NamedTuple):
-    """Approximation of excitation periods by grid steps: `steps`·Δτ = `periods`·2π + `miss`."""
+    """A number of grid steps that is nearly a number of excitation periods: `steps`·Δτ = `periods`·2π + `miss`."""
 
     steps: int
     periods: int
@@ -29,7 +30,7 @@ class Convergent(NamedTuple):
 def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
     """Return the convergents p·Δτ ≈ q·2π of the continued fraction with 1 <= q <= `longest`, in order of growing p.
 
-    No smaller number of periods than q comes closer to a grid point.
+    No number of periods smaller than q is closer to a number of grid steps.
     """
     check_count("longest", longest, 1)
     step = Fraction(check("dtau", dtau))
@@ -52,7 +53,7 @@ def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
 def closing(dtau: float, longest: int) -> np.ndarray:
     """Return the distance of m·2π from the nearest grid point, m = 1 … `longest`: float64 (longest,).
 
-    It predicts the result of `returning`.
+    Where this distance is small, `returning` should be small, too.
     """
     m = np.arange(1, longest + 1)
     return np.abs(m * (2 * math.pi) - dtau * np.rint(m * (2 * math.pi) / dtau))

@@ -1,7 +1,7 @@
 """Criteria on disturbed motions as text: "impacts", "word" or "rho < x", or several of them joined by "and".
 
 "impacts" is defined in main_impacts.py, "word" in structure.py. "rho" is here the distance of a motion from the orbit
-as a curve (orbit_curve.py), not the distance of section points. evaluate.py computes the motions.
+as a curve (orbit_curve.py), and not the distance of section points (structure.py). evaluate.py computes the motions.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ NEAR = re.compile(r"rho\s*<\s*(\S+)")
 class Criterion(NamedTuple):
     """Criterion on disturbed motions.
 
+    text : the criterion as written.
     names : attributes of a Structure that must be true.
-    k3 : upper bound of the distance from the orbit as a curve.
+    k3 : the distance of the motion from the orbit as a curve must be below this value; inf for no such condition.
     """
 
     text: str
@@ -30,14 +31,14 @@ class Criterion(NamedTuple):
 
     @property
     def needs_switches(self) -> bool:
-        """True if the switches are required in addition to the main impacts and the section."""
+        """True if the criterion needs all switches of a motion, not only its main impacts and section points."""
         return "word" in self.names or math.isfinite(self.k3)
 
 
 def parse_criterion(text: str | Criterion) -> Criterion:
     """Parse a criterion on disturbed motions. A Criterion is returned unchanged.
 
-    Raises TypeError or ValueError with a message of one sentence.
+    Raises TypeError or ValueError for an invalid text. The message is one sentence with the allowed forms.
     """
     if isinstance(text, Criterion):
         return text

@@ -1,6 +1,6 @@
 """Computation and evaluation of the many disturbed motions that a search for limits requests.
 
-All motions of a request are points of one sweep, whose kernels record sections and main impacts. If a criterion needs
+All motions of a request are points of one sweep, and its kernels record sections and main impacts. If a criterion needs
 the individual switches, each motion is computed separately.
 """
 
@@ -36,7 +36,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Motion:
-    """One motion: its section points (periods, 2), its main impacts, and a function that computes all its switches."""
+    """One motion.
+
+    section : section points ξ, ξ', float64 (periods, 2).
+    impacts : main impacts, as rows of `Trajectory.impacts`.
+    """
 
     section: np.ndarray
     impacts: np.ndarray
@@ -55,7 +59,10 @@ class Motion:
         return math.isinf(criterion.k3) or self.distance(base, criterion.k3) < criterion.k3
 
     def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
-        """Return the distance of the motion from the orbit as a curve; if above `enough`, a lower bound above it."""
+        """Return the distance of the motion from the orbit as a curve.
+
+        If this distance exceeds `enough`, the result is only a lower bound of it, but also exceeds `enough`.
+        """
         assert base.curve is not None, "the curve is computed if the criterion has a k3"
         return curve_distance(base.curve, self.trajectory, enough=enough)
 
@@ -85,7 +92,10 @@ class Evaluator:
         self._ahead.shutdown()
 
     def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | None]:
-        """Return the orbits on which the undisturbed motions at these points settle; None for each that does not."""
+        """Return the orbit on which the undisturbed motion settles, for each point; None if the motion does not settle.
+
+        `numbers` are the numbers of the points in the plan.
+        """
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
         points[:, COLUMNS.index("dtau")] = math.nan
@@ -108,7 +118,7 @@ class Evaluator:
         """Return the results of ask(orbit, motion), one list for each request.
 
         A request is (number of a point, its orbit, disturbances). If `one_by_one`, each motion is computed separately
-        with its switches, as many at a time as there are threads.
+        with all its switches, and each thread computes one motion at a time.
         """
         bases = [base for _, base, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
@@ -154,7 +164,7 @@ class Evaluator:
 
 
 def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
-    """Return a text that names the lost parts of the structure."""
+    """Return a text that names the parts of the structure that the motion has lost."""
     reasons = []
     if "impacts" in criterion.names and not found.impacts and found.gaps:
         reasons.append("impacts in another order")
@@ -173,7 +183,7 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
 
 
 def _became(usual: Sequence[int], now: Sequence[int]) -> str:
-    """Return a text that compares the gaps between impacts now with the usual ones, those of the orbit's cycle."""
+    """Return a text that compares the gaps between impacts of the orbit (`usual`) with those of the motion (`now`)."""
     said = f"gaps {_listed(usual)} became {_listed(now)}"
     if list(now) != sorted(set(usual)):
         return said

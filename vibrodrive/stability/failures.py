@@ -1,11 +1,14 @@
-"""Failures of the usual methods: comparison of every switch of a motion with the certified path.
+"""Failures of the usual methods: comparison of every switch of a motion with the certified one.
 
-At each switch of a motion with the method `fixed` or `muller`, a certified motion starts from exactly the same state,
-and the next switches of both are compared. So a failure affects no later comparison. The switch of the method is
+At each switch of a motion with the method `fixed` or `muller`, a certified motion starts from exactly the same state.
+Then the next switch of the method is compared with the next switch of the certified motion. So a failure does not
+affect later comparisons. The switch of the method is
 
-    missed   more than Δτ after the certified one, and another transition: the true switch was passed over
-    late     more than Δτ after it, but the same transition: a zero was passed over and a later one taken
-    wrong    in time, but into another state
+    missed   if it comes more than Δτ after the certified switch and is another transition: the method has passed over
+             the true switch
+    late     if it comes more than Δτ after the certified switch but is the same transition: the method has passed over
+             the true zero and has found a later one
+    wrong    if it comes in time but leads to another state
 """
 
 from __future__ import annotations
@@ -33,12 +36,12 @@ from vibrodrive.model.states import State
 KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
-AHEAD = 2  # periods of the certified path after each start: every sticking or rest that ends is shorter
-ROWS = 8  # certified switches recorded after each start: an impact or a start very close to a boundary adds some
+AHEAD = 2  # periods that the certified motion covers: every sticking or rest that ends is shorter
+ROWS = 8  # certified switches recorded after each start: an impact, or a start very close to a boundary, adds a few
 
 
 class SwitchCounts(NamedTuple):
-    """Numbers of the switches of one motion: all that were compared (judged), and the failures of each kind."""
+    """Numbers of switches of one motion: `judged` is the number compared, the others are the failures of each kind."""
 
     judged: int
     missed: int
@@ -47,9 +50,10 @@ class SwitchCounts(NamedTuple):
 
 
 def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return period, phase and next state of the certified switches that end `states`, begun at τ from ξ at rest.
+    """Return period, phase and next state of the certified switches that end the given states.
 
-    tau, xi float64 (n,), states int64 (n,); results int64, float64, int64 (n,). The period is -1 if there is no switch.
+    Each state begins at time τ at the gap ξ with ξ' = 0. `tau` and `xi` are float64 (n,), `states` is int64 (n,). The
+    results are int64 (n,), float64 (n,) and int64 (n,). The period is -1 if no switch follows.
     """
     points = np.repeat(plan.points(0, 1), len(tau), axis=0)
     for name, values in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
@@ -62,17 +66,18 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
 
 
 def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the delay of each switch behind the certified one, and whether both are the same transition.
+    """Return the delay of each switch behind the certified one, and True if both are the same transition.
 
-    float64 and bool (n,): inf and False if the certified path has no further switch. Except for rounding and `tol` no
-    delay is negative, because no method finds a zero before the first.
+    The delays are float64 (n,), in τ; the transitions are bool (n,). If the certified motion has no further switch,
+    they are inf and False. No method finds a zero before the first one, so only rounding and `tol` can make a
+    delay negative.
     """
     s = plan.settings
     rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches
     judged = np.flatnonzero(rows["after"][:-1] != State.IMPACT)
     row, following = rows[judged], rows[judged + 1]
     at_obstacle = (row["after"] == State.REST) | (row["before"] == State.IMPACT)
-    # a slide whose end was found late may have passed below the obstacle: the next state then starts just above it
+    # if the end of a slide was found late, the mass may be below the obstacle: the next state then starts just above it
     xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
     tau = TWO_PI * row["period"] + row["phase"]
     period, phase, to = next_switches(plan, tau, xi, row["after"].astype(np.int64))
@@ -82,7 +87,7 @@ def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarr
 
 
 def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
-    """Compare every switch of the one motion of a plan (method fixed or muller) with the certified path."""
+    """Compare every switch of the motion of a plan of one point (method fixed or muller) with the certified one."""
     behind, same = compared(plan, halt)
     in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
     kinds = ~in_time & ~same, ~in_time & same, in_time & ~same
@@ -94,7 +99,7 @@ def failures_of_methods(
 ) -> Generator[tuple[int, int, SwitchCounts], None, None]:
     """Yield (method, point, counts) for every point of a plan and both methods, over `periods` excitation periods.
 
-    The order is that of methods and points. `threads` threads compute them, all by default.
+    All points of the first method come first. By default all threads are used.
     """
     halt = Halt()
 

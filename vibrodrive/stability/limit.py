@@ -1,12 +1,16 @@
 """The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
 
-In ε the loss has a narrow edge: the structure is kept below it and lost above it. Within the edge, on a fine scale,
-kept and lost values sometimes alternate (A = 3.9, B = 0.6: from 2.45e-3 to 2.54e-3). In Δτ the loss has no such edge:
-the structure is lost at isolated values first and is kept again above them, because a grid may by chance resolve all
-switches of this orbit or miss some. So a limit is a band with two ends, the first loss and the last value kept.
+A value of the disturbance is *kept* if the motion under this disturbance still satisfies the criterion, and *lost* if
+the motion does not.
 
-Many searches run at the same time. Each yields the disturbances that it needs next, and one sweep computes the motions
-of all searches (evaluate.py).
+In ε the loss has a narrow edge: the structure is kept below the edge and lost above it. Within the edge, on a fine
+scale, kept and lost values sometimes alternate (at A = 3.9, B = 0.6 from ε = 2.45e-3 to 2.54e-3). In Δτ the loss has no
+such edge. The structure is first lost at isolated values of Δτ and is kept again above them, because a grid may by
+chance resolve all switches of an orbit or miss some of them. So a limit is a band with two ends: the first value lost
+and the last value kept.
+
+Many searches run at the same time. Each search yields the disturbances that it needs next, and one sweep computes the
+motions of all searches (evaluate.py).
 """
 
 from __future__ import annotations
@@ -31,16 +35,16 @@ from vibrodrive.stability.structure import ReferenceOrbit, Structure
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
 AXES = ("A", "B", "eta")  # possible axes of limits
-NO_PERIOD = "the undisturbed motion has no period: nothing to lose"
-SEEN = 4  # shortest record, in periods of the orbit: the first and last impacts of a record are not compared
+NO_PERIOD = "the undisturbed motion has no period, so there is no structure to lose"
+SEEN = 4  # shortest record, in periods of the orbit; the comparison leaves out the first and last impact of a record
 PERIODS = 1500  # default length of the record
-AT_A_TIME = 256  # searches at the same time: enough for long batches even after most of them have ended
-EXPLAINED_AT_A_TIME = 32  # limits whose motions on both sides are computed in one batch
+AT_A_TIME = 256  # searches at the same time: the batches remain long even after most searches have ended
+EXPLAINED_AT_A_TIME = 32  # limits for which one batch computes the motions just below and just above the first loss
 
 
 @dataclass(frozen=True, repr=False)
 class Found:
-    """Arguments of a limit in ε or Δτ at one point."""
+    """Arguments of the search for one limit, in ε or in Δτ."""
 
     A: float
     B: float
@@ -49,17 +53,20 @@ class Found:
     method: str
 
     def as_velocity(self, value: float) -> float:
-        """Return the amplitude of the velocity that a value of the disturbance adds to the motion, dimensionless.
+        """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
 
-        A disturbance ε sin ητ of the excitation adds a velocity of amplitude εηA. A delay Δτ of a switch changes the
-        velocity by the order of Δτ, because accelerations are of the order 1.
+        A disturbance ε sin ητ of the excitation adds a velocity of amplitude εηA. A switch that is late by Δτ changes
+        the velocity by about Δτ, because accelerations are of the order 1.
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
 
 
 @dataclass(frozen=True, repr=False)
 class Limit(Found):
-    """The limit k₂ of one orbit (§1); a disturbance is a value of ε or Δτ, dimensionless.
+    """The limit k₂ of one orbit (§1).
+
+    A disturbance is a dimensionless value of ε or Δτ. It is *kept* if the motion under it satisfies the criterion, and
+    *lost* if the motion does not.
 
     Attributes
     ----------
@@ -68,22 +75,23 @@ class Limit(Found):
     B, eta
         parameters of the motion.
     k2 : float
-        first loss: the smallest disturbance found at which the criterion fails, refined by bisection. It is an upper
-        bound if `kept_below` is 0, because then the smallest value tried was lost. It is inf if no loss was found up
-        to `searched_to`, and NaN if the undisturbed motion has no period or, over axes, if the record is too short.
+        smallest disturbance found that is lost, refined by bisection. If `kept_below` is 0, even the smallest value
+        tried was lost, so k2 is only an upper bound. It is inf if no value up to `searched_to` is lost. It is NaN if
+        the undisturbed motion has no period or, over axes, if the record is too short.
     kept_below : float
-        largest disturbance below k2 that was kept in the bisection; 0 if there is none.
+        largest disturbance below k2 that the bisection found to be kept; 0 if there is none.
     last_kept : float
-        largest value kept together with its lower neighbour on the grid, because a single value kept between losses
-        may be chance; `kept_below` if no such value is above k2.
+        upper end of the band: the largest value on the grid of disturbances that is kept and whose lower neighbour on
+        this grid is kept, too. A single value kept between losses may be chance. If no such value is above k2,
+        last_kept equals `kept_below`.
     share_kept : float
-        share of the values tried between k2 and last_kept that are kept; 0 if there are none.
+        share of the grid values between k2 and last_kept that are kept, 0 to 1; 0 if there are no such values.
     searched_to : float
         largest disturbance that was tried.
     n : int
         period of the undisturbed orbit in excitation periods, 0 if it has none.
     kept, lost : Structure or None
-        structures at kept_below and at k2.
+        comparisons of the motions at kept_below and at k2 with the undisturbed orbit.
     how : str
         description of the loss, or the reason why there is no k2.
     """
@@ -106,7 +114,10 @@ class Limit(Found):
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless like ξ' and comparable for ε and Δτ: k2·η·A in ε, k2 in Δτ."""
+        """k2 as a velocity amplitude, dimensionless like ξ': k2·η·A for ε, and k2 itself for Δτ.
+
+        In this unit limits in ε and in Δτ can be compared.
+        """
         return self.as_velocity(self.k2)
 
     @property
@@ -116,12 +127,12 @@ class Limit(Found):
 
     @property
     def rho_kept(self) -> float:
-        """Largest distance of one disturbed motion from the orbit at kept_below; NaN if it is not known."""
+        """Largest distance of the section points of the motion at kept_below from the orbit; NaN if not known."""
         return self.kept.rho if self.kept is not None else math.nan
 
     @property
     def rho_lost(self) -> float:
-        """Largest distance of one disturbed motion from the orbit at k2; NaN if it is not known."""
+        """Largest distance of the section points of the motion at k2 from the orbit; NaN if not known."""
         return self.lost.rho if self.lost is not None else math.nan
 
 
@@ -156,42 +167,52 @@ def limit(
     A : float
         excitation amplitude, dimensionless like all parameters.
     disturbance : "eps" or "dtau"
-        physical disturbance, eq. (9), or numerical disturbance (§5).
+        the quantity whose limit is computed: the physical disturbance ε, eq. (9), or the step Δτ of the numerical
+        disturbance (§5).
     method : "certified", "muller" or "fixed", optional
-        method that finds the switches of the disturbed motion: by default "certified" for ε and "fixed" for Δτ, for
-        which "certified" is not allowed. The undisturbed motion is always certified and has ε = 0.
+        method that finds the switches of the disturbed motion. The default is "certified" for a limit in ε and "fixed"
+        for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
+        is always computed with ε = 0 and the method "certified".
     criterion : str, optional
-        properties that must be kept: "impacts" (the main impacts follow each other as in the orbit), "word" (the
-        states between them are those of the orbit) or "rho < x" (the distance from the orbit as a curve is below x,
-        the k₃ of §1), or several of them joined by "and".
+        condition on the disturbed motion. "impacts": the main impacts follow each other as in the orbit. "word": the
+        states between the main impacts are those of the orbit. "rho < x": the distance of the motion from the orbit as
+        a curve is below x, the k₃ of §1. Several conditions are joined by "and".
     eps, dtau : float
-        value of the other disturbance; the one named by `disturbance` is left out. For a limit in ε, `dtau` is needed
-        by the methods with a grid. For a limit in Δτ, `eps` disturbs the motion in addition.
+        values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
+        and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
-        as in `simulate`, for each disturbed motion.
+        as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
         threads to use; all by default.
 
     Returns
     -------
     Limit
-        with k2, kept_below, last_kept, share_kept, n, how, and the structures on both sides.
+        k2 is the smallest disturbance found at which the criterion fails, dimensionless.
+        kept_below is the largest disturbance below k2 found at which the criterion holds.
+        last_kept is the upper end of the band above k2 in which the criterion holds at some values.
+        share_kept is the share of the values between k2 and last_kept at which the criterion holds, 0 to 1.
+        n is the period of the undisturbed orbit in excitation periods.
+        how describes the loss.
+        kept and lost are the structures of the motions at kept_below and at k2.
 
     Raises
     ------
     TypeError, ValueError
-        in one sentence with the key, its value and the allowed values; also if `periods` is less than four times the
-        period of the undisturbed motion, too short a record to compare the structure.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+    ValueError
+        if `periods` is less than four times the period of the undisturbed motion. Such a record is too short for a
+        comparison of the structure.
 
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: A <= 1 + B, so that the mass never leaves the obstacle, ε above 0.1, or
-        A above 100 and 100 B.
+        for values that are probably a mistake: A <= 1 + B, at which the mass never leaves the obstacle; ε above 0.1; or
+        an A that is above 100 and above 100 B.
 
     Examples
     --------
-    Limit of ε at A = 1.5, over few periods:
+    The limit in ε at A = 1.5, from records of 50 periods:
 
     >>> import vibrodrive as vd
     >>> k = vd.limit(1.5, "eps", transient=50, periods=50)
@@ -215,11 +236,12 @@ def each_limit(
     criterion: str | Criterion = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
-    """Yield (number of the point, Limit) for limits over axes of A, B and η, as they are found.
+    """Yield (number of the point, Limit) for limits over axes of A, B and η, in the order in which they are found.
 
-    `arguments` are those of `limit` for the motion. The points form the product of the axes in the order of the
-    arguments; the last axis varies fastest. If `periods` is too small at a point, the numbers of its Limit are NaN and
-    `how` gives the reason. A Criterion may contain names that `parse_criterion` does not allow.
+    `arguments` are those arguments of `limit` that describe the motion. The points form the product of the axes in the
+    order of the arguments; the last axis varies fastest. If `periods` is too small at a point, the numbers of the Limit
+    at this point are NaN, and `how` gives the reason. `criterion` may be a Criterion with names that `parse_criterion`
+    does not allow.
     """
     plan = plan_over_axes(arguments, disturbance, method)
     return _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
@@ -228,7 +250,7 @@ def each_limit(
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
     """Return the plan of `limit` or `unique_limit` from the arguments as written.
 
-    `hint` is the end of the message that refuses axes.
+    `hint` is added to the message that refuses axes.
     """
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, because its limit is computed"))
@@ -249,7 +271,7 @@ def plan_over_axes(arguments: Mapping[str, Any], disturbance: object, method: ob
 def plan_disturbed(
     arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str
 ) -> Plan:
-    """Return the checked plan of disturbed motions; its value of the disturbance is a placeholder."""
+    """Return the checked plan of disturbed motions. The disturbance in this plan is 1e-3, only to fill its place."""
     name = check_disturbance(disturbance)
     if method is None:
         method = "fixed" if name == "dtau" else "certified"
@@ -294,7 +316,10 @@ class _Search:
     threads: int
 
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) as they are found. If `strict`, too few `periods` raise ValueError."""
+        """Yield (number of the point, Limit) for each point, in the order in which the limits are found.
+
+        If `strict`, too few `periods` raise ValueError.
+        """
         plan = self.plan
         with Evaluator(plan, self.disturbance, self.threads) as evaluator:
             for start in range(0, plan.n_points, AT_A_TIME):
@@ -316,7 +341,7 @@ class _Search:
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Run all these searches to their ends, at the same time."""
+        """Run these searches to their ends, all at the same time."""
         ended: list[tuple[_Problem, Band]] = []
         while active:
             requests = [(p.index, p.base, p.requested) for p in active]
@@ -340,7 +365,7 @@ class _Search:
             found = motion.judge(base)
             return found, explain_loss(self.wanted, base, motion, found)
 
-        # replace sides that do not exist by the motion at 0: no value kept below the limit, or no loss found
+        # a side is missing if no value below the limit is kept, or if no loss is found: the motion at 0 replaces it
         values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
         requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)

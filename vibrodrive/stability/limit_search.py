@@ -1,7 +1,8 @@
 """The search for a limit: choice of the next disturbances from the results of the previous ones.
 
-A search is a generator. It yields the disturbances to be tried and receives for each of them True if the structure was
-kept. So the disturbances of many searches can be computed together.
+A search is a generator. It yields the disturbances that it wants to try. For each of them it receives True if the
+structure was *kept* at this disturbance, and False if it was *lost*. So the motions of many searches can be computed
+together.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ import numpy as np
 
 from vibrodrive.model.parameters import bad
 
-INTERIOR = 7  # values between two neighbours of the grid, computed together in one round of bisection
-ROUNDS = 2  # rounds of bisection: together they narrow a step of the grid by a factor of 64
-BEYOND = 2.0  # multiple of the first loss or last value kept, whichever is larger, at which the search ends
+INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
+ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
+BEYOND = 2.0  # the search ends at this multiple of the first loss or of the last value kept, whichever is larger
 
 
 class Grid(NamedTuple):
@@ -26,7 +27,7 @@ class Grid(NamedTuple):
     decade: int  # indices per factor of ten
     floor: float
     top: float
-    batch: int  # values requested at a time: enough to use all cores, with few unnecessary ones
+    batch: int  # values requested at a time: enough of them to use all cores, but few that are not needed
 
 
 def _geometric(k: int) -> float:
@@ -45,7 +46,7 @@ GRIDS = {
 
 
 def check_disturbance(disturbance: object) -> str:
-    """Return the disturbance if it is a name in GRIDS. Raises TypeError or ValueError otherwise."""
+    """Return the name of a disturbance. Raises TypeError or ValueError if it is not a name in GRIDS."""
     if not isinstance(disturbance, str) or disturbance not in GRIDS:
         kind = ValueError if isinstance(disturbance, str) else TypeError
         raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
@@ -56,7 +57,14 @@ BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
-    """Band of a limit: first value lost, largest value kept below it, last value kept, share kept between the ends."""
+    """Band of a limit.
+
+    lost : first value lost; inf if no value up to `searched_to` is lost.
+    kept_below : largest value found below `lost` that is kept; 0 if there is none.
+    last_kept : largest value of the grid kept together with its lower neighbour; `kept_below` if that is larger.
+    share_kept : share of the grid values between `lost` and `last_kept` that are kept, 0 to 1.
+    searched_to : largest value tried.
+    """
 
     lost: float
     kept_below: float
@@ -66,7 +74,7 @@ class Band(NamedTuple):
 
 
 def search_band(grid: Grid) -> BandSearch:
-    """Yield disturbances and receive for each True if it was kept, until both ends of the band are known."""
+    """Yield disturbances, receive True for each that is kept, and return the band when both ends are known."""
     first = 0
     while not (yield np.array([grid.value(first)]))[0]:
         if grid.value(first) <= grid.floor:
@@ -98,7 +106,10 @@ def search_band(grid: Grid) -> BandSearch:
 
 
 def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
-    """Return (kept, lost), narrowed to the first loss between a kept and a lost value."""
+    """Return two close values between `low`, which is kept, and `high`, which is lost.
+
+    The first value returned is kept. The second one is the smallest value tried that is lost.
+    """
     for _ in range(ROUNDS):
         inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]
         kept = yield inner

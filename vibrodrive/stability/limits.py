@@ -1,4 +1,4 @@
-"""Limits over one or two axes of A, B and η: the object that `vd.limits` returns and that a file of limits contains."""
+"""Limits over one or two of the axes A, B and η: the object that `vd.limits` returns and a file of limits contains."""
 
 from __future__ import annotations
 
@@ -33,11 +33,12 @@ K2, K1, KU = "k2", "k1", "ku"
 
 
 class Quantity(NamedTuple):
-    """One kind of limit over axes: its curves (disturbance and method) and its numbers.
+    """One kind of limit over axes.
 
-    numbers : names and meanings of the dimensionless float64 variables over curve and axes. The names are attributes
-        of a Limit, StartLimit or UniqueLimit.
-    last : name of the number at the upper end of the band above the limit, "" if there is none.
+    curves : disturbance and method of each curve of limits.
+    numbers : names and meanings of the dimensionless variables, float64 (curve, axes…). The names are attributes of a
+        Limit, StartLimit or UniqueLimit.
+    last : name of the number at the upper end of the band above the limit; "" if this limit has no band.
     """
 
     curves: tuple[tuple[str, str], ...]
@@ -87,14 +88,14 @@ QUANTITIES = {
 
 
 def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[str, float]:
-    """Return the numbers of a limit by the names of its quantity."""
+    """Return the numbers of a limit by name, for the names in QUANTITIES."""
     return {name: getattr(found, name) for name in QUANTITIES[quantity].numbers}
 
 
 def check_quantity(quantity: object, criterion: str | None) -> str:
-    """Return the criterion of limits of a quantity: for k2 "impacts" by default, "" for the others.
+    """Return the criterion as text: by default "impacts" for k2, and "" for k1 and ku, which have no criterion.
 
-    Raises ValueError for an unknown quantity, a bad criterion, or a criterion for another quantity than k2.
+    Raises ValueError for an unknown quantity, an invalid criterion, or a criterion together with k1 or ku.
     """
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
@@ -113,7 +114,7 @@ def each_of(
     criterion: str = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
-    """Return an iterator of (number of the point, limit) over limits of a quantity, as they are found."""
+    """Return an iterator of (number of the point, limit) for one quantity, in the order in which limits are found."""
     if quantity == K1:
         return each_start_limit(arguments, disturbance, threads)
     if quantity == KU:
@@ -123,30 +124,35 @@ def each_of(
 
 @dataclass(frozen=True, repr=False)
 class Limits(Stored):
-    """Limits over axes, as `limits` returns them, and `load` for a file of limits.
+    """Limits over one or two axes. `limits` returns this object, and so does `load` for a file of limits.
 
-    Arrays have the shape (curve, axes…), also `n`, the period of the undisturbed orbit.
+    The arrays in `numbers` and the arrays `n`, `done` and `how` have the shape (curve, axes…).
 
     Attributes
     ----------
     axes : dict of str to float64 array
         values of one or two of A, B and eta, in the order of the dimensions.
     fixed : dict of str to float
-        values of those of A, B and eta that are no axis.
+        values of those of the parameters A, B and eta that are not an axis.
     numbers : dict of str to float64 array
-        values by the names in QUANTITIES.
-    done, how
-        True if a limit is computed, and a text that describes the loss at k2 or gives the reason why there is no k2.
+        dimensionless results by name, for example k2, kept_below and velocity.
+    n : int array
+        period of the undisturbed orbit in excitation periods, 0 if it has none.
+    done : bool array
+        True where the limit has been computed.
+    how : str array
+        description of the loss at k2, or the reason why there is no k2.
     criterion : str
-        criterion that holds below k2; "" for k1 and ku.
+        criterion that disturbed motions satisfy below k2; "" for k1 and ku.
     quantity : "k2", "k1" or "ku"
-        kind of limit: the name of the first of its numbers.
-    fine, diagram : float64 array (fine A), (fine A, periods), or None
-        ξ' of the undisturbed motion, if A is the only axis.
+        kind of limit.
+    fine, diagram : float64 arrays, or None
+        bifurcation diagram of the undisturbed motion, if A is the only axis. `fine` (m,) contains values of A, and
+        `diagram` (m, periods) contains ξ' at the section points.
     shared : dict
         parameters and settings that all points share, by name.
     mm_s : float or None
-        velocity in mm/s of a dimensionless velocity of 1, for a scene in SI units.
+        velocity in mm/s that corresponds to a dimensionless velocity of 1; None without a scene in SI units.
     """
 
     file_kind = "limits"
@@ -183,16 +189,16 @@ class Limits(Stored):
         return self.numbers[self.quantity]
 
     def known(self, name: str = "") -> np.ndarray:
-        """Return the limits, or the numbers of the given name, where a limit > 0 was found; NaN elsewhere."""
+        """Return the limits or, with `name`, the numbers of this name; NaN where no limit > 0 was found."""
         found = self.done & np.isfinite(self.values) & (self.values > 0)
         return np.where(found, self.numbers[name or self.quantity], np.nan)
 
     def last(self) -> np.ndarray:
-        """Return the upper ends of the bands above the limits where they are known, NaN elsewhere."""
+        """Return the upper ends of the bands above the limits; NaN where no limit > 0 was found."""
         return self.known(QUANTITIES[self.quantity].last)
 
     def ratio(self) -> np.ndarray:
-        """Return k2(Δτ) of the method "fixed" divided by k2(ε) ηA: float64 (axes…); NaN where either is missing."""
+        """Return k2(Δτ) of the method "fixed" divided by k2(ε) ηA: float64 (axes…); NaN where a limit is missing."""
         V = self.known("velocity")
         return V[1] / V[0]
 
@@ -202,7 +208,9 @@ class Limits(Stored):
         return float(self.done.mean())
 
     def plot(self, kind: Literal["map"] | None = None, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Draw the limits as velocity amplitudes over the longer axis and, if ε and Δτ have limits, their ratio.
+        """Draw the limits as velocity amplitudes over the longer axis.
+
+        If there are limits both in ε and in Δτ, a second panel shows their ratio.
 
         Parameters
         ----------
@@ -214,12 +222,12 @@ class Limits(Stored):
         Returns
         -------
         Figure
-            a notebook displays it; `savefig` writes it.
+            Matplotlib figure. A notebook displays it, and its method `savefig` writes it to a file.
 
         Raises
         ------
         ValueError
-            for another kind, and for a map over one axis.
+            if `kind` is neither "map" nor left out, or if `kind` is "map" and there is only one axis.
         """
         if kind not in (None, MAP):
             raise ValueError(bad("kind", kind, f"{MAP}, or left out"))
@@ -292,23 +300,29 @@ def limits(
     Parameters
     ----------
     A, B, eta : float or sequence of float
-        one or two of them are axes, in the order of the arguments.
+        one or two of these parameters are sequences and become axes, in the order of the arguments.
     disturbance : "eps" or "dtau", optional
-        by default both: ε with certified switches, and Δτ with "fixed" and with "muller". The limits of the other
-        disturbance are not computed and are NaN.
+        the quantity whose limits are computed. By default there are three curves of limits: in ε with the method
+        "certified", in Δτ with "fixed", and in Δτ with "muller". With this argument the curves of the other disturbance
+        are not computed, and their values are NaN.
     criterion, eps, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget, threads
-        as in `limit`. `eps` acts only on the motions of the limits in Δτ, `tol` only on those of the method "muller".
+        as in `limit`. `eps` applies only to the limits in Δτ, and `tol` only to the limits of the method "muller".
 
     Returns
     -------
     Limits
-        with numbers (k2, velocity, … by name, over (curve, axes…)), n, done and how. `load` returns the same object
-        for a file of `vibrodrive limits`.
+        numbers is a dict of dimensionless arrays by name: k2, the limits; velocity, the limits as velocity amplitudes;
+        and others. Each array is float64 (curve, axes…).
+        n contains the periods of the undisturbed orbits in excitation periods, int32 (curve, axes…).
+        done is True where a limit has been computed, bool (curve, axes…).
+        how describes each loss in words, (curve, axes…).
+        `load` returns the same object for a file of `vibrodrive limits`.
 
     Raises
     ------
     TypeError, ValueError
-        in one sentence with the key, its value and the allowed values, before any computation.
+        before any computation, if an argument is invalid. The message is one sentence with its key, its value and the
+        allowed values.
 
     Examples
     --------
@@ -322,7 +336,7 @@ def limits(
     plan = make_plan({"periods": PERIODS, **common})
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta; for a point use `limit`"))
+        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B, eta (for one point use `limit`)"))
     if disturbance is not None:
         check_disturbance(disturbance)
     searches = {
@@ -350,5 +364,5 @@ def limits(
 
 
 def undisturbed_diagram(common: Mapping[str, Any], A: np.ndarray, threads: int | None) -> np.ndarray:
-    """Compute ξ' at SHOWN section points of the undisturbed motion, over A: float64 (A, SHOWN)."""
+    """Compute ξ' at SHOWN section points of the undisturbed motion for each A (m,): float64 (m, SHOWN)."""
     return collect(make_plan({**common, "A": A, "eps": 0.0, "periods": SHOWN}), threads).section[..., 1]

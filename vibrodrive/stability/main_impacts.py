@@ -1,16 +1,17 @@
 """Comparison of the impacts of a disturbed motion with those of the undisturbed orbit, without a section.
 
-An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods. Their phases and speeds and the
-integer numbers of periods between them, the gaps, form a cycle. A disturbed motion keeps this structure if one speed
-for the entire record separates its main impacts from its touches such that
+An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods. The record of a disturbed
+motion may contain slower impacts in addition, the *touches*. The phases and speeds of the main impacts and the *gaps*,
+which are the integer numbers of periods between them, form a cycle. A disturbed motion keeps this structure if there is
+one speed for the entire record that separates its main impacts from its touches in such a way that
 
-gaps    the main impacts have the same gaps, cyclically;
-order   from each main impact to the next, the impact of the cycle nearest in phase and speed advances by one.
+gaps    the main impacts have the gaps of the cycle, in the same cyclic order;
+order   the impact of the cycle that is nearest in phase and speed advances by one from each main impact to the next.
 
 Every touch must be slower than `SHARE` times the slowest main impact of the orbit. Below this bound the separating
 speed is free, so that the result does not depend on it. With a fixed separating speed, a motion would count as lost as
-soon as one of its impacts were slower than that speed, even without any other change (docs/stability.md has both
-tables).
+soon as one of its impacts became slower than this speed, even if nothing else changed (docs/stability.md has the
+results for a free and for a fixed speed).
 """
 
 from __future__ import annotations
@@ -23,15 +24,16 @@ import numpy as np
 from vibrodrive.jit.trig import TWO_PI
 
 SHARE = 0.1  # a touch is slower than this share of the speed of the orbit's slowest main impact
-LONGEST_PERIOD = 64  # subharmonics of higher order are not distinguished from irregular motion
+LONGEST_PERIOD = 64  # a subharmonic of higher order counts as irregular motion
 
 SAME_POINT = 1e-7
-"""Largest distance of equal points (section points, or impacts in phase and speed). It is far above rounding and far
-below the width of any orbit. Near a bifurcation a motion needs many transient periods until its points are so close."""
+"""Largest distance of two points that count as equal: section points, or impacts in phase and speed. It is far above
+rounding and far below the size of any orbit. Near a bifurcation a motion needs many transient periods until its points
+are so close."""
 
 BLURRED = 1e-4
-"""Least distance of different points of an orbit; an orbit with closer points counts as having no period. Close to a
-period doubling, a transient that alternates about an orbit of period n resembles an orbit of period 2n."""
+"""Least distance of two different points of an orbit. An orbit with closer points counts as having no period, because
+close to a period doubling a transient that alternates about an orbit of period n resembles an orbit of period 2n."""
 
 
 class ImpactCycle(NamedTuple):
@@ -60,7 +62,7 @@ def impact_gaps(impacts: np.ndarray) -> np.ndarray:
 def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
     """Return the shortest cycle that the main impacts of an undisturbed motion repeat, or None.
 
-    The first and the last impact are left out, because faster impacts just outside the record may make them touches.
+    The first and the last impact are left out. Faster impacts just outside the record may show that they are touches.
     """
     inner = impacts[1:-1]
     gaps = impact_gaps(inner)
@@ -80,7 +82,7 @@ def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
 def follow_cycle(
     cycle: ImpactCycle, impacts: np.ndarray, periods: int, ordered: bool = True, share: float = SHARE
 ) -> np.ndarray | None:
-    """Return the indices of those impacts of a disturbed motion that follow a cycle; None if there is no such choice.
+    """Return indices of impacts of a disturbed motion that follow a cycle; None if no choice of impacts follows it.
 
     The first and the last impact are left out. If `ordered`, the order is compared in addition to the gaps.
     """
@@ -98,20 +100,20 @@ def follow_cycle(
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
     """Return the fastest impacts of a disturbed motion, in order of time.
 
-    They are as many as the cycle has in so many excitation periods, or all that are too fast for touches if these are
-    more.
+    Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts are too
+    fast for touches, all of these are returned.
     """
     count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(no_touches(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
 
 
 def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
-    """Return True for each impact of a disturbed motion that is too fast for a touch: bool (n,)."""
+    """Return True for each impact of a disturbed motion that is too fast to be a touch: bool (n,)."""
     return impacts["speed"] > share * cycle.speed.min()
 
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
-    """Return True if all of these impacts follow a cycle."""
+    """Return True if all these impacts follow the cycle. If `ordered`, their order must be that of the cycle."""
     m = len(cycle.gaps)
     first, last = impacts[0], impacts[-1]
     span = float(last["period"] - first["period"]) + (last["phase"] - first["phase"]) / TWO_PI

@@ -1,14 +1,15 @@
 """The undisturbed orbit as a curve in the plane (ξ, ξ'), and the distance ϱ of a disturbed motion from it (§1: ϱ < k₃).
 
-The definition in §1 compares motions as curves: a point of the disturbed motion may be early or late, as long as it is
-near some point of the orbit. So for each point of the disturbed motion the nearest point of the closed curve counts,
-at any time, and ϱ is the largest of these distances. At an impact the velocity jumps from -v to 0 at ξ = 0, and the
-segment between is part of the curve. Without it, a motion that lands a little softer than the orbit would be far away.
+The definition in §1 compares motions as curves. A point of the disturbed motion may be early or late, as long as it is
+near some point of the orbit. So each point of the disturbed motion has a distance from the nearest point of the closed
+curve, whatever the time at which the orbit passes there, and ϱ is the largest of these distances. At an impact the
+velocity jumps from -v to 0 at ξ = 0. The segment between (0, -v) and (0, 0) is part of the curve. Without this segment,
+a motion that lands a little more slowly than the orbit would be far away from it.
 
 The curve is a polygon through PER_PERIOD instants of each period and the states just before and after each switch.
-The distance of its chords from the exact curve is at most h²/8 |(ξ'', ξ''')|, which is below 2e-5 (2A + B + 1) with
-this step. The points of the disturbed motion are a given number of instants of each period and the states at its
-switches.
+The distance of its chords from the exact curve is at most h²/8 |(ξ'', ξ''')|, where h is the time between two
+instants. With this h it is below 2e-5 (2A + B + 1). The disturbed motion is represented by a given number of instants
+of each period and by the states at its switches.
 """
 
 from __future__ import annotations
@@ -30,14 +31,15 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
 PER_PERIOD = 512  # instants of the orbit in each excitation period
-LOOKED_AT = 1024  # points of a motion that determine which of the n shifted solutions is nearest
+LOOKED_AT = 1024  # about so many points of a motion determine which of the n shifted solutions is nearest
 
 
 @dataclass(frozen=True, eq=False)
 class OrbitCurve:
-    """The orbit as a closed polygon of period n.
+    """The orbit as a closed polygon.
 
-    vertices : float64 (k, 2), ξ and ξ' in order of time; the first vertex follows the last.
+    n : period in excitation periods.
+    vertices : float64 (k, 2), ξ and ξ' in order of time; the first vertex follows the last one.
     times : float64 (k,), ascending, in excitation periods since τ = 0, within n periods.
     """
 
@@ -59,10 +61,10 @@ class OrbitCurve:
 
 
 def orbit_curve(orbit: Trajectory) -> OrbitCurve:
-    """Return the orbit that an undisturbed motion has settled on, the last n periods of its record, as a curve."""
+    """Return the orbit that an undisturbed motion has settled on, as a curve of the last n periods of its record."""
     found = reference_orbit(orbit)
     if found is None:
-        raise ValueError("the undisturbed motion has no period: its orbit is no closed curve")
+        raise ValueError("the undisturbed motion has no period, so its orbit is not a closed curve")
     n = found.n
     times, points = _path(orbit, PER_PERIOD)
     last = np.flatnonzero(times > times[-1] - n)  # the last point equals the first, n periods later
@@ -73,9 +75,9 @@ def orbit_curve(orbit: Trajectory) -> OrbitCurve:
 def curve_distance(curve: OrbitCurve, motion: Trajectory, per_period: int = 64, enough: float = math.inf) -> float:
     """Return ϱ, the largest distance of a disturbed motion from the orbit as a curve.
 
-    If ϱ exceeds `enough`, the result is a lower bound of ϱ above `enough`. It is inf for a motion with status
-    BUDGET. In a test, 64 instants of the motion in each period, in addition to its switches, gave a ϱ up to 0.6 %
-    smaller than 1024 instants.
+    If ϱ exceeds `enough`, the result is only a lower bound of ϱ, but also exceeds `enough`. The result is inf for a
+    motion with status BUDGET. In a test, ϱ from the switches and 64 instants in each period was up to 0.6 % smaller
+    than ϱ from 1024 instants.
     """
     times, points = _path(motion, per_period)
     if not np.isfinite(points).all():
@@ -101,8 +103,9 @@ def raise_farthest(points, edge, vertices, along, inverse, enough, farthest):
 
     The loop ends at the first point with a squared distance above `enough`.
 
-    For each point it computes the distances from the edge passed at the same time and then from its neighbours on both
-    sides, until an edge is no farther away than the farthest point so far. For most points this is the first edge.
+    For each point the search begins at the edge that the orbit passes at the same time and continues with its
+    neighbours on both sides. The search ends at an edge that is no farther away than the largest distance found so far,
+    because this point cannot raise that distance. For most points this is already the first edge.
     """
     count = len(vertices)
     for i in range(len(points)):

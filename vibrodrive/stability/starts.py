@@ -1,16 +1,17 @@
-"""Largest error of the start that does not change the final solution, the k₁ of the definition in §1, at ε = 0.
+"""Largest error of the start that does not change the final solution: k₁ of the definition in §1, at ε = 0.
 
-The definition requires a bound on the error of the start below which the motion stays close to the reference motion.
-Without a disturbance the n solutions of an n-periodic orbit are that orbit shifted by 0 … n - 1 excitation periods, and
-each attracts the starts in its basin. So an error of the start is harmless as long as the start remains in the basin,
-and k₁ is the distance of the nearest edge of the basin along ξ, ξ' or τ. A motion that ends on any other orbit counts
-as lost, too.
+The definition requires a bound of the error of the start below which the motion stays close to the undisturbed motion.
+Without a disturbance an n-periodic orbit gives n solutions, which are this orbit shifted by 0 … n - 1 excitation
+periods. Each solution attracts the starts in its basin. So an error of the start does no harm as long as the start
+remains in the basin, and k₁ is the distance of the nearest edge of the basin along ξ, ξ' or τ. A start from which the
+motion ends on any other orbit is outside the basin, too.
 
-A basin has slices of all widths. Next to an edge they may accumulate (A = 3.1, 3.25). The search for the edge is a
-scan, followed by finer and finer scans of windows below the first value lost. So a slice that the first scan missed is
-found if it belongs to a sequence that accumulates at the edge. A single slice narrower than the step of the scan, 2e-4
-in τ and 2e-4 A in ξ and ξ', is not found. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to an unstable orbit
-of the impact-phase map, as theory requires (tests).
+A basin has slices of all widths. Slices may accumulate next to an edge (A = 3.1, 3.25). The search for the edge begins
+with a scan of deviations. Finer and finer scans follow, each over a window below the first deviation that leads to
+another solution. So the search finds a slice that the first scan missed if the slice belongs to a sequence that
+accumulates at the edge. It does not find a single slice that is narrower than the step of the first scan, which is 2e-4
+in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to an unstable orbit of the
+impact-phase map, as theory requires (tests).
 """
 
 from __future__ import annotations
@@ -37,20 +38,22 @@ Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 COORDINATES = ("xi0", "dxi0", "tau0")
 
 CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
-PHASES = 8  # section phases that are tried; the first one that separates all solutions is used
+PHASES = 8  # section phases that are tried; the search uses the first one that separates all solutions
 LINEAR = 2**15  # equal steps of the scan
-GEOMETRIC = 512  # parts of the first step, as an edge may be very close to the start
+GEOMETRIC = 512  # the first step is divided into so many parts, because an edge may be very close to the start
 SMALLEST = 1e-12  # smallest deviation that is tried
 PIECE = 4096  # deviations computed at a time
-WINDOW = 64  # steps of a scan before the first value lost that the next, finer scan covers
+WINDOW = 64  # the next, finer scan covers so many steps before the first value lost
 EXACT = 1e-13  # relative width at which the search for an edge ends
 
 
 class Edge(NamedTuple):
     """Edge of a basin in one direction from the start. All numbers are sizes of deviations.
 
-    kept : largest deviation found that, like all smaller ones tried, ends on the same solution.
-    lost : smallest deviation found that does not; inf if there is none up to `searched_to`.
+    kept : largest deviation found with which the motion ends on the same solution, as with all smaller ones tried.
+    lost : smallest deviation found with which the motion ends on another solution; inf if there is none up to
+        `searched_to`.
+    searched_to : largest deviation that may be tried.
     """
 
     kept: float
@@ -69,8 +72,9 @@ class StartLimit:
     n : int
         period of the undisturbed orbit, 0 if it has none.
     below, above : Edge
-        edges on both sides of the start, each with `kept`, the largest deviation found that ends on the same solution,
-        `lost`, the smallest that does not (inf if there is none), and `searched_to`.
+        edges of the basin on both sides of the start. Each has the attributes `kept`, the largest deviation found with
+        which the motion ends on the same solution; `lost`, the smallest deviation found with which it ends on another
+        one (inf if there is none); and `searched_to`, the end of the search.
     """
 
     A: float
@@ -91,12 +95,12 @@ class StartLimit:
 
     @property
     def k1(self) -> float:
-        """The distance of the nearer edge; inf if none was found, NaN if there is no orbit."""
+        """Distance of the nearer edge from the start; inf if no edge was found, NaN if there is no orbit."""
         return self.near.lost
 
     @property
     def kept_below(self) -> float:
-        """Largest deviation found below k1; it ends on the same solution."""
+        """Largest deviation found below k1; with this deviation the motion ends on the same solution."""
         return self.near.kept
 
     @property
@@ -118,7 +122,11 @@ NOWHERE = Edge(math.nan, math.nan, math.nan)
 
 
 class Solution(NamedTuple):
-    """The undisturbed motion: its arguments, and its section points by excitation period mod n, float64 (n, 2)."""
+    """The undisturbed motion.
+
+    arguments : arguments of `simulate`.
+    points : section points float64 (n, 2). The row is the number of the excitation period modulo n.
+    """
 
     arguments: dict[str, Any]
     points: np.ndarray
@@ -139,11 +147,12 @@ def start_limit(
     budget: int = 100_000,
     threads: int | None = None,
 ) -> StartLimit:
-    """Find the smallest error of one coordinate of the start with which the motion ends on another solution: k₁ (§1).
+    """Find the limit k₁ (§1): the smallest error of one coordinate of the start that leads to another solution.
 
-    The motion is undisturbed (ε = 0, certified switches). The search covers deviations of τ0 up to 2π in both
-    directions (a deviation of 2π leads to another solution if n > 1) and of ξ0 and ξ'0 up to 2π max(1, A), with
-    ξ0 >= 0. The accuracy of each edge is 1e-13 of the deviation, or the last bit of the coordinate.
+    The motion is undisturbed (ε = 0) and its switches are certified. The search covers deviations in both directions
+    from the exact start: of τ0 up to 2π, and of ξ0 and ξ'0 up to 2π max(1, A). It does not try ξ0 < 0. If the orbit has
+    a period n > 1, a deviation of τ0 by 2π always leads to another solution. The relative error of an edge is at most
+    1e-13, or its absolute error is at most the last bit of the coordinate.
 
     Parameters
     ----------
@@ -152,30 +161,33 @@ def start_limit(
     axis : "xi0", "dxi0" or "tau0"
         the coordinate of the start that has an error.
     xi0, dxi0, tau0 : float
-        the exact start, for which the deviation is 0.
+        the exact start. The deviation is counted from here.
     B, transient, budget
-        as in `simulate`; the transient is at least 20 000 periods.
+        as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
     threads : int, optional
         threads to use; all by default.
 
     Returns
     -------
     StartLimit
-        with k1, the edges `below` and `above` the start, n and how.
+        k1 is the distance of the nearer edge of the basin from the start, in the dimensionless unit of the coordinate.
+        below and above are the edges in the two directions, each with kept, lost and searched_to.
+        n is the period of the undisturbed orbit in excitation periods.
+        how describes the result.
 
     Raises
     ------
     TypeError, ValueError
-        in one sentence with the key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
 
     Warns
     -----
     UserWarning
-        as `limit`, for values that are probably a mistake.
+        for values that are probably a mistake, as in `limit`.
 
     Examples
     --------
-    Smallest error of the start in time with which the motion at A = 3.04 ends a period earlier or later:
+    At A = 3.04 there are two solutions, one excitation period apart. A start that is late by 0.818 leads to the other:
 
     >>> import vibrodrive as vd
     >>> k = vd.start_limit(3.04, "tau0")
@@ -212,7 +224,7 @@ def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Pl
 
 
 def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None = None) -> StartLimit:
-    """Return the `start_limit` at a point, from arguments of `simulate`; those of disturbance and grid are ignored."""
+    """Return the limit k₁ at a point. Arguments of `simulate` that give a disturbance or a grid are ignored."""
     solution = settled(arguments, threads)
     A, B = (check(name, arguments.get(name, names.PARAMETERS[name].default)) for name in ("A", "B"))
     if solution is None:
@@ -230,9 +242,11 @@ def nearest_other(arguments: Mapping[str, Any], axis: str, threads: int | None =
 
 
 def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float = 0.0) -> Edge:
-    """Find the smallest deviation in (0, reach] for which `same` is False, to an accuracy of EXACT of it or of `bit`.
+    """Find the smallest deviation in (0, reach] for which `same` is False.
 
-    same : function of ascending deviations (k,) that returns bool (k,); k is at most PIECE.
+    The relative error is at most EXACT, or the absolute error is at most `bit`.
+
+    same : function of ascending deviations, float64 (k,), that returns bool (k,); k is at most PIECE.
     """
     step = reach / LINEAR
     if step <= SMALLEST:
@@ -251,7 +265,7 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
     while high - low > max(EXACT * high, bit):
         finer = np.linspace(max(0.0, high - WINDOW * (high - low)), high, PIECE + 1)
         lost = np.append(np.flatnonzero(~same(finer[1:-1])), PIECE - 1)  # `high` is lost
-        if lost[0] == 0 and finer[0] > 0.0:  # even the first value of the window is lost: move the window down
+        if lost[0] == 0 and finer[0] > 0.0:  # the first value of the window is lost, too: move the window down
             low, high = float(finer[1]) - (high - low), float(finer[1])
         else:
             low, high = float(finer[lost[0]]), float(finer[lost[0] + 1])
@@ -259,7 +273,7 @@ def find_edge(same: Callable[[np.ndarray], np.ndarray], reach: float, bit: float
 
 
 def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solution | None:
-    """Return the solution that the undisturbed motion ends on; None if it has no period or never moves."""
+    """Return the solution that the undisturbed motion ends on; None if this motion has no period or never moves."""
     kept = {name: value for name, value in arguments.items() if name in ("A", "B", "budget", "section_phase")}
     start = {name: arguments.get(name, names.PARAMETERS[name].default) for name in COORDINATES}
     long = max(SETTLING, arguments.get("transient", 0))
@@ -269,7 +283,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
     if orbit is None or motion.status == choices.Status.NEVER_LEAVES:
         return None
     n = orbit.n
-    # at a phase at which the orbit always rests, all its solutions have equal section points
+    # at a section phase at which the orbit always rests, all its solutions have equal section points
     phases = (exact["section_phase"] + TWO_PI / PHASES * np.arange(PHASES)) % TWO_PI
     sections = collect(make_plan(exact | {"section_phase": phases, "periods": WATCHED}), threads).section
     telling = np.flatnonzero(period(sections) == n)
@@ -285,7 +299,10 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
 
 
 def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None = None) -> np.ndarray:
-    """Return True for each of `deviations` (k,) of one start coordinate that ends on this solution: bool (k,)."""
+    """Return True for each deviation of one start coordinate with which the motion ends on this solution: bool (k,).
+
+    deviations : float64 (k,).
+    """
     n = len(solution.points)
     starts = solution.arguments[axis] + deviations
     found = collect(make_plan(solution.arguments | {axis: starts, "periods": n}), threads)

@@ -2,16 +2,16 @@
 
 A disturbed motion is compared with the undisturbed n-periodic orbit at the same parameters:
 
-impacts  its main impacts have the gaps and the order of the orbit's (main_impacts.py)
-gaps     its main impacts have the gaps of the orbit's, the same integer numbers of periods between them
+impacts  the main impacts of the motion have the gaps and the order of those of the orbit (main_impacts.py)
+gaps     the main impacts of the motion are the same integer numbers of periods apart as those of the orbit
 order    the section point of the orbit that is nearest to the motion advances by one, cyclically, every period
-word     it passes through the same states between main impacts
-ρ        the largest distance of its section points from those of the orbit, for the best phase shift
+word     the motion passes through the same states between its main impacts
+ρ        the largest distance of the section points of the motion from those of the orbit, for the best phase shift
 
 Impacts, gaps and word do not depend on the section. Order depends on the phase of the section: near an impact the
-section points jump, and bands that overlap at one phase may be separate at another. Order and ρ follow from section
-points, so they can be computed from stored results. The other properties need the impacts of a trajectory, because a
-section point does not show whether the mass has landed since the last one.
+section points jump, and disturbed points that overlap at one phase may be separate at another phase. Order and ρ follow
+from section points, so they can be computed from stored results. The other properties need the impacts of a trajectory,
+because two successive section points do not show if the mass has landed between them.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ReferenceOrbit:
     points : float64 (n, 2), section points ξ, ξ' in order of time
     cycle : main impacts, None if the mass never lands
     word : states between successive main impacts, one cycle of tuples
-    curve : the orbit as a curve (orbit_curve.py); None unless distances from it are required
+    curve : the orbit as a curve (orbit_curve.py); None if no distance from the curve is required
     """
 
     points: np.ndarray
@@ -62,7 +62,12 @@ class ReferenceOrbit:
 
 @dataclass(frozen=True)
 class Structure:
-    """Result of the comparison of a motion with an orbit of period n; `word` is None if the switches are not known."""
+    """Result of the comparison of a motion with an orbit of period n.
+
+    impacts, gaps, order, word : True if the motion keeps this property; `word` is None if its switches are not known.
+    rho : largest distance of the section points of the motion from those of the orbit, for the best phase shift.
+    shift : this phase shift in excitation periods.
+    """
 
     n: int
     impacts: bool
@@ -78,10 +83,10 @@ class Structure:
 
 
 def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> np.ndarray:
-    """Return the smallest n after which all section points (…, periods, 2) repeat, 0 if there is none up to `longest`.
+    """Return the smallest n after which the section points (…, periods, 2) of each motion repeat: int64 (…).
 
-    The record must contain the period at least twice, and the points within a period must be further apart than
-    BLURRED.
+    It is 0 if there is no such n up to `longest`. The record must contain at least two periods of the motion, and the
+    points within a period must be further apart than BLURRED.
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
@@ -110,7 +115,10 @@ def reference_orbit(motion: Any) -> ReferenceOrbit | None:
 
 
 def order(points: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Return True where the nearest of `points` (n, 2) to section (…, periods, 2) advances by one: bool (…)."""
+    """Return True if the point of `points` (n, 2) nearest to each section point advances by one every period: bool (…).
+
+    section : float64 (…, periods, 2).
+    """
     nearest = _distances(points, section).argmin(axis=-1)
     return (np.diff(nearest, axis=-1) % len(points) == 1 % len(points)).all(axis=-1) & _finite(section)
 
@@ -118,7 +126,8 @@ def order(points: np.ndarray, section: np.ndarray) -> np.ndarray:
 def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return ρ = max_k |x_k − p_(k+s mod n)| at the shift s with the least ρ, and this s: float64 (…) and int64 (…).
 
-    s identifies one of the n coexisting solutions: they are the same orbit, shifted by s excitation periods.
+    `points` p is (n, 2), `section` x is (…, periods, 2). The shift s identifies one of the n coexisting solutions,
+    which are the same orbit shifted by s excitation periods.
     """
     n = len(points)
     distance = _distances(points, section)
@@ -130,7 +139,7 @@ def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def words(switches: np.ndarray, rows: np.ndarray) -> list[tuple[State, ...]]:
-    """Return the states entered from each of the impacts in `rows` of the switches to the next one."""
+    """Return the states entered between successive impacts. `rows` are the indices of the impacts in `switches`."""
     after = switches["after"]
     return [tuple(State(s) for s in after[a:b]) for a, b in pairwise(rows)]
 
@@ -171,9 +180,9 @@ def keeps(
     criterion: Sequence[str],
     switches: np.ndarray | None = None,
 ) -> bool:
-    """Return True if a motion keeps all properties named in `criterion`. Only these are computed.
+    """Return True if a motion keeps all properties named in `criterion`. Other properties are not computed.
 
-    "word" needs the switches.
+    The property "word" needs `switches`.
     """
 
     def landing(ordered: bool) -> np.ndarray | None:

@@ -1,15 +1,16 @@
-"""The disturbance from which all starts end on one motion: k_u (§5, Fig. 11).
+"""The limit k_u: the smallest disturbance found at which all starts end in one motion (§5, Fig. 11).
 
-Without a disturbance the n solutions of an n-periodic orbit coexist, and the start determines the solution that a
-motion ends on. A small disturbance keeps the solutions separate. From a certain size on it moves motions from one
-solution to another. The state at the end of a rest depends only on the time, so two motions that rest at the same time
-are equal from then on. In the end one motion remains, which does not depend on the start.
+Without a disturbance the n solutions of an n-periodic orbit coexist, and the start determines the solution in which a
+motion ends. A small disturbance leaves the solutions separate. A larger disturbance moves motions from one solution to
+another. The state at the end of a rest depends only on the time, so two motions that rest at the same time are equal
+after this rest. In the end one motion remains, which does not depend on the start.
 
-This size is neither sharp nor final. At single steps Δτ above it several motions remain. A larger ε may have a
-structure of its own with several solutions (A = 3.04: two up to 2.03e-4, one up to 4e-4, three at 5e-4). If motions
-merge slowly, several remain at the end of a short record (Δτ = 0.058: after 2500 periods, but not after 5000).
+The limit is not sharp, and several motions may return above it. At single steps Δτ above k_u several motions remain. A
+larger ε may have a structure of its own with several solutions: at A = 3.04 there are two up to ε = 2.03e-4, one up to
+4e-4, and three at 5e-4. If motions merge slowly, several are left at the end of a short record: at Δτ = 0.058
+several motions are left after 2500 periods, and one after 5000.
 
-Starts differ in ξ0 and ξ'0 and share τ0, because another τ0 would shift the grid and so change the disturbance.
+The starts differ in ξ0 and ξ'0. They share τ0, because another τ0 would shift the grid and so change the disturbance.
 """
 
 from __future__ import annotations
@@ -33,14 +34,15 @@ from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
 
 COINCIDE = 1e-6
-"""Largest distance of section points of one motion without a grid: two motions that merge differ by rounding, about
-1e-12. On a fixed grid merged motions are equal in every bit, and no difference is allowed."""
+"""Largest distance of the section points of two motions that count as one, for methods without a fixed grid. Motions
+that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so there
+no difference is allowed."""
 
-SIDES = (5, 9, 17, 33)  # numbers of values of ξ0 and of ξ'0; the first lattice that reaches every solution is used
+SIDES = (5, 9, 17, 33)  # numbers of values of ξ0, and of ξ'0; the smallest lattice that reaches every solution is used
 
 
 def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return evenly spaced values of ξ0 from 0 to max(1, A), and of ξ'0 from -max(1, A) to it, float64 (side,) each."""
+    """Return evenly spaced values of ξ0 in [0, a] and of ξ'0 in [-a, a], a = max(1, A): two float64 arrays (side,)."""
     top = max(1.0, A)
     return np.linspace(0.0, top, side), np.linspace(-top, top, side)
 
@@ -48,10 +50,11 @@ def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
 def starts_that_reach_all(
     arguments: Mapping[str, Any], threads: int | None = None
 ) -> tuple[int, int, tuple[np.ndarray, np.ndarray]]:
-    """Return (n, the number of the n solutions that are reached without a disturbance, the lattice of starts).
+    """Return (n, reached, starts): the period, the number of solutions reached, and the lattice of starts.
 
-    n is 0 if the undisturbed motion has no period. The lattice is the smallest one in SIDES that reaches all solutions,
-    or the largest one if none does.
+    Without a disturbance, motions from these starts end in `reached` of the n solutions. n is 0 if the undisturbed
+    motion has no period. The lattice is the smallest one in SIDES that reaches all solutions, or the largest one if no
+    lattice does. `starts` contains the values of ξ0 and those of ξ'0.
     """
     solution = settled(arguments, threads)
     A = check("A", arguments["A"])
@@ -75,12 +78,16 @@ def ends_on_one(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return True for each value of a disturbance at which motions from all starts have become one motion: bool (k,).
+    """Return True for each value of a disturbance at which the motions from all starts become one motion: bool (k,).
 
-    The last LONGEST_PERIOD periods of the records are compared. `arguments` are those of `simulate` without ξ0, ξ'0 and
-    the disturbance; by default the method is "fixed" for Δτ and "certified" for ε. `starts` are values of ξ0 and of
-    ξ'0, which are combined to a lattice; by default one that reaches all solutions without a disturbance. The result is
-    False if any motion has the status BUDGET.
+    The comparison covers the last LONGEST_PERIOD periods of the records. The result is False at a value at which any
+    motion has the status BUDGET.
+
+    arguments : those of `simulate` without ξ0, ξ'0 and the disturbance. The default method is "fixed" for Δτ and
+        "certified" for ε.
+    values : values of the disturbance, float64 (k,).
+    starts : values of ξ0 and values of ξ'0; every ξ0 is combined with every ξ'0. By default the starts of
+        `starts_that_reach_all`.
     """
     check_disturbance(disturbance)
     xi0, dxi0 = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
@@ -99,26 +106,28 @@ def ends_on_one(
 
 @dataclass(frozen=True, repr=False)
 class UniqueLimit(Found):
-    """The limit k_u: the disturbance from which all starts end on one motion, dimensionless.
+    """The limit k_u: the smallest disturbance found at which all starts end in one motion, dimensionless.
 
     Attributes
     ----------
     A, B, eta, disturbance, method
         arguments of the search.
     ku : float
-        smallest disturbance found from which all starts end on one motion, refined by bisection. It is an upper bound
-        if `several_below` is 0, inf if several motions remain up to `searched_to`, 0 if there is only one solution, and
-        NaN if the undisturbed motion has no period.
+        smallest disturbance found at which all starts end in one motion, refined by bisection. If `several_below` is 0,
+        ku is only an upper bound. It is inf if several motions remain at every disturbance up to `searched_to`, 0 if
+        there is only one solution without a disturbance, and NaN if the undisturbed motion has no period.
     several_below : float
         largest disturbance below ku at which the bisection found several motions; 0 if there is none.
     last_several : float
-        largest value at which, and at its lower neighbour on the grid, several motions remain.
+        upper end of the band: the largest value on the grid of disturbances at which several motions remain and at
+        whose lower neighbour on this grid several motions remain, too.
     share_several : float
-        share of the values tried between ku and last_several at which several motions remain.
+        share of the grid values between ku and last_several at which several motions remain, 0 to 1.
     searched_to : float
         largest disturbance that was tried.
     n : int
-        number of solutions without a disturbance: the period of the orbit; 0 if it has none.
+        number of solutions without a disturbance. It equals the period of the undisturbed orbit; 0 if the undisturbed
+        motion has no period.
     how : str
         description of the result.
     """
@@ -137,7 +146,7 @@ class UniqueLimit(Found):
 
     @property
     def velocity(self) -> float:
-        """ku as a velocity amplitude, dimensionless like ξ': ku·η·A in ε, ku in Δτ."""
+        """ku as a velocity amplitude, dimensionless like ξ': ku·η·A for ε, and ku itself for Δτ."""
         return self.as_velocity(self.ku)
 
     @property
@@ -166,7 +175,7 @@ def unique_limit(
     budget: int = 100_000,
     threads: int | None = None,
 ) -> UniqueLimit:
-    """Find the disturbance k_u from which all starts end on one motion (§5, Fig. 11).
+    """Find the limit k_u: the smallest disturbance at which all starts end in one motion (§5, Fig. 11).
 
     Parameters
     ----------
@@ -175,29 +184,34 @@ def unique_limit(
     disturbance, method, eps, dtau
         as in `limit`.
     B, eta, tol, tau0, transient, periods, scan, budget
-        as in `simulate`, for each disturbed motion; ξ0 and ξ'0 are those of a lattice of starts. The last 64 recorded
-        periods are compared.
+        as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
+        chooses. Two motions count as one if they agree over the last 64 recorded periods.
     threads : int, optional
         threads to use; all by default.
 
     Returns
     -------
     UniqueLimit
-        with ku, several_below, last_several, share_several, n and how.
+        ku is the smallest disturbance found at which all starts end in one motion, dimensionless.
+        several_below is the largest disturbance found below ku at which several motions remain.
+        last_several is the upper end of the band above ku in which several motions remain at some values.
+        share_several is the share of the values between ku and last_several at which several motions remain, 0 to 1.
+        n is the number of solutions without a disturbance.
+        how describes the result.
 
     Raises
     ------
     TypeError, ValueError
-        in one sentence with the key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
 
     Warns
     -----
     UserWarning
-        as `limit`, for values that are probably a mistake.
+        for values that are probably a mistake, as in `limit`.
 
     Examples
     --------
-    The two solutions at A = 3.04 become one:
+    Under numerical disturbances the two solutions at A = 3.04 become one motion:
 
     >>> import vibrodrive as vd
     >>> k = vd.unique_limit(3.04, "dtau", transient=50, periods=50)
@@ -228,7 +242,7 @@ def _unique_limit(plan: Plan, index: int, disturbance: str, threads: int) -> Uni
         return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
     band = unique_from(at, disturbance, starts, threads)
     several = f"several motions up to {band.searched_to:g}"
-    how = "all starts end on one motion" if math.isfinite(band.lost) else several
+    how = "all starts end in one motion" if math.isfinite(band.lost) else several
     return UniqueLimit(*point, *band, n, how)
 
 
@@ -238,9 +252,9 @@ def unique_from(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> Band:
-    """Find the band of k_u: a value is kept if several motions remain, and lost if all starts end on one motion.
+    """Find the band of k_u. A value is kept if several motions remain, and lost if all starts end in one motion.
 
-    The grid of values is that of k₂. Arguments as in `ends_on_one`.
+    The search uses the same grid of disturbances as the search for k₂. The arguments are those of `ends_on_one`.
     """
     check_disturbance(disturbance)
     starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
