@@ -1,10 +1,11 @@
-"""Compare the error bounds of certified motions with their errors.
+"""Compare the error bounds of certified motions with their true errors.
 
     python -m examples.certainty   # in the root of a clone
 
-writes docs/certainty.md and docs/certainty.png: error bounds and errors, from a reference with 50 digits, along four
-motions and for random scenes from all bands. `--scenes N` sets the number of scenes, `--workers N` the number of
-processes, `--docs DIR` the output folder.
+writes docs/certainty.md and docs/certainty.png. Both compare error bounds with true errors, which come from a reference
+with 50 digits. The figure shows four motions. The page has random scenes from the bands of
+`vibrodrive.validation.certainty`; a band is a set of ranges of the parameters. `--scenes N` sets the number of scenes,
+`--workers N` the number of processes, `--docs DIR` the output folder.
 """
 
 from __future__ import annotations
@@ -36,119 +37,135 @@ MOTIONS: dict[str, dict[str, Any]] = {
 
 PAGE = """# Error bounds of a motion
 
-After this page you know the meaning and the proof of the error bounds of a motion, and their ratio to the
-true errors. `python -m examples.certainty --scenes {number}` writes this page.
+After this page you know the meaning and the proof of the error bounds of a motion, and the ratio of these
+bounds to the true errors. `python -m examples.certainty --scenes {number}` writes this page.
 
-`simulate` follows a motion in double precision. It finds every switch from the state after the previous
-switch, and so inherits the error of that state. [`certainty.py`](../vibrodrive/kernels/certainty.py)
-propagates a bound of this error: `Trajectory.error` for the section points, `switch_errors` for the
-switches, and `certain_until`, the period from which on a decision may be wrong.
-`sweep(…, record="error")` keeps the largest bound of each motion.
+`simulate` follows a motion in double precision. It computes each switch from the computed state after the
+previous switch. So each switch inherits the error of this state.
+[`certainty.py`](../vibrodrive/kernels/certainty.py) computes a bound of this error from switch to switch.
+A trajectory has three results: `Trajectory.error` contains the bounds for the section points,
+`switch_errors` the bounds for the switches, and `certain_until` is the period from which on the choice of a
+next state may be wrong. A sweep with `record="error"` stores the largest bound of each motion.
 
 ![Error and bound along four motions](certainty.png)
 
-*Error of the instant of each switch, from a computation with 50 digits, and its bound. At A = 12 the
-bound ends with the last certain switch. Some switches later the computed motion takes another branch than
-the true one, although no margin is small.*
+*Error of the instant of each switch, compared with a computation with 50 digits, and its bound. At A = 12
+the curve of the bound ends with the last certain switch. Some switches later the computed motion goes to
+another state than the true motion. No margin warns of this: all of them are much larger than rounding.*
 
 ## The bounds
 
-A state begins at the computed instant $\\hat{{\\tau_0}}$; the true instant is $\\tau_0$. Sliding is
-$\\xi'' = H(\\tau) - s$, eq. (1). In *absolute* time the right side is the same for both motions, so they
-differ by a straight line. Let $E$ and $X$ be the differences of ξ' and ξ at $\\hat{{\\tau_0}}$, each motion
-continued there by its closed form. Then
+Let $\\hat{{\\tau_0}}$ be the computed instant at which a state begins, and $\\tau_0$ the true instant. The
+equation of a slide is $\\xi'' = H(\\tau) - s$, eq. (1), with $s = 1$ up and $s = -1$ down. In *absolute*
+time $\\tau$ the right side is the same for the computed and the true motion. So the difference of their ξ is
+a straight line in time. Let $E$ and $X$ be the differences of ξ' and of ξ at $\\hat{{\\tau_0}}$. (If a slide
+begins later than $\\hat{{\\tau_0}}$, its closed form is continued back to this instant.) Then, at a time $h$
+after $\\hat{{\\tau_0}}$,
 
 ```math
 \\Delta\\xi' = E, \\qquad \\Delta\\xi = X + E\\,h .
 ```
 
-The rounding error of the closed form at $h$ is added.
+The bounds also include the rounding error of the closed form at $h$.
 
-**A start from rest** with an error of $|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$, with $\\xi'' = a_0$ at
-$\\hat{{\\tau_0}}$ and $|H'| \\le M$ nearby, has
+**A start from rest.** Let $\\delta$ be a bound of the error of its instant,
+$|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$. Let $a_0$ be $\\xi''$ at $\\hat{{\\tau_0}}$, and let $|H'| \\le M$ between
+$\\tau_0$ and $\\hat{{\\tau_0}}$. Then
 
 ```math
 |E| \\le |a_0|\\,\\delta + \\tfrac{{1}}{{2}} M\\delta^2, \\qquad
 |\\Delta X| \\le \\tfrac{{1}}{{2}} |a_0|\\,\\delta^2 + \\tfrac{{1}}{{6}} M\\delta^3 .
 ```
 
-**The start of a motion** is exact: the bits of τ₀ that its phase cannot hold are stored separately. ξ''
-there has the rounding error of H. Where H rounds to ±1, this error may reverse a velocity ξ'₀ of the
-order of its square over |H'|, about 1e-29: such a start is TOO_CLOSE. A gap or velocity too small for all
-bits of a double has an error of less than 1e-300, which is added.
+$\\Delta X$ is the part of $X$ that this error causes.
 
-**A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$
-there. The true ξ' is at most $E_1 = |E| + \\text{{rounding}}$, so it has a zero within a distance of
+**The start of a motion** is exact: the bits of τ₀ that the phase cannot hold are stored in another variable.
+ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the
+direction of the motion. This is possible for velocities ξ'₀ of the order of the square of the rounding error,
+divided by |H'|: about 1e-29. Such a start is TOO_CLOSE. A gap or velocity too small for all bits of a
+double (a denormal number) has an error of less than 1e-300. The bounds include this error.
+
+**A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$ at
+this instant. The modulus of the true ξ' is at most $E_1 = |E| + \\text{{rounding}}$ there. So the true ξ' has
+a zero within a distance of
 
 ```math
-\\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} ;
+\\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} .
 ```
 
-for $a_1^2 \\le 2ME_1$ there may be none. **An impact** has the same bound with ξ instead of ξ', with
-$|\\xi'|$ minus its error instead of $|a_1|$, and with a bound of $|\\xi''|$ instead of $M$. It leaves ξ =
-ξ' = 0: only the error of its instant remains. **A wait** ends where H = ±1, independent of the earlier
-motion: at ε = 0 at a known arcsine, accurate to its last bits; at ε > 0 at a zero of H, with an error of
-the rounding of H over |H'|. After a rest no earlier error remains.
+For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby. **An impact** has the same bound with three
+replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound of $|\\xi''|$ instead
+of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of its instant remains. **Sticking or resting**
+ends where H = ±1, at a time that does not depend on the earlier motion. For ε = 0 this time is an
+arcsine, accurate to its last bits. For ε > 0 it is a zero of |H| − 1, and its error is the rounding error of H
+divided by |H'|. After a rest no earlier error remains. After sticking only the error of ξ remains.
 
-**Signs.** With absolute values only, stable motions would seem to lose digits: the effects of one late
-start on ξ and on ξ' cancel in part at the next impact. Therefore the effect of the instant of the last
-impact has a sign: $E = e\\,u + E'$ and $X = x\\,u + X'$ with one unknown $|u| \\le 1$. At a reversal $e$
-becomes $a_0\\,e/a_1$, which is the derivative of the map from impact to impact. So the bound shrinks where
-a motion is stable, and grows where it is not, as the errors do.
+**Signs.** Bounds of absolute values alone would grow even along stable motions: if a slide starts late,
+the effects of this delay on ξ and on ξ' cancel in part at the next impact. Therefore the bounds follow the
+effect of the last impact's instant with its sign: $E = e\\,u + E'$ and $X = x\\,u + X'$, with one unknown
+$|u| \\le 1$ in both. $E'$ and $X'$ are bounded by their absolute values. Where the direction of a slide
+reverses, $e$ becomes $a_0\\,e/a_1$. This factor is that of the derivative of the map from impact to
+impact. So the bounds shrink along a stable motion and grow along an unstable one, as the true errors do.
 
-**Decisions.** The zero found is also the first zero of the true ξ' if no earlier minimum came closer to 0
-than twice $E_1$. A reversal is in the air if ξ exceeds its bound there. H decides as computed if its
-distance from ±1 exceeds $M\\delta_1$ and the rounding of H. Otherwise the motion is `TOO_CLOSE`,
-`certain_until` is the period in which the state before the decision began, and all errors from there to
-the end of the record are infinite: a rest after a wrong decision is exact, but belongs to another motion.
+**Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
+below $2E_1$. The mass reverses its direction away from the obstacle, and not in an impact, if the computed
+ξ there exceeds its error bound. The next state is the true one if the distance of H from ±1 exceeds
+$M\\delta_1$ plus the rounding error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and
+`certain_until` is the period in which the state before this decision began. All error bounds from there to
+the end of the record are infinite, also after a later rest: its instant would be accurate, but might
+belong to another motion than the true one.
 
-**A section point** has the errors of its state at that time. Within δ of a switch it may belong to the
-state on the other side. Then the jump of ξ' is added, which is |ξ'| itself at an impact.
+**A section point** has the errors of ξ and ξ' at its time. If its time is within the error of a switch,
+the true motion may be in the state on the other side of this switch. Then the bound includes the change of
+ξ' at the switch. At an impact this change is |ξ'|.
 
 ## Assumptions
 
-- Arithmetic is that of IEEE 754, with fused products where the code uses them
+- The arithmetic is that of IEEE 754, with fused multiply-add where the code requests it
   ([`branchless.py`](../vibrodrive/jit/branchless.py)).
 - The error of sine and cosine is less than 1.4e-16 ([`trig.py`](../vibrodrive/jit/trig.py)). The error of
   a closed form is less than eight units in the last place of the sum of the magnitudes of its terms
   ([`margins.py`](../vibrodrive/kernels/margins.py): `gap_rounding`, `velocity_rounding`).
-- The search passes no zero, and it evaluates the function near every minimum below 2E₁
+- The search for a zero misses none. It evaluates the function near every minimum below $2E_1$
   ([`first_zero.py`](../vibrodrive/kernels/first_zero.py)).
-- The bounds themselves are computed in double precision, rounded to nearest. The eight units leave room
-  for that.
+- The computation of the bounds has rounding errors, too (double precision, rounded to nearest). The eight
+  units above are large enough to include them.
 
-This is a proof by hand, compared with 50 digits below; it is not interval arithmetic. With Muller's
-method the value of the switching function at the end of its iteration replaces the rounding error, so the
-bounds depend on `tol`. They assume that the grid missed no zero. A fixed grid has no bounds: its lateness
-is the disturbance under study.
+The bounds are a proof by hand, not interval arithmetic. The comparison with 50 digits below tests them.
+With Muller's method the remaining value of the switching function at the end of the iteration replaces the
+rounding error, so the bounds depend on `tol`. They assume that the grid missed no zero. The method `fixed` has
+no bounds: each of its switches is late by up to Δτ, and this delay is the disturbance under study.
 
-In a sweep without `record="error"` the status OK certifies each switch for the computed state in which it
-starts. With it the sweep follows each motion separately to the end of its record. Without it a batch
-holds many motions, and repetitions are copied. On one thread the second is six times as fast with a
-disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods) and fifty times at ε = 0 (300 periods). With bounds
-`simulate` takes a sixth to a quarter longer.
+In a sweep without `record="error"` the status OK certifies each switch, given the computed state after the
+previous switch. Such a sweep computes many motions in one batch and copies motions that repeat. With
+`record="error"` the sweep follows each motion separately to the end of its record. On one thread the sweep
+without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods)
+and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds, which takes a sixth to
+a quarter of the time that it would need without them.
 
 ## Comparison with 50 digits
 
-Random scenes from all bands (seed {seed}), up to {most} switches each, compared number by number: instants, ξ
-and ξ' of switches, ξ and ξ' of section points. The last columns give the ratio of each scene's largest
-bound to its largest error.
+Each row of the table is a range of the parameters, from which scenes are drawn at random (seed {seed}). Up to
+{most} switches of each motion are compared with the reference: instant, ξ and ξ' of each switch, and ξ and ξ' of
+each section point. *Wrong states* counts motions in which a state that is reported as certain differs from
+the reference. *Certainty ends* counts motions with a finite `certain_until`. The last two columns give the
+median and the 90 % quantile of the ratio of the largest bound of a motion to its largest error.
 
 {table}
 
-`vibrodrive validate --only bounds` compares other random scenes.
+`vibrodrive validate --only bounds` repeats this comparison with fewer and different random scenes.
 """
 
 
 def held(drawn: tuple[str, dict[str, Any]]) -> tuple[str, Held]:
-    """Compare one scene with the reference, in a separate process."""
+    """Compare a named scene (band, arguments) with the reference, in a separate process; return its name, too."""
     name, scene = drawn
     return name, hold(scene)
 
 
 @styled
 def figure(motions: dict[str, Held]) -> Figure:
-    """Draw error and bound of the instant of each switch over time, with a panel for each motion."""
+    """Draw the error of the instant of each switch, and its bound, over time: one panel for each motion."""
     fig, axes = new(2, 2, height=5.0, sharey=True)
     for ax, (title, beside) in zip(axes.flat, motions.items(), strict=True):
         rows, pairs = beside.motion.switches, [p for p in beside.pairs if p.what == "tau of a switch"]
@@ -167,7 +184,7 @@ def figure(motions: dict[str, Held]) -> Figure:
 
 
 def beside_reference(scenes: Sequence[tuple[str, dict[str, Any]]], workers: int) -> dict[str, list[Held]]:
-    """Compare each scene with the reference; return the results by band."""
+    """Compare each scene with the reference; return a list of results for each band."""
     found: dict[str, list[Held]] = {}
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         for name, one in pool.map(held, scenes, chunksize=12):

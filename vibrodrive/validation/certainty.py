@@ -56,7 +56,7 @@ class Held(NamedTuple):
 
     @property
     def looseness(self) -> float:
-        """Largest bound over largest error; NaN if there is no error or no bound."""
+        """Ratio of the largest bound to the largest error; NaN if no error or no bound exists."""
         error, bound = (max((getattr(p, name) for p in self.pairs), default=0.0) for name in ("error", "bound"))
         return bound / error if error > 0.0 else math.nan
 
@@ -191,10 +191,10 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
 
 
 def table(found: Mapping[str, list[Held]]) -> list[str]:
-    """Return a Markdown table: scenes of each kind, errors above bounds, wrong states, ratio of bounds to errors."""
+    """Return a Markdown table, a row for each kind of scene: errors above bounds, wrong states, bounds over errors."""
     lines = [
-        "| scenes | number | an error above its bound | certain, but other states | certainty ends "
-        "| bound / error: median | 9 of 10 below |",
+        "| scenes | number | with an error above its bound | with wrong states | certainty ends "
+        "| bound / error, median | bound / error, 90 % quantile |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, held in {**found, "all": [h for several in found.values() for h in several]}.items():
