@@ -1,5 +1,4 @@
-"""Colours of a map. Each class (of periods, gaps or statuses) and each shade of a continuous quantity is an index of
-one table of colours.
+"""Colours of a map: each class (of periods, gaps or statuses) and each shade of a quantity is an index of one table.
 
 Points outside the scale have their own colours: motions that rest, motions without a value of the quantity, and values
 beyond the limits. Points that are not computed have no colour.

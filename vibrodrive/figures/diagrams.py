@@ -103,10 +103,10 @@ def from_results(
 ) -> Figure:
     """Draw the figure that suits a Results.
 
-    * If two coordinates of the start are long axes, it is a map of the last section point.
-    * If another axis is long, it is a bifurcation diagram.
-    * In all other cases, and for one motion, the figure shows Poincaré sections.
-    * If the results have no section, it is a map of the period.
+    * Results without a section: a map of the period.
+    * Two coordinates of the start are long axes: a map of the last section point.
+    * Another axis is long: a bifurcation diagram.
+    * All other results, and one motion: Poincaré sections.
 
     The arguments are those of `Results.plot`. `over` contains the arguments `curves`, `undisturbed` and `k2` of
     `map_figure`.

@@ -6,8 +6,7 @@ It does not rely on changes of sign:
 
 * If |g''| <= M on [a, b], g is above its chord minus M (b - a)²/8. If this lower bound is positive, g has no zero.
 * The same kind of bound for g' or g'' proves that g is monotone, convex or concave on the window. Then the values at
-the
-  ends, or the value at the only minimum, determine the number of zeros.
+  the ends, or the value at the only minimum, determine the number of zeros.
 
 A window is first evaluated in double precision with a large allowance for rounding. If this does not decide, it is
 evaluated in full precision. For a slide that starts with ξ' = 0, g has a zero at the start, which is a double zero
@@ -172,8 +171,8 @@ class Switching:
     def judge(self, a: Point, b: Point) -> str:
         """Classify the zeros of g in (a, b] for g(a) > 0.
 
-        "clear" is no zero, "zero" is one zero, "minimum" is up to two zeros beside the only minimum, and "unknown" is
-        any number of zeros.
+        "clear" is no zero, "zero" is one zero, "minimum" is zero to two zeros with one minimum between them, and
+        "unknown" is undecided.
         """
         w8 = (b.h - a.h) ** 2 / 8
         pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
@@ -400,8 +399,7 @@ def reference(
     digits: int = 50,
     max_switches: int | None = None,
 ) -> Reference:
-    """Return all switches in (τ0, τ0 + 2π periods], all section points in this interval, and the margins of the
-    switches.
+    """Return all switches in (τ0, τ0 + 2π periods] with their margins, and all section points in this interval.
 
     Numbers are those of mpmath. τ has `digits` correct digits after the point. The margin of a switch is
 
