@@ -107,7 +107,7 @@ def test_curves_are_drawn_over_a_map_and_nothing_else_is(run):
         assert (code, "over.png drawn" in err) == (0, True), err
     assert "a0 = 0.5 to 1 mm, 5 values" in run("info", "m.h5")[1]
     refused = {
-        ("m.h5", "--quantity", "impact_speed", "--over", "c.h5"): "must be map, if curves or limits are drawn over it",
+        ("m.h5", "--quantity", "impact_speed", "--over", "c.h5"): "must be map, because curves and limits need a map",
         ("m.h5", "--over", "c.h5", "--over", "c.h5"): "one of each",
         ("m.h5", "--over", "m.h5"): "must be another file than",
         ("c.h5", "--over", "m.h5"): "holds no sweep",

@@ -165,13 +165,13 @@ def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
     near = replace(over_A, criterion="rho < 0.1")
     top = limits_figure(near).axes[0]
     said = top.get_title(loc="right")
-    assert "kept: rho < 0.1" in said
+    assert "criterion: rho < 0.1" in said
     assert "gaps: not lost" in said, "at A = 2.6 the limit in Δτ is infinite"
     assert "kept" not in limits_figure(over_A).axes[0].get_title(loc="right")
     eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="word")
-    assert "kept: word" in limits_figure(eta).axes[0].get_title(loc="right")
+    assert "criterion: word" in limits_figure(eta).axes[0].get_title(loc="right")
     two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="word")
-    assert "kept: word" in limits_figure(two).axes[0].get_title(loc="right")
+    assert "criterion: word" in limits_figure(two).axes[0].get_title(loc="right")
 
 
 def test_limits_of_several_motions_are_named_k_u_wherever_they_are_named(over_A):

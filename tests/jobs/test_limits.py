@@ -259,7 +259,7 @@ def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     assert several.last()[0, 1] == one.last_several
     top = limits_figure(several).axes[0]
     told = top.get_title(loc="right")
-    assert "from $k_u$ on all starts end in one motion" in told
+    assert "at $k_u$ all starts end in one motion" in told
     assert "gaps: one solution only" in told
     labels = [line.get_label() for line in top.lines if line.get_label().startswith("$")]
     assert len(labels) == 3

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: every recorded section value over a swept parameter, drawn as density of ink."""
+"""Bifurcation diagrams: all recorded section values over a swept parameter. A spot with more values is darker."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
 PANEL_ROWS = 420
-PANEL_COLUMNS = (1500, 8000)  # at least and at most
-REACH = (3, 12)  # columns filled on each side of a value: a quarter of the step, within these limits
+PANEL_COLUMNS = (1500, 8000)  # least and largest number of columns
+REACH = (3, 12)  # columns filled on each side of a value: a quarter of the step, but at least 3 and at most 12
 MARGIN = 0.03
 AT_ONCE = 4096  # values processed together; limits the memory
 
@@ -53,20 +53,21 @@ def bifurcation(
     Parameters
     ----------
     results : Results
-        sweep with at least one axis. Each point of the further axes has a panel (at most six, evenly spaced).
+        sweep with at least one axis. If there are more axes, each combination of their values has its own panel. At
+        most six panels are drawn, evenly spaced.
     quantity : str
-        "dxi" or "xi", a coordinate of the section; or "impact_phase" or "impact_speed" of the main impacts, if these
-        are recorded.
+        "dxi" or "xi", a coordinate of the section points; or "impact_phase" or "impact_speed" of the main impacts, if
+        the sweep has recorded these.
     x : str, optional
-        axis of the abscissa, or a parameter that changes together with others along the axis `point`; by default the
-        longest axis.
+        axis of the abscissa; by default the longest axis. It may also be one of the parameters that change together
+        along the axis `point`.
     limits : (float, float), optional
         range of the ordinate; by default the range of all values.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, for impacts that were not recorded, and for results without an axis.
+        if the quantity or the axis is unknown, if the sweep has not recorded main impacts, or if it has no axis.
 
     Examples
     --------
@@ -127,10 +128,10 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
-    """Draw `values` (n, k) over `x` (n,) as an image, darker where they repeat (`ink_of`); return its legend entries.
+    """Draw `values` (n, k) over `x` (n,) as an image, and return its legend entries.
 
-    Every value of x is visible: if several share a column, each row shows the darkest of them. There are no legend
-    entries if all ink is full.
+    A spot is darker if more of the k values are on it (`ink_of`). Every value of x is visible: if several share a
+    column, each row shows the darkest of them. If all ink is full, there are no legend entries.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
@@ -162,7 +163,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
 
 
 def ink_key(values: int, text: str) -> list[Artist]:
-    """Return legend entries for the ink of spots visited once, several times, and often enough for full ink."""
+    """Return legend entries for spots visited once, visited several times, and visited often enough for full ink."""
     full = math.ceil(max(values / LINES, math.e))
     counts = dict.fromkeys((1, round(math.sqrt(full)), full))
     names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
@@ -242,7 +243,7 @@ def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
 
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
-    """Return the values as abscissae; if their spacing is geometric, set ticks and return decimal logarithms."""
+    """Return the abscissae of the values. If the spacing is geometric, these are logarithms, and ticks are set."""
     if not is_geometric(x):
         return x
     u = np.log10(x)
@@ -253,7 +254,7 @@ def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
 
 
 def is_geometric(x: np.ndarray) -> bool:
-    """Return whether ascending values are spaced for a logarithmic axis."""
+    """Return True if the spacing of ascending values suits a logarithmic axis."""
     if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
         return False
     steps = np.diff(np.log10(x))
@@ -261,7 +262,7 @@ def is_geometric(x: np.ndarray) -> bool:
 
 
 def place_of(results: Any, at: Mapping[str, int]) -> str:
-    """Return the values of axes at these indices as text; for the axis `point` the values of its parameters."""
+    """Return the values of axes at these indices as text. For the axis `point`, these are values of its parameters."""
     values: dict[str, float] = {}
     for name, index in at.items():
         along = results.points if name == POINT else {name: results.axes[name]}
@@ -277,5 +278,5 @@ def quantity_index(quantity: str) -> int:
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Return a mask of the points with a section. TOO_CLOSE has one: the section of one of two possible motions."""
+    """Return True for each point with a section. A point TOO_CLOSE has the section of one of two possible motions."""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))

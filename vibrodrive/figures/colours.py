@@ -1,7 +1,7 @@
-"""Colours of a map: each class (period, gaps, status) or shade of a continuous quantity is a number in one table.
+"""Colours of a map: each class (of periods, gaps or statuses) and each shade of a quantity is an index of one table.
 
-Points outside the scale have colours of their own: motions that rest, motions without this quantity, values beyond the
-limits. Points that are not computed have no colour.
+Points outside the scale have their own colours: motions that rest, motions without a value of the quantity, and values
+beyond the limits. Points that are not computed have no colour.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
-APART = "white"  # for rest, and for 0 on a logarithmic scale; lighter than all classes and shades
+APART = "white"  # for a rest, and for 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512
-DECADES = 2.0  # a positive quantity that spans more has a logarithmic scale
+DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
 """Least start of a logarithmic scale, as a share of the largest value. Smaller values, such as the energy of a touch
 that exists by rounding only, have the colour for values below the scale."""
@@ -33,10 +33,10 @@ class Painted(NamedTuple):
 
     cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is drawn
     colours: np.ndarray  # (n, 4)
-    labels: tuple[str, ...]  # names of the classes, which have the first colours; () for a continuous quantity
-    norm: Normalize  # for a continuous quantity, the scale of the first SHADES colours
+    labels: tuple[str, ...]  # names of the classes, in the order of the first colours; () for a continuous quantity
+    norm: Normalize  # scale of the first SHADES colours, for a continuous quantity
     apart: tuple[tuple[str, str], ...]  # names and colours outside the scale
-    extend: str = "neither"  # ends of the scale with values beyond them: "neither", "min", "max" or "both"
+    extend: str = "neither"  # ends of the scale beyond which there are values: "neither", "min", "max" or "both"
     blank: str = ""  # name of the masked points
 
     @property
@@ -46,7 +46,10 @@ class Painted(NamedTuple):
 
 
 def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
-    """Return the colours of all points; `limits` as in `map_figure`. Raises ValueError for limits of classes."""
+    """Return the colours of all points.
+
+    `limits` is as in `map_figure`. Raises ValueError if `limits` is given for a quantity with classes.
+    """
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = LACKS.get(quantity, "no such value"), "neither"
     check_range("limits", limits, quantity)
@@ -54,7 +57,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind, labels, colours = _CLASSIFY[quantity](values, done)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
-        if quantity != "status" and rests.any():  # a rest has period 1, but a colour of its own
+        if quantity != "status" and rests.any():  # a rest has period 1, but its own colour
             apart.append(("rests", APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
@@ -75,7 +78,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
 
 
 Classes = tuple[np.ndarray, list[str], list[Any]]
-"""Class of each point (-1: none), names of the classes, colours of the classes."""
+"""Class of each point (-1 without a class), names of the classes, and colours of the classes."""
 
 
 def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
@@ -86,7 +89,10 @@ def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
 
 
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
-    """Return a class for each of the most frequent values, the largest area first, one for all others, one for 0."""
+    """Return one class for each of the most frequent values, one for all other values, and one for 0.
+
+    The value with the largest area has the first class.
+    """
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
     *own, other, none = look().classes
     order = np.argsort(-counts, kind="stable")[: len(own)]
@@ -116,7 +122,7 @@ def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
 
 
 def digits(number: int) -> str:
-    """Return the digits of a number, which are gaps, as text: 122 -> "1, 2, 2"."""
+    """Return the digits of a number as text: 122 -> "1, 2, 2". Each digit is one gap."""
     return ", ".join(str(number))
 
 
@@ -132,9 +138,9 @@ _CLASSIFY: dict[str, Any] = {
 def _shade(
     quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
-    """Return the shade of each point, the scale, its shades, `apart` and `extend`.
+    """Return the shade of each point, the scale, its shades, and `apart` and `extend` of `Painted`.
 
-    Shades from SHADES on are: below the scale, above it, outside it. -1 is a point without a value.
+    The shade is SHADES below the scale, SHADES + 1 above it, SHADES + 2 outside it, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests
@@ -160,10 +166,13 @@ def _shade(
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
-    """Return the scale of the limits or of all values, logarithmic if positive and longer than DECADES."""
+    """Return the scale from the limits or, without limits, of all values.
+
+    The scale is logarithmic if it is positive and spans more than DECADES.
+    """
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
-    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a colour of its own
+    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has its own colour
         low = max(positive.min(), LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)

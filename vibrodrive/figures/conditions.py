@@ -1,4 +1,4 @@
-"""Texts of figures about their motions: the parameters common to all, and the statuses."""
+"""Texts in figures about the motions shown: their common parameters, and their statuses."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _T = TypeVar("_T")
 
 
 def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
-    """Return the conditions common to all motions as phrases, except those in `apart`.
+    """Return the conditions common to all motions as phrases, without the parameters in `apart`.
 
-    `known` holds parameters, `method`, `transient` and `periods`, as `arguments` of a trajectory or `of_sweep`. The
-    phase of the section is included if `section`.
+    `known` contains parameters, `method`, `transient` and `periods`, like the `arguments` of a trajectory or the result
+    of `of_sweep`. If `section`, the phase of the section is included.
     """
     disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
     names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]
@@ -49,12 +49,15 @@ def of_sweep(results: Any) -> dict[str, Any]:
 
 
 def named(quantity: str, text: str) -> str:
-    """Return a label with k₂ in it; if `quantity` is "ku", with k_u instead."""
+    """Return a label. If `quantity` is "ku", k_u replaces k₂ in it."""
     return text.replace("k_2", "k_u") if quantity == "ku" else text
 
 
 def told(status: np.ndarray) -> list[str]:
-    """Return the number of points of each status other than OK: "of 100 points not computed: 3", "out of budget: 2"."""
+    """Return the number of points of each status other than OK as phrases.
+
+    For example: "of 100 points not computed: 3", "out of budget: 2".
+    """
     counts = {name: int((status == s).sum()) for s, name in STATUS_WORDS.items()}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
     return [f"of {status.size} points {found[0]}", *found[1:]] if found else []
@@ -68,5 +71,5 @@ def some(items: Sequence[_T]) -> list[_T]:
 
 
 def choice(shown: int, total: int, of: str) -> list[str]:
-    """Return "6 of 9 panels shown" if not all panels or lines are shown, else nothing."""
+    """Return ["6 of 9 panels shown"] if some panels or lines are not shown, and [] if all are shown."""
     return [f"{shown} of {total} {of} shown"] if shown < total else []

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 CURVES = ("phase", "time", "velocity", "section")
 
 LINE, CYCLE = 40, 160
-"""A motion is drawn as a line if it has at most LINE periods, or at most CYCLE different switches because it repeats.
-Other motions are drawn as the density of their passes."""
+"""A motion is drawn as a line if it has at most LINE periods, or if it repeats and so has at most CYCLE different
+switches. For other motions, a spot is darker if more periods pass through it."""
 
 POINTS = 400  # per excitation period
 FIRST = 10  # periods that a time curve shows by default
@@ -39,7 +39,7 @@ JUMP = "jump of $\\xi\\mathrm{′}$"
 
 
 class Curve(NamedTuple):
-    """Motion as lines, NaN at its jumps; `jumps` (n, 2, 3) holds τ, ξ, ξ' before and after each jump."""
+    """Motion as lines with NaN at its jumps. `jumps`, (n, 2, 3), contains τ, ξ, ξ' before and after each jump."""
 
     tau: np.ndarray
     xi: np.ndarray
@@ -77,10 +77,10 @@ def phase_curve(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw phase curves ξ' over ξ, a panel for each trajectory, with common axes.
+    """Draw phase curves ξ' over ξ, with one panel for each trajectory and the same ranges in all panels.
 
-    An irregular motion is drawn as density of ink: the more periods pass through a spot, the darker it is. Jumps are
-    thin and grey.
+    An irregular motion is drawn as an image: the more periods pass through a spot, the darker is the spot. Jumps of the
+    velocity are thin grey lines.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def phase_curve(
 
 
 def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
-    """Draw one phase curve; return the legend entries for its ink by label, none for a line."""
+    """Draw one phase curve, and return the legend entries for its ink by label. A line has no such entries."""
     key: dict[str, Any] = {}
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
     different = len(np.unique(np.round(switches, 6), axis=0))
@@ -151,7 +151,10 @@ def draw_time(
     titles: Sequence[str] | None = None,
     shown: int | None = None,
 ) -> None:
-    """Draw ξ or ξ' over τ, counted in excitation periods, with sin τ; the first `shown` periods, or all if None."""
+    """Draw ξ or ξ' over τ, and sin τ, with τ counted in excitation periods.
+
+    Only the first `shown` periods are drawn, or all periods if `shown` is None.
+    """
     column = 1 + quantity_index(quantity)
     low, high = math.inf, -math.inf
     for k, motion in enumerate(motions):
@@ -174,7 +177,7 @@ def draw_time(
 def trajectory_figure(
     trajectory: Trajectory, curves: Sequence[str] = ("phase", "time"), shown: int | None = FIRST, *, ax: Any = None
 ) -> Figure:
-    """Draw one motion, a panel for each of `curves`; see `Trajectory.plot`."""
+    """Draw one motion, with one panel for each of `curves`. `Trajectory.plot` describes the arguments."""
     for name in curves:
         if name not in CURVES:
             raise ValueError(bad("curves", name, "one of " + ", ".join(CURVES)))
@@ -216,13 +219,13 @@ def as_motions(source: Any) -> list[Trajectory]:
 
 
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return segments (n, 2, 2) as one broken line: abscissae and ordinates, NaN between the segments."""
+    """Return the abscissae and ordinates of n segments (n, 2, 2) as one line, broken by NaN between the segments."""
     broken = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     return broken[:, 0], broken[:, 1]
 
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:
-    """Set a τ axis from `low` to `high` with ticks in excitation periods 2π, counted from the first one shown."""
+    """Set a τ axis from `low` to `high` with ticks in excitation periods 2π, counted from the first period shown."""
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
     round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
@@ -235,7 +238,10 @@ def periods_ticks(ax: Axes, low: float, high: float) -> None:
 
 
 def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw a curve (n,) over τ, NaN where it is broken, as an image of the number of periods that pass each spot."""
+    """Draw a curve over τ as an image of the number of periods that pass each spot.
+
+    The arrays of the curve are (n,), with NaN where the curve is broken.
+    """
     low = np.array([np.nanmin(x), np.nanmin(y)])
     high = np.array([np.nanmax(x), np.nanmax(y)])
     room = AROUND * np.where(high > low, high - low, 1.0)
@@ -250,7 +256,10 @@ def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
-    """Return ink by the root of the share of periods: an irregular motion passes most spots in few of its periods."""
+    """Return the ink of each spot: the root of the share of periods that pass it.
+
+    An irregular motion passes most spots in few of its periods, and without the root these spots would be faint.
+    """
     return np.where(counts > 0, FAINTEST + (1.0 - FAINTEST) * np.sqrt(counts / periods), 0.0)
 
 
@@ -264,7 +273,7 @@ def passes_key(periods: int) -> list[Artist]:
 def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Count the periods in which a polyline (n, 2) meets each spot: float64 (rows, cols).
 
-    `period` is the number of the period of each point.
+    `period` contains, for each point of the polyline, the number of its period.
     """
     place = (points - low) / (high - low) * np.array(SPOTS)
     whole = np.isfinite(place[:-1]).all(axis=1) & np.isfinite(place[1:]).all(axis=1)

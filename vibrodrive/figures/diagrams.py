@@ -1,4 +1,4 @@
-"""Diagrams of a Results or a Trajectory, returned as Matplotlib figures; no window is opened.
+"""Diagrams of a Results or a Trajectory. They are returned as Matplotlib figures, and no window is opened.
 
 Quantities are dimensionless and have the symbols of the paper. Axes of a scene are in SI units.
 """
@@ -25,7 +25,7 @@ __all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare
 DIAGRAM = 12
 """An axis with at least this many values is drawn as a bifurcation diagram, a shorter one as Poincaré sections."""
 
-FEW = 64  # a section with at most this many distinct points has dots large enough to be counted
+FEW = 64  # a section with at most this many different points has larger dots, which can be counted
 
 
 @styled
@@ -38,14 +38,14 @@ def poincare(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw Poincaré sections ξ' over ξ, a panel for each point, with common axes.
+    """Draw Poincaré sections ξ' over ξ, with one panel for each motion and the same ranges in all panels.
 
     Parameters
     ----------
     source : Results, Trajectory or a sequence of trajectories
-        of a Results with more than six points, six are shown, evenly spaced.
+        motions to draw. If a Results has more than six points, six evenly spaced points are drawn.
     titles : sequence of str, optional
-        titles of the panels; by default the values of the axes.
+        titles of the panels. By default a panel of a Results has the values of the axes as its title.
     reference : float64 (n, 2), optional
         section points of the undisturbed orbit, drawn as open circles.
 
@@ -103,9 +103,13 @@ def from_results(
 ) -> Figure:
     """Draw the figure that suits a Results.
 
-    Over two long axes of the start it is a map of the last section, over another long axis a bifurcation diagram, else
-    Poincaré sections. One motion gives its section, results without a section a map of the period. The arguments are
-    those of `Results.plot`; `over` holds `curves`, `undisturbed` and `k2` of `map_figure`.
+    * Results without a section: a map of the period.
+    * Two coordinates of the start are long axes: a map of the last section point.
+    * Another axis is long: a bifurcation diagram.
+    * All other results, and one motion: Poincaré sections.
+
+    The arguments are those of `Results.plot`. `over` contains the arguments `curves`, `undisturbed` and `k2` of
+    `map_figure`.
     """
     if not results.axes and kind == BIFURCATION:
         kind = POINCARE
@@ -113,7 +117,7 @@ def from_results(
     if kind == MAP:
         return map_figure(results, quantity, x, y, limits=limits, **over)
     if over:
-        raise ValueError(bad("kind", kind, f"{MAP}, if curves or limits are drawn over it"))
+        raise ValueError(bad("kind", kind, f"{MAP}, because curves and limits need a map"))
     if not results.axes:
         return poincare(results)
     longest = max((len(a) for a in results.axes.values()), default=1)
@@ -125,7 +129,7 @@ def from_results(
 
 
 def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
-    """Return the sections, their titles, and the conditions common to all."""
+    """Return the sections, their titles, and the conditions common to all sections."""
     if not hasattr(source, "axes"):
         motions = as_motions(source)
         return [np.asarray(m.section) for m in motions], [""] * len(motions), shared_by(motions, section=True)

@@ -1,4 +1,4 @@
-"""Figure of a failure map: one panel for each method and kind of failure, with a line at the loss of structure."""
+"""Figure of a failure map, with a panel for each method and kind of failure. A line shows the loss of the structure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
-LEAST = 1e-3  # smaller shares have one tone; they are rare, as about a thousand switches are compared
+LEAST = 1e-3  # all smaller shares have the same tone; they are rare because about a thousand switches are compared
 LEAST_INK, LESS_INK = 0.2, 0.1
 
 

@@ -1,4 +1,4 @@
-"""Ink of a spot of a diagram, by the number of recorded values on it. This module does not import Matplotlib."""
+"""Ink of a spot of a diagram as a function of the number of recorded values on this spot. Needs no Matplotlib."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ LINES = 16  # motions up to this period are drawn in full ink
 
 
 def ink_of(counts: np.ndarray, values: int) -> np.ndarray:
-    """Return the ink, 0 to 1, of spots with `counts` of the recorded values of a motion, of which there are `values`.
+    """Return the ink, 0 to 1, of spots that have `counts` values each, if the motion has `values` recorded values.
 
-    A periodic motion has its values on few spots, in full ink. An irregular motion has them on many spots, in grey, so
-    that the diagram shows their density instead of a black area.
+    A periodic motion has its values on few spots, which have full ink. An irregular motion has its values on many
+    spots, which are grey, so that the diagram shows their density instead of a black area.
     """
     full = math.log(max(values / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full

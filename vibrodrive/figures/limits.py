@@ -1,8 +1,9 @@
-"""Figures of limits of stability over A, B or η: in their own units, as velocity amplitudes, and as their ratio.
+"""Figures of limits of stability over A, B or η: the limits in ε and Δτ, their velocity amplitudes, and their ratio.
 
-k₂(ε) and k₂(Δτ) differ by decades. As velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), they have similar sizes.
-Their ratio has its own panel: where it is near 1, both disturbances have the same effect. With Muller's method a switch
-is not late by Δτ; it is found or missed. So the limits of this method are not compared.
+k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
+separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
+have the same effect. Limits of Muller's method are not compared, because with this method a switch is either found
+accurately or missed, but is not late by up to Δτ.
 """
 
 from __future__ import annotations
@@ -39,22 +40,25 @@ BAND, BAND_OF_SEVERAL = (
 )
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
-WIDE = 0.035  # share of the abscissa from which on a range of one period has a label
-MARKED = 60  # up to this many values are marked
-APART = 5.0  # ratio of the ends of an abscissa of η from which on it is logarithmic
+WIDE = 0.035  # a range of A with one period has a label if it is at least this share of the abscissa
+MARKED = 60  # a curve with at most this many values has marks
+APART = 5.0  # an abscissa of η is logarithmic if the ratio of its ends is larger than this
 
 
 @styled
 def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, width: Width | None = None) -> Figure:
-    """Draw both limits as velocity amplitudes over the axis, and below them their ratio.
+    """Draw the limits in ε and in Δτ as velocity amplitudes over the axis, and below them the ratio of both.
 
-    If A is the only axis, there are two more panels. The first one shows the limits in their own units, as bands from
-    the first loss k₂ to the last value kept. The last one shows the diagram of the undisturbed motion. Of two axes the
-    longer one is the abscissa, and each value of the other (at most six, evenly spaced) has a line; limits of Muller's
-    method are then not drawn.
+    If A is the only axis, there are two more panels. The top panel shows the values of ε and Δτ themselves, as bands
+    from the first loss k₂ to the last value at which the structure is kept. The bottom panel shows the bifurcation
+    diagram of the undisturbed motion.
 
-    A limit is missing where the undisturbed motion has no period or where the structure was not lost. A ratio is
-    missing where either limit is missing. A band has no height where no value above the first loss keeps the structure.
+    If there are two axes, the longer axis is the abscissa, and each value of the other axis has a line. At most six
+    evenly spaced values are drawn, and limits of Muller's method are not drawn.
+
+    A limit is missing where the undisturbed motion has no period, or where no tried disturbance destroys the structure.
+    A ratio is missing where the limit in ε or the limit in Δτ is missing. A band has no height where the structure is
+    not kept at any value above the first loss.
 
     Parameters
     ----------
@@ -79,9 +83,9 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
 
 @styled
 def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: Any = None) -> Figure:
-    """Draw a map of k₂ in ε over the two axes of a file of limits; `limits` is the range of the colours.
+    """Draw a map of k₂ in ε over the two axes of a file of limits. `limits` is the range of the colours.
 
-    Raises ValueError for other files.
+    Raises ValueError if the file has only one axis, or has no limits k₂ in ε.
     """
     if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
         raise ValueError(bad("kind", MAP, "left out: only limits in ε over two axes have a map"))
@@ -114,7 +118,7 @@ def _over_A(found: Limits) -> Figure:
 
 
 def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
-    """Draw the diagram of the undisturbed motion, below limits over A; return the legend entries for its ink."""
+    """Draw the bifurcation diagram of the undisturbed motion over A, and return the legend entries for its ink."""
     key: Sequence[Artist] = ()
     if found.fine is not None and found.diagram is not None:
         several = slice(None) if np.ptp(found.A) > 0 else slice(1)
@@ -127,7 +131,10 @@ def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
 
 
 def _starts(found: Limits) -> Figure:
-    """Draw k₁ in each coordinate of the start over the axis; over A also the diagram of the undisturbed motion."""
+    """Draw k₁ in each coordinate of the start over the axis.
+
+    If A is the axis, a further panel shows the bifurcation diagram of the undisturbed motion.
+    """
     ((x, values),) = found.axes.items()
     fig, axes = new(2, 1, height=5.2, sharex=True) if x == "A" else new(1, 1, height=3.5)
     ax = axes[0, 0]
@@ -188,7 +195,7 @@ def _over_two(found: Limits) -> Figure:
 
 
 def _velocities(ax: Axes, found: Limits) -> None:
-    """Draw the limits in ε, and in Δτ on the grid, over one axis as velocity amplitudes."""
+    """Draw the limits in ε, and those in Δτ with switches on the grid, over one axis as velocity amplitudes."""
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
@@ -197,7 +204,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
 
 
 def _ratios(ax: Axes, found: Limits) -> None:
-    """Draw the ratio over one axis; note its median and the range of 90 % of its values."""
+    """Draw the ratio over one axis. A note gives its median and the range that contains 90 % of its values."""
     (x,) = found.axes.values()
     ratio = found.ratio()
     _line(ax, x, ratio, 0, "_ratio")
@@ -217,7 +224,7 @@ def _line(ax: Axes, x: np.ndarray, values: np.ndarray, number: int, name: str) -
 
 
 def _amplitude(ax: Axes, values: np.ndarray, mm_s: float | None) -> None:
-    """Set a logarithmic ordinate for V; for a scene in SI units, add one in mm/s on the right."""
+    """Set a logarithmic ordinate for V. For a scene in SI units, add an ordinate in mm/s on the right."""
     _logarithmic(ax, values, (1e-3, 1.0))
     _plain_numbers(ax.yaxis, *ax.get_ylim())
     _name_ordinate(ax, "$V$")
@@ -244,7 +251,7 @@ def _name_ordinate(ax: Axes, text: str) -> None:
 
 
 def _plain_numbers(axis: Axis, low: float, high: float) -> None:
-    """Label 0.2, 0.5, 1, … on a logarithmic axis shorter than two decades, else decades only."""
+    """Label 0.2, 0.5, 1, … on a logarithmic axis shorter than two decades, and only decades on a longer axis."""
     if high < 100 * low:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -252,11 +259,11 @@ def _plain_numbers(axis: Axis, low: float, high: float) -> None:
 
 
 def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> None:
-    """Set a logarithmic ordinate for the positive values, or of the range `blank` if there are none."""
+    """Set a logarithmic ordinate for the positive values, or with the range `blank` if no value is positive."""
     seen = values[np.isfinite(values) & (values > 0)]
     low, high = (seen.min(), seen.max()) if len(seen) else blank
     margin = 1.1 * (high / low) ** 0.04
-    ax.set_ylim(low / margin, high * margin)  # before the scale: equal values have no range
+    ax.set_ylim(low / margin, high * margin)  # set before the scale, because equal values have no range
     ax.set_yscale("log")
     ax.tick_params(which="minor", direction="in", right=True)
 
@@ -270,20 +277,20 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 
 
 def shared_by(found: Limits) -> list[str]:
-    """Return the common conditions, a criterion other than the default, and the number of missing points."""
+    """Return the common conditions, the criterion if it is not the default, and the number of limits not computed."""
     apart = {*found.axes, "eps", "dtau", "method"}
     if found.quantity == K1:
         apart |= {"xi0", "dxi0", "tau0"}
     said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart)
-    texts = {K1: "", KU: "from $k_u$ on all starts end in one motion"}
-    kept = "" if found.criterion == "impacts" else f"kept: {found.criterion}"
+    texts = {K1: "", KU: "at $k_u$ all starts end in one motion"}
+    kept = "" if found.criterion == "impacts" else f"criterion: {found.criterion}"
     missing = int((~found.done).sum())
     left = f"{missing} of {found.done.size} limits not computed" if missing else ""
     return [*said, texts.get(found.quantity, kept), left]
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
-    """Return the reasons for gaps in the first curves, `curves` in number, at computed points."""
+    """Return the reasons why computed points are missing in the first curves; `curves` is the number of curves."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
@@ -296,7 +303,7 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
-    """Draw a limit and the band above it in which the structure returns; return the legend entry of the band."""
+    """Draw a limit and the band above it, in which the structure is kept at some values. Return its legend entry."""
     label = named(found.quantity, CURVE_LABELS[found.curves[c]])
     first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)
@@ -310,7 +317,7 @@ def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:
-    """Write the order n of the subharmonic above each range of A in which it is constant, if the range is wide."""
+    """Write the period n of the orbit above each wide range of A in which this period is constant."""
     n = found.n.max(axis=0)
     span = np.ptp(found.A) or 1.0
     edges = np.flatnonzero(np.diff(n)) + 1

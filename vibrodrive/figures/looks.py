@@ -1,6 +1,7 @@
-"""Colours of all figures in two styles: `screen`, for colour-blind readers too, and `print`, black ink only.
+"""Colours of all figures in two styles: `screen`, which colour-blind readers can read, too, and `print` in black ink.
 
-Elements that differ in colour also differ in line style, mark or lightness; in `print` they differ in these only.
+Elements with different colours also have different line styles, marks or lightness. In `print` these are their only
+differences.
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ class Look(NamedTuple):
     support: str  # auxiliary lines: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
     bands: tuple[str, ...]  # areas of the first, second, … curve
-    coloured: bool  # bifurcations are drawn in the `colour` of their kind, else in its `ink`
+    coloured: bool  # True if bifurcations have the `colour` of their kind, False if they have its `ink`
     density: Colormap  # ink, from 0 to 1
-    classes: tuple[str, ...]  # of a map, each darker than the previous one; the last two: all others, and none
-    shades: Colormap  # of a continuous quantity of a map
-    signed: Colormap  # of a quantity of either sign, 0 in the middle
-    nil: str  # a motion that rests, on `signed`
+    classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
+    shades: Colormap  # continuous quantity of a map
+    signed: Colormap  # quantity of a map that may be negative; 0 is in the middle
+    nil: str  # a motion that rests, on a map with the colours `signed`
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
-    statuses: tuple[str, str, str, str]  # in the order of figures/colours.py
-    lacking: str | None  # a computed point without a value; None: hatched
+    statuses: tuple[str, str, str, str]  # statuses, in the order of STATUSES in figures/colours.py
+    lacking: str | None  # a computed point without a value; None if such a point is hatched
 
 
 def _ramp(*colours: str | tuple[float, str]) -> Colormap:
-    """Return a colour map from the first to the last colour, evenly spaced unless places from 0 to 1 are given."""
+    """Return a colour map through the colours. They are evenly spaced unless each has a place from 0 to 1."""
     return LinearSegmentedColormap.from_list("ink", colours)
 
 

@@ -1,8 +1,8 @@
-"""Maps: a quantity of every motion of a sweep, as colours over two axes, or as marks over one axis.
+"""Maps: a quantity of every motion of a sweep, as colours over two axes or as marks over one axis.
 
-The colours are defined in colours.py. Points that are not computed show the hatched ground. If several cells share a
-pixel, the pixel shows the cell whose colour is the rarest on the map. So thin structures remain complete, and the size
-of the file depends on the pixels of the figure, not on the number of cells.
+colours.py defines the colours. Points that are not computed show the hatched ground. If several cells share a pixel,
+the pixel shows the cell whose colour is the rarest on the map. So thin structures remain complete, and the size of the
+file depends on the number of pixels of the figure, not on the number of cells.
 """
 
 from __future__ import annotations
@@ -70,33 +70,35 @@ def map_figure(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw a map of a quantity over two axes of a sweep; over a single axis, draw its values.
+    """Draw a map of a quantity over two axes of a sweep. If the sweep has only one axis, draw the values over it.
 
     Parameters
     ----------
     results : Results
-        sweep with at least one axis. Of more than two axes the two longest are drawn, at the first value of each other
-        axis, which the figure names.
+        sweep with at least one axis. If it has more than two axes, the map shows the motions at the first value of each
+        axis that is not drawn, and the figure names these values.
     quantity : str
-        a quantity of the summary, "status" or "margin"; "impact_power", which is `energy` in W, for a scene with a
-        mass; "kept", which compares `gaps` with those of the undisturbed motion.
+        a quantity of the summary, "status" or "margin". "impact_power" is the quantity `energy` in W, for a scene with
+        a mass. "kept" shows if the `gaps` of a motion are those of the undisturbed motion.
     x, y : str, optional
-        axes to the right and upwards; by default the two longest ones, in the order of the sweep.
+        axes to the right and upwards; by default the two longest axes, in the order of the sweep.
     curves : sequence, optional
-        from `vd.curves`, drawn over a map of A and B, or of axes of a scene that determine A and B.
+        curves of bifurcations from `vd.curves`. The axes of the map must be A and B, or axes of a scene that determine
+        A and B.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; by default all values. Values beyond it have colours of their
-        own, shown at the ends of the bar.
+        range of the colours of a continuous quantity; by default the range of all values. Values below and above the
+        range have their own colours, which the ends of the colour bar show.
     undisturbed : int array, optional
-        for "kept": `gaps` of the undisturbed motions, over the same axes, with one value each of ε and Δτ.
+        needed for "kept": `gaps` of the undisturbed motions. Its dimensions are the axes of the sweep; along ε and Δτ
+        its length is 1.
     k2 : Limits, optional
-        limits in ε or Δτ over the other axis of the map, drawn as a line.
+        limits over one axis, drawn as a line. One axis of the map must be this axis, and the other one ε or Δτ.
 
     Raises
     ------
     ValueError
-        for an unknown quantity or axis, for a quantity that was not recorded, for results without an axis, and for
-        curves or limits of another plane.
+        if the quantity or an axis is unknown, if the sweep has not recorded the quantity or has no axis, or if the axes
+        of `curves` or `k2` are not those of the map.
 
     Examples
     --------
@@ -137,7 +139,10 @@ def draw_map(
     label: str,
     more: float = 0,
 ) -> tuple[Figure, Axes]:
-    """Draw cells over two axes or marks over one, with a scale named `label`; `more` inches are for a legend."""
+    """Draw cells over two axes, or marks over one axis, with a scale named `label`.
+
+    `more` is the additional height in inches for a legend.
+    """
     fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
@@ -168,7 +173,10 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:
-    """Return a quantity over all axes: float64, NaN if undefined; gaps and sequences are int64, -1 if undefined."""
+    """Return a quantity over all axes.
+
+    The array is float64, with NaN for an undefined value, or int64 for gaps and sequences, with -1 for such a value.
+    """
     if quantity == IMPACT_POWER:
         names = list(results.axes)
         along = np.meshgrid(*results.axes.values(), indexing="ij", sparse=True)
@@ -183,14 +191,17 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
-    """Return 1 where the gaps are those of the undisturbed motion, else 0; -1 where that motion has no gaps."""
+    """Return 1 if the gaps are those of the undisturbed motion, 0 if not, and -1 if that motion has no gaps."""
     if undisturbed is None:
-        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions, for {KEPT}"))
+        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
     return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
 
 
 def borders_of(values: np.ndarray) -> np.ndarray:
-    """Return the borders of cells around ascending values: float64 (n + 1,); if geometric, decimal logarithms."""
+    """Return the borders of cells around n ascending values: float64 (n + 1,).
+
+    If the spacing is geometric, the borders are decimal logarithms.
+    """
     u = np.log10(values) if is_geometric(values) else values
     if u[-1] == u[0]:
         return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
@@ -204,7 +215,7 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     rarest_last = np.argsort(-painted.counts, kind="stable")
     rank = np.empty(len(rarest_last) + 1)
     rank[rarest_last] = np.arange(1.0, len(rank))
-    rank[-1] = 0.0  # not computed: lowest rank, any other cell hides it
+    rank[-1] = 0.0  # cells not computed have the lowest rank, so any other cell hides them
     image = rank[index.filled(-1)]
     extent: Any = []
     for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
@@ -223,7 +234,7 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
-    """Return the cell of ascending values that each of the equally wide columns of the image shows."""
+    """Return, for each of the equally wide columns of the image, the index of the cell that this column shows."""
     borders = borders_of(values)
     span = borders[-1] - borders[0]
     count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
@@ -234,7 +245,7 @@ def _evenly(values: np.ndarray) -> np.ndarray:
 
 
 def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis: classes on levels, other quantities on a scale; arrows mark values beyond it."""
+    """Draw marks over the only axis. Each class has its level; other quantities have a scale, with arrows beyond it."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
     if n:

@@ -1,6 +1,6 @@
 """Fig. 1: mass, vibrating incline and obstacle, drawn from the description in §2 of the paper.
 
-Places are (s, n): s up the incline, n normal to it.
+Positions are (s, n) with s up the incline and n normal to the incline.
 """
 
 from __future__ import annotations

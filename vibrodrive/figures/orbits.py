@@ -27,7 +27,7 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit
 
 CURVE_POINTS = 400
-CROWDED = 8  # from this many bifurcations on, a second panel shows the range of A where they are dense
+CROWDED = 8  # with at least this many bifurcations, a second panel shows the range of A where they are dense
 DENSE = 0.6  # that range is the shortest one with this share of all bifurcations
 
 
@@ -49,7 +49,7 @@ def bifurcation_diagram(
     Parameters
     ----------
     found : Family
-        of a file of `vibrodrive orbits` over A.
+        attribute `family` of a loaded file of `vibrodrive orbits` over A.
     brute : Results, optional
         sweep with A as its only axis, at the same section phase; drawn in grey below the orbits.
     quantity : str
@@ -60,7 +60,7 @@ def bifurcation_diagram(
     Raises
     ------
     ValueError
-        for an unknown quantity.
+        if the quantity is neither "dxi" nor "xi".
 
     Examples
     --------
@@ -104,7 +104,7 @@ def bifurcation_diagram(
 
 
 def views(found: Family) -> list[tuple[float, float]]:
-    """Return the range of A of each panel: all, and the part where bifurcations are dense if there are many."""
+    """Return the range of A of each panel: all A and, if there are many bifurcations, the part where they are dense."""
     whole = (float(found.A[0]), float(found.A[-1]))
     at = np.sort([b.A for b in found.bifurcations])
     if len(at) < CROWDED:
@@ -120,7 +120,7 @@ def views(found: Family) -> list[tuple[float, float]]:
 
 
 def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple[float, float]]:
-    """Set the range of panel k and shade the range of the next panel; return the ranges where k has marks."""
+    """Set the range of panel k, shade the range of the next panel, and return the ranges in which k has marks."""
     low, high = ranges[k]
     ax.set_xlim(low, high)
     if len(ranges) == 1:
@@ -149,7 +149,7 @@ def multiplier_diagram(
     Parameters
     ----------
     found : Family
-        of a file of `vibrodrive orbits` over A.
+        attribute `family` of a loaded file of `vibrodrive orbits` over A.
 
     Examples
     --------
@@ -193,15 +193,18 @@ def cobweb(
 
     Parameters
     ----------
-    A, B : float
-        excitation amplitude, and gravity along the incline over friction; dimensionless.
+    A : float
+        excitation amplitude, dimensionless.
+    B : float
+        tan α / μ, dimensionless.
     orbit : Orbit, optional
-        from `orbits` at the same A and B; by default no cobweb. The cobweb of an orbit with one impact is a point.
+        orbit from `vd.orbits` at the same A and B; without it there is no cobweb. The cobweb of an orbit with one
+        impact is a point.
 
     Raises
     ------
     TypeError, ValueError
-        if A or B is not a number or out of range.
+        if A or B is not a number or is out of range.
 
     Examples
     --------
@@ -218,7 +221,7 @@ def cobweb(
     ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="image = phase")
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
-        # close to a grazing the map falls like a square root; so the points are denser at the ends
+        # close to a grazing the map falls like a square root, so the points are denser at the ends of a branch
         inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase

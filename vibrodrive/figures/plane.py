@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 HALO = 0.7
 NUMBERED = "numbers on curves: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
-AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A, and B
+AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A, and axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of equal parameters
 DISTURBANCES = ("eps", "dtau")
 
 
 class Line(NamedTuple):
-    """Curve of bifurcations as points (points,) of a plane with any axes."""
+    """Curve of bifurcations in a plane with any axes. `across` and `up` are its coordinates, float64 (points,) each."""
 
     kind: str
     period: int
@@ -71,7 +71,7 @@ def _in_view(ax: Axes, line: Line) -> bool:
 
 
 def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color: str) -> None:
-    """Write the period at this share of the visible length of the curve (points, 2)."""
+    """Write the period on the curve (points, 2), at the given share of its visible length."""
     low, high = np.transpose((ax.get_xlim(), ax.get_ylim()))
     seen = points[((points >= low) & (points <= high)).all(axis=1)]
     if len(seen) < 2:
@@ -103,9 +103,9 @@ def curves_figure(
     A, B : (float, float)
         ranges shown.
     max_period : int
-        longest period of the orbits searched for; the note of the figure names it.
+        longest period of the orbits that were searched for; a note in the figure names it.
     meets : sequence of (A, B)
-        points where curves meet; they are marked.
+        points where curves meet; the figure marks them.
 
     Examples
     --------
@@ -131,13 +131,14 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
     """Return curves over A and B as lines in the plane of the axes x and y of results, in the units of figures.
 
     If one axis determines B, each point of a curve is one point of the plane. If B is constant, a curve gives one line
-    for each A at which it reaches this B; over the frequency Ω0 the line is a0 = const/Ω0². Raises ValueError.
+    for each A at which the curve has this B; over the frequency Ω0 this line is a0 = const/Ω0². Raises ValueError if
+    the map has no second axis, if no axis determines A, or if no curve reaches a constant B.
     """
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
         raise ValueError(
-            bad("curves", f"{len(curves)} curves", f"left out: they are over A and B, the map over {axes}")
+            bad("curves", f"{len(curves)} curves", f"left out: curves are over A and B, this map is over {axes}")
         )
     along = x if up == y else y
     known = _shared(results, x, y)
@@ -153,13 +154,13 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
 
 
 def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
-    """Return the parameters and scene common to all points of a map; of an axis not drawn, the first value."""
+    """Return the parameters and scene common to all points of a map. An axis that is not drawn has its first value."""
     undrawn = {name: float(values[0]) for name, values in results.axes.items() if name not in (x, y)}
     return with_A_and_B({**results.scalars, **undrawn})
 
 
 def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, Any]) -> list[tuple[Any, np.ndarray]]:
-    """Return the lines of a curve: A, and the corresponding values of the axis `along`."""
+    """Return the lines of a curve, each as values of A and the corresponding values of the axis `along`."""
     if along in INCLINES:
         off_level = curve.B > 0.0  # at B = 0, μ is infinite
         return [(curve.A[off_level], incline_axis(along, curve.B[off_level], known))]
@@ -168,9 +169,9 @@ def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, An
 
 
 def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> None:
-    """Draw the limits k₂ of a file over a map whose axes are the axis of the file and the disturbance.
+    """Draw the limits k₂ of a file as a line over a map. The axes of the map are that of the file and the disturbance.
 
-    Raises ValueError for limits over another axis, in another disturbance or with other parameters.
+    Raises ValueError if the limits have another axis, another disturbance or other parameters than the map.
     """
     disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
     curve = (disturbance, Method(results.settings.method).name.lower())

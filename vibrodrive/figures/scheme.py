@@ -25,7 +25,7 @@ BOXES = {
     State.REST: ((0.0, 0.0), "interruption\n" + r"at the obstacle"),
 }
 
-HALF = (0.62, 0.3)  # half the width and height of a box
+HALF = (0.62, 0.3)  # half the width and half the height of a box
 THICK = 2.2
 SHIFT = 0.13  # shift of each arrow of a pair in opposite directions
 Point = tuple[float, float]
@@ -46,7 +46,7 @@ def scheme(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw the five states and the transitions between them, with thick arrows for those of a motion.
+    """Draw the five states and the transitions between them. Transitions that occur in a motion have thick arrows.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _box(centre: Point) -> Rectangle:
 
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:
-    """Return the ends of an arrow between two boxes; an arrow of a pair is shifted to its left side."""
+    """Return the ends of an arrow between two boxes. An arrow of a pair is shifted to the left of its direction."""
     if (before, after) in SLANTING:
         return SLANTING[before, after]
     (x0, y0), (x1, y1) = BOXES[before][0], BOXES[after][0]
@@ -106,7 +106,7 @@ def _arrow(ax: Axes, before: State, after: State, paired: bool, thick: bool) -> 
 
 
 def _label(ax: Axes, before: State, after: State, paired: bool, function: str, decision: str) -> None:
-    """Write the switching condition and the decision, on a slanting arrow or beside any other."""
+    """Write the switching condition and the decision on a slanting arrow, or beside an arrow that is not slanting."""
     (x0, y0), (x1, y1) = _ends(before, after, paired)
     parts = [f"S_{function[1]} = 0"] if function else []
     parts += [decision.replace("<=", r"\leq")] if decision else []

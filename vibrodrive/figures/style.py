@@ -1,9 +1,9 @@
 """Parts common to all figures: two styles (looks.py), two widths (one or two columns), names, notes and legends.
 
-A `styled` function takes `style` and `width`. Without them the values of the enclosing `drawn_as` apply, or else
-"screen" and "double".
+A `styled` function takes `style` and `width`. Without these arguments the values of the enclosing `drawn_as` apply.
+Without a `drawn_as`, these are "screen" and "double".
 
-This module does not use pyplot: a Figure is drawn without a display (Agg) and returned; the caller saves it.
+This module does not use pyplot. A Figure is drawn without a display (Agg) and returned, and the caller saves it.
 """
 
 from __future__ import annotations
@@ -126,27 +126,30 @@ def styled(function: _F) -> _F:
 
 SHARED_PARAMETERS = """\
 ax : Axes or sequence of Axes, optional
-    axes to draw into, one for each panel; by default those of a new figure.
+    Matplotlib axes to draw into, one for each panel; by default those of a new figure.
 style : "screen" or "print", optional
-    colours that colour-blind readers can distinguish, or black and white for a journal; by default "screen".
+    "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
+    default is "screen".
 width : "double" or "single", optional
-    width of a new figure: two columns of a page, at most 174 mm, or one column, 84 mm; by default "double"."""
+    width of a new figure. "double" is two columns of a page, at most 174 mm; "single" is one column, 84 mm. The default
+    is "double"."""
 
 SHARED_RETURNS = """\
 Returns
 -------
 Figure
-    Matplotlib figure, which a notebook displays and `savefig` writes; with `ax`, the figure of these axes."""
+    Matplotlib figure. A notebook displays it, and its method `savefig` writes it to a file. With `ax`, it is the figure
+    of these axes."""
 
 SHARED_RAISES = """\
 ValueError
-    for an unknown style or width, and if `ax` does not have one Axes for each panel."""
+    if the style or the width is unknown, or if `ax` does not have one Axes for each panel."""
 
 HEADING = re.compile(r"\n\n(?=[A-Z]\w+\n-+\n)")
 
 
 def with_shared(text: str) -> str:
-    """Add the texts above to a NumPy docstring that has Parameters."""
+    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to a NumPy docstring that has the section Parameters."""
     head, *sections = HEADING.split(inspect.cleandoc(text))
     named = {section.partition("\n")[0]: section for section in sections}
     if "Parameters" not in named:
@@ -162,7 +165,7 @@ def look() -> Look:
 
 
 def narrow() -> bool:
-    """Return whether the figure is for one column; panels are then below each other instead of side by side."""
+    """Return True if the figure is for one column. Then panels are below each other instead of side by side."""
     return _CHOSEN.get()[1] == "single"
 
 
@@ -221,17 +224,18 @@ class ShownFigure(Figure):
 
 
 def given_axes() -> list[Axes]:
-    """Return the axes given by the caller; [] for a new figure."""
+    """Return the axes that the caller has given, or [] for a new figure."""
     given = _GIVEN_AXES.get()
     return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
 
 
 def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
-    """Return a Figure and its axes as an object array (rows, cols); `height` and `width` in inches for two columns.
+    """Return a Figure and its axes as an object array (rows, cols).
 
-    For one column the width is smaller, and the height by the root of the same ratio: a compromise between equal shape
-    and equal height. Axes given by the caller are returned instead, with their Figure. Raises ValueError if these are
-    not one Axes for each panel.
+    `height` and `width` are in inches, for a figure of two columns. A figure of one column has a smaller width, and its
+    height is multiplied by the root of the ratio of the widths. This is a compromise between equal shape and equal
+    height. If the caller has given axes, these are returned with their Figure instead. Raises ValueError if the caller
+    has not given one Axes for each panel.
     """
     if _GIVEN_AXES.get() is not None:
         given = given_axes()
@@ -263,9 +267,10 @@ def letter(ax: Axes, index: int, text: str = "") -> None:
 
 
 def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
-    """Write a note in small letters at the upper right of a panel; above its name if both do not fit or if `above`.
+    """Write a note in small letters at the upper right of a panel.
 
-    A sequence is wrapped between its parts. `side` is "left" for a panel with a colour bar and without a name.
+    The note is above the name of the panel if note and name do not fit into one line, or if `above`. A sequence of
+    phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name.
     """
     title, _, _ = LETTERS[_CHOSEN.get()[1]]
     size = NOTE * title
@@ -302,7 +307,10 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """Draw a legend of all labels, each once, and `more`: below a new figure, or in the last of given axes."""
+    """Draw a legend of all labels, each once, and of the entries `more`.
+
+    It is below a new figure, or in the last Axes that the caller has given.
+    """
     named: dict[str, Artist] = {}
     for ax in given_axes() or fig.axes:
         named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
@@ -318,7 +326,7 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
 
 
 def _columns(names: Sequence[str], room: float) -> int:
-    """Return the largest number of legend columns that fit `room` points, with no empty column."""
+    """Return the largest number of legend columns that fit into a width of `room` points, with no empty column."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
     # text is drawn a little wider than measured
     widths = np.array([1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names])
@@ -333,10 +341,10 @@ def _columns(names: Sequence[str], room: float) -> int:
 
 @styled
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
-    """Write a figure as .png, .pdf or .svg, by the ending of `path`; equal figures give equal bytes.
+    """Write a figure as .png, .pdf or .svg, as the ending of `path` says. Equal figures give equal bytes.
 
-    An older file is replaced only when the new one is complete. Raises ValueError for another ending, and OSError with
-    the path if the system refuses.
+    An older file is replaced only when the new file is complete. Raises ValueError for another ending, and OSError with
+    the path if the system refuses to write.
     """
     path = Path(path)
     ending = path.suffix.lower()

@@ -1,4 +1,4 @@
-"""Analysis of motions on a grid (§5): periods after which they nearly repeat, and slips of their phase."""
+"""Analysis of motions on a grid (§5): periods after which a motion nearly repeats, and transient motions."""
 
 from __future__ import annotations
 
@@ -17,31 +17,35 @@ from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_st
 from vibrodrive.verdicts import NotApplicable
 
 LAGS = 64
-"""Longest number of periods after which a motion on a grid is compared with itself."""
+"""A motion on a grid is compared with itself after 1, 2, … LAGS periods."""
 
 SETTLED = 1e-6
-"""A motion with at most this distance from an orbit has settled on it."""
+"""A motion has settled on an orbit if its distance from the orbit is at most this."""
 
 SETTLING = 3000
 """Transient periods of an undisturbed motion at any A."""
 
 SAMPLED = 200
-"""Number of motions per diagram whose impacts are analysed."""
+"""Number of values of A in a diagram at which the impacts of a motion are analysed."""
 
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
-"""Criterion of the paper: order of the section points, and equal distances between impacts."""
+"""Criterion of the paper: the order of the section points, and the numbers of periods between impacts."""
 
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the same motion without the grid."""
+    """Return the arguments of the same motion without a grid."""
     return arguments | {"method": "certified", "dtau": None, "tol": None}
 
 
 class PhaseSlip(NamedTuple):
-    """A transient motion between basic ones: instants of the impacts around it, in τ."""
+    """A transient motion between two basic motions, the paper's terms in Fig. 12.
+
+    before, during, after : first and last instant of the basic motion before it, of the transient motion, and of the
+        basic motion after it, in τ.
+    """
 
     usual: int  # periods between impacts in the basic motion
-    odd: int  # periods between the impacts around the transient
+    odd: int  # periods between the impact before and the impact after the transient motion
     basic: int  # periods after which the basic motion nearly repeats
     before: tuple[float, float]
     during: tuple[float, float]
@@ -49,7 +53,7 @@ class PhaseSlip(NamedTuple):
 
 
 def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
-    """Return the first transient motion between two complete basic motions. Raises NotApplicable if there is none."""
+    """Return the first transient motion between two complete basic motions. Raises NotApplicable without one."""
     landed = landings(motion, base)
     apart = impact_gaps(landed)
     if len(apart) < 3:
@@ -67,7 +71,7 @@ def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
 
 
 def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
-    """Return the main impacts of a motion (rows of `Trajectory.impacts`), without touches.
+    """Return the main impacts of a motion, as rows of `Trajectory.impacts`. Slower impacts, the touches, are left out.
 
     Raises NotApplicable if the undisturbed orbit has none.
     """
@@ -77,7 +81,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
 
 
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
-    """Compare motions of a configuration with the undisturbed orbits, at SAMPLED of its values of A.
+    """Compare motions of a configuration with the undisturbed orbits, at SAMPLED values of A in its range.
 
     Values of A without a periodic orbit are left out.
     """
@@ -95,7 +99,7 @@ def structures(session: Session, name: str, **disturbance: float) -> list[Struct
 
 
 def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
-    """Group answers (period of the undisturbed orbit, kept) by period, in ascending order."""
+    """Group pairs (period of the undisturbed orbit, True if the structure is kept) by period, in ascending order."""
     kept: dict[int, list[bool]] = {}
     for n, answer in found:
         kept.setdefault(int(n), []).append(bool(answer))
@@ -103,16 +107,16 @@ def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
 
 
 def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
-    """Return the share of solutions kept of period up to 3, and of higher periods."""
+    """Return two shares of solutions whose structure is kept: of those with a period up to 3, and of the others."""
     sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
     return [float(np.mean(side)) if side else np.nan for side in sides]
 
 
 def shares(kept: Mapping[int, list[bool]]) -> str:
-    """Return the shares kept of the first four periods as text."""
+    """Return the shares of solutions whose structure is kept as text, for the first four periods."""
     return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 
 def closing_periods(step: float) -> int:
-    """Return the number of periods, up to LAGS, after which the grid closes best."""
+    """Return the number of periods m, up to LAGS, for which m·2π is closest to a number of grid steps."""
     return convergents(step, LAGS)[-1].periods

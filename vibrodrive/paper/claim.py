@@ -1,7 +1,7 @@
 """Claims of the paper, each computed from the configurations of this run and judged.
 
-A claim is a function that computes numbers and a verdict from results. It contains no expected result, so another
-configuration gives other numbers and possibly another verdict.
+Each claim has a function that computes numbers and a verdict from results. The function contains no expected result, so
+other configurations give other numbers and possibly another verdict.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper. `figure` names its subject (run.SUBJECTS): a drawing, or limits."""
+    """One statement of the paper. `figure` is a name in run.SUBJECTS: that of a drawing, or "limits"."""
 
     id: str
     figure: str
@@ -55,7 +55,7 @@ def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outc
 
 
 def judge(claim: Claim, session: Session) -> Judged:
-    """Test a claim. The verdict is NOT if the configuration does not allow a test."""
+    """Test a claim. If the configuration does not allow a test, the verdict is "not reproduced"."""
     try:
         found = claim.test(session)
     except NotApplicable as reason:
@@ -66,7 +66,7 @@ def judge(claim: Claim, session: Session) -> Judged:
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
-    """Return the verdict of a claim that is reproduced, or only with a correction, or not."""
+    """Return the verdict: reproduced, reproduced with a correction, or not reproduced."""
     if reproduced:
         return Verdict.REPRODUCED
     return Verdict.CORRECTED if corrected else Verdict.NOT

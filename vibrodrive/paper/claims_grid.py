@@ -23,7 +23,7 @@ from vibrodrive.stability.structure import Structure, compare_structure, deviati
 from vibrodrive.verdicts import NotApplicable
 
 LONG = 600
-"""Number of periods for the check of a structure that a figure shows over a few periods."""
+"""Number of periods over which a structure is checked. The figures of the paper show only a few periods."""
 
 
 @claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.")
@@ -243,7 +243,10 @@ def _whole(found: Structure) -> bool:
 
 
 def _answers(found: Structure, *asked: str) -> str:
-    """Return as text which answers are kept and which are lost; by default those for impacts and section."""
+    """Return a text that says for each property if the motion keeps or loses it.
+
+    `asked` contains names of attributes of Structure; by default they are "impacts" and "order".
+    """
     named = {"order": "order at the section"}
     return ", ".join(
         f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"

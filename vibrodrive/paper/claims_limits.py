@@ -1,4 +1,4 @@
-"""Claims about the limits k₂: their dependence on parameters, and a comparison of both disturbances (§1 to §6)."""
+"""Claims about the limits k₂: their dependence on parameters, and the comparison of limits in ε and Δτ (§1 to §6)."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from vibrodrive.stability.limit import Limit, each_limit, limit
 from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
-"""Length of the motions in a search for a limit: that of Fig. 7."""
+"""Number of periods of each motion in a search for a limit, as in Fig. 7."""
 
 MOST = 43
-"""Largest number of values of A for the comparison of both limits."""
+"""Largest number of values of A at which the limits in ε and Δτ are compared."""
 
 ALIKE = 2.0
-"""Largest ratio of two limits in velocity that count as equal."""
+"""Two limits count as equal if the ratio of their velocity amplitudes is at most this."""
 
 SETTLES = 0.1
-"""Largest relative change by a higher frequency of a limit that counts as independent of η."""
+"""A limit counts as independent of η if a higher η changes it at most by this share."""
 
 SEEN = 0.1
-"""Least relative deviation of limits from their linear continuation that counts as an effect of lost sticking."""
+"""The loss of sticking affects limits if they differ from their linear continuation by at least this share."""
 
 A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
@@ -200,7 +200,7 @@ def all_times(session: Session) -> Outcome:
 
 
 class _Pairs(NamedTuple):
-    """Limits in ε and in Δτ as velocities, at the points where both are known."""
+    """Limits in ε and in Δτ as velocity amplitudes, at the points where the limits in ε and in Δτ are known."""
 
     A: np.ndarray
     B: np.ndarray
@@ -218,7 +218,7 @@ class _Pairs(NamedTuple):
 
 
 def _both(session: Session, **axes: Any) -> _Pairs:
-    """Return both limits over axes."""
+    """Return the limits in ε and in Δτ over axes."""
     found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
@@ -228,20 +228,24 @@ def _both(session: Session, **axes: Any) -> _Pairs:
 
 
 def _repeats(section: np.ndarray, longest: int) -> int:
-    """Return the smallest number of periods after which section points repeat to rounding, 0 if there is none.
+    """Return the smallest number of periods after which section points repeat within rounding; 0 if there is none.
 
-    `structure.period` is not used: it refuses points as close to each other as under a small disturbance.
+    `structure.period` cannot be used, because it finds no period if points are as close to each other as they are under
+    a small disturbance.
     """
     return next((n for n in range(1, longest + 1) if np.abs(section[n:] - section[:-n]).max() < 1e-9), 0)
 
 
 def _seconds_per_period(arguments: dict[str, Any]) -> float:
-    """Return the time per period on one thread: the least of three runs, after one run for compilation."""
+    """Return the computing time per period in seconds on one thread, the least of three runs.
+
+    A first run, which compiles the kernels, is not counted.
+    """
     collect(make_plan(arguments | {"periods": 1}), threads=1)
     spent = timeit.repeat(lambda: collect(make_plan(arguments), threads=1), repeat=3, number=1)
     return min(spent) / len(arguments["A"]) / arguments["periods"]
 
 
 def _time(seconds: float) -> str:
-    """Return a time as text with one digit, as times vary between runs."""
+    """Return a time as text with one digit, because times vary between runs."""
     return f"{float(f'{1e6 * seconds:.0e}'):g} µs"

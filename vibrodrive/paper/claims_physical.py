@@ -59,7 +59,7 @@ def broad_band(session: Session) -> Outcome:
 
 
 PHASES = 200
-"""Number of instants of a period at which periods are compared."""
+"""Number of instants in a period at which different periods of a motion are compared."""
 
 
 @claim("small-epsilon", "fig06", "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.")
@@ -134,7 +134,7 @@ def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
     eps = float(results.axes["eps"].max())
-    # long enough for a missed pair of zeros, short enough that rounding errors remain smaller than its effect
+    # long enough that pairs of zeros are missed, and short enough that rounding errors remain smaller than their effect
     span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
     exact = collect(make_plan({"A": A, **span})).section
     steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]

@@ -30,7 +30,7 @@ NOT_SETTLED = "#fff3b0"  # no solution has this colour
 
 
 def fig02(session: Session) -> Figure:
-    """Draw the scheme of Fig. 2 with the path of the simplest solution, from the undisturbed motion of Fig. 5."""
+    """Draw the scheme of Fig. 2. The undisturbed motion of Fig. 5 gives the path of the simplest solution in it."""
     switches = session.motions("fig05")[0].switches
     steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
     return scheme({(State(before), State(after)) for before, after in steps}, "path of the simplest solution")
@@ -103,7 +103,7 @@ def fig12(session: Session) -> Figure:
 
 @style.styled
 def coexisting(session: Session) -> Figure:
-    """Draw the map of starts: the shift of the solution to which each start leads."""
+    """Draw a map of starts. The colour of a start shows the shift of the solution to which it leads."""
     results = session.results("coexisting")
     if len(results.axes) != 2:
         raise NotApplicable("a map of starts needs two axes")
@@ -130,9 +130,11 @@ def coexisting(session: Session) -> Figure:
 
 @style.styled
 def grid(session: Session) -> Figure:
-    """Draw the numbers of periods after which the motion returns and after which the grid nearly closes.
+    """Draw the numbers of periods after which the motion nearly repeats, and those after which the grid nearly closes.
 
-    a) over Δτ, the best of both up to LAGS; b) all numbers of periods at the Δτ of Fig. 12.
+    The grid closes after m periods if m·2π is a number of steps Δτ. Panel a) shows over Δτ the number of periods, up to
+    LAGS, after which the motion returns most closely, and the one after which the grid closes most closely. Panel b)
+    shows both distances over the number of periods at the Δτ of Fig. 12.
     """
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -166,7 +168,7 @@ def grid(session: Session) -> Figure:
 
 
 def _axis_values(session: Session, name: str) -> list[str]:
-    """Return titles with the values in which the points of a configuration differ."""
+    """Return a title for each point of a configuration: its values on the axes."""
     plan = session.config(name).plan()
     index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
     return [", ".join(style.equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]

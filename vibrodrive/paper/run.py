@@ -20,7 +20,7 @@ from vibrodrive.store.place import check_place, refuse_foreign
 from vibrodrive.verdicts import Judged, write
 
 SUBJECTS = (*FIGURES, "limits")
-"""Names for the argument `figures`: the drawings, and "limits", a subject of claims without a figure in the paper."""
+"""Names for the argument `figures`: those of the drawings, and "limits" for claims that have no figure in the paper."""
 
 
 class Paper(NamedTuple):
@@ -31,7 +31,7 @@ class Paper(NamedTuple):
 
 
 def _prepare(folder: Path) -> None:
-    """Create the directory. Raises ValueError if it has a file that must not be replaced, or OSError."""
+    """Create the directory. Raises ValueError if it contains a file that must not be replaced, or OSError."""
     try:
         os.stat(folder)  # names a circle of links in the error; mkdir reports only that the path exists
     except FileNotFoundError:
@@ -56,18 +56,25 @@ def run_paper(
     Parameters
     ----------
     out : path
-        directory; created if missing. Files of an earlier run are replaced, except a .h5 that is no result file.
+        directory; it is created if missing. Files of an earlier run are replaced. A file of the same name that is not a
+        result file of vibrodrive is not replaced.
     figures : sequence of str, optional
-        names of drawings (see figures.FIGURES), or "limits" for the claims about limits; by default all. Claims about
+        names of drawings (see figures.FIGURES), and "limits" for the claims about limits; by default all. Claims about
         other figures are left out.
     progress : callable, optional
-        function that is called with one line of text for each step.
+        function that is called at each step with one line of text.
     threads : int, optional
+        threads to use; all by default.
+
+    Returns
+    -------
+    Paper
+        files lists the paths of the files written, and claims the judged claims.
 
     Raises
     ------
     ValueError
-        for an unknown figure, or a file that must not be replaced.
+        if a figure is unknown, or if a file must not be replaced.
     OSError
         if the system refuses to read or write a file.
     """

@@ -20,7 +20,7 @@ from vibrodrive.store.writer import open_writer
 from vibrodrive.verdicts import NotApplicable
 
 Say = Callable[[str], None]
-"""Function that is called with a line of text at each step."""
+"""Function that is called at each step with a line of text."""
 
 
 class Session:
@@ -93,5 +93,5 @@ class Session:
 
 
 def points(plan: Plan) -> Iterator[dict[str, Any]]:
-    """Return the arguments of `simulate` for each point of a plan."""
+    """Return an iterator over the points of a plan that gives the arguments of `simulate` for each point."""
     return map(plan.arguments, range(plan.n_points))

@@ -61,9 +61,8 @@ class Curve:
     side : for a border, the end of the window at which the impact is, "beginning" or "end"; otherwise "".
     A, B : points along the curve, each float64 (points,).
     ends : reasons why the curve ends at its first and at its last point. A reason is the name of a second condition
-    that
-        holds at this point, "edge" (the edge of the range), "level" (B = 0), "closed" (a closed curve), or "lost" (the
-        curve could not be followed further).
+        that holds at this point, "edge" (the edge of the range), "level" (B = 0), "closed" (a closed curve), or "lost"
+        (the curve could not be followed further).
     meets : points at which this curve meets other curves of the list.
     """
 

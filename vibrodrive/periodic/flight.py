@@ -222,10 +222,9 @@ def flight(psi, A, B, horizon, word, slides):
 
 @jit(_nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
-    """Write the next impact after each phase of `phi` (n,) to `phase`, `periods`, `speed`, `slope` and `code`, (n,)
-    each.
+    """Write the next impact after each phase of `phi` to the arrays `phase`, `periods`, `speed`, `slope` and `code`.
 
-    `no_slides` is an empty array (0, 3).
+    These six arrays are (n,). `no_slides` is an empty array (0, 3).
     """
     up, _ = release_up(A, B)
     end = window_end(up)

@@ -13,7 +13,14 @@ ROUNDING = 2.0**-49  # eight units in the last place, as in the kernels
 
 
 class Agreement(NamedTuple):
-    """Agreement: `same` is the number of first switches with equal states, `late` the largest error of their times."""
+    """Comparison of a certified motion with the reference.
+
+    exact : the reference.
+    ours : the certified motion.
+    same : number of switches before the first one whose states differ from those of the reference.
+    late : largest error of the times of these switches, in τ.
+    most : largest number of switches that the reference computes.
+    """
 
     exact: Reference
     ours: Trajectory
@@ -23,13 +30,13 @@ class Agreement(NamedTuple):
 
     @property
     def agrees(self) -> bool:
-        """True if the motion has all switches of the reference and, if the reference is complete, no other."""
+        """True if the motion has all switches of the reference and, if the reference is complete, no other switch."""
         whole = len(self.exact.switches) < self.most
         return self.same == len(self.exact.switches) and (not whole or len(self.ours.switches) == self.same)
 
 
 def follow(scene: dict[str, Any], most: int = 24, periods: int = 60, **settings: Any) -> Agreement:
-    """Compare both motions over `most` switches or `periods` periods, whichever ends first."""
+    """Compare a certified motion with the reference over `most` switches or `periods` periods, whichever ends first."""
     exact = reference(**scene, periods=periods, max_switches=most)
     if len(exact.switches) == most:
         span = float(exact.switches[-1].tau) - scene.get("tau0", 0.0)
@@ -50,7 +57,12 @@ def flagged(trajectory: Trajectory) -> bool:
 
 
 class Segment(NamedTuple):
-    """State between two switches of a trajectory: its start and its duration (50 digits)."""
+    """State between two switches of a trajectory.
+
+    xi, dxi, tau : ξ, ξ' and τ at its start.
+    h : duration, with 50 digits.
+    after : the next state.
+    """
 
     state: int
     xi: float
@@ -61,7 +73,7 @@ class Segment(NamedTuple):
 
 
 def segments(trajectory: Trajectory) -> list[Segment]:
-    """Yield the segments of a motion that is recorded from its start (transient = 0)."""
+    """Return the segments of a motion that is recorded from its start (transient = 0)."""
     a = trajectory.arguments
     xi, dxi, tau = a["xi0"], a["dxi0"], mp.mpf(a["tau0"])
     out: list[Segment] = []
@@ -85,10 +97,10 @@ def slide(model: Oscillator, s: Segment) -> Slide:
 
 
 def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
-    """Return the switching function at the end of a segment, in 50 digits, and the bound of its rounding.
+    """Return the switching function at the end of a segment, computed with 50 digits, and the bound of its rounding.
 
-    The error of a recorded phase is at least 2**-51, at both ends. The rounding of the terms is added once more for
-    every two periods, because a long slide continues from a new reference state after each two periods.
+    The recorded phases at both ends of the segment have errors of at least 2**-51. A long slide continues from a new
+    reference state after every two periods, so the rounding of the terms is added once more for every two periods.
     """
     A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
     eta, h = float(model.eta), float(s.h)

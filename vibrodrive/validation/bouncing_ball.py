@@ -2,23 +2,23 @@
 
 The ball falls under gravity onto a vibrating table, and its impacts are plastic. Its only parameter Γ is the ratio of
 the largest acceleration of the table to gravity. Here gravity along the incline is B, in units of the friction, and the
-largest acceleration is A: so Γ = A/B, and friction is δ = 1/B of gravity. With ξ = B y the slides are
+largest acceleration is A. So Γ = A/B, and the ratio of friction to gravity is δ = 1/B. With ξ = B y the slides are
 
     y'' = Γ sin τ - 1 - δ  (up),    y'' = Γ sin τ - 1 + δ  (down),
 
-and sticking, which requires |Γ sin τ - 1| <= δ, lasts for a time of order δ at most. δ = 0 is the ball, at phase τ of
-the table.
+and sticking, which requires |Γ sin τ - 1| <= δ, lasts for a time of order δ at most. For δ = 0 these are the equations
+of the ball, where τ is the phase of the table.
 
-**The ball.** Launched at the phase φ it returns after one period if 2πΓ cos φ = 2π². It hits the table at the speed
-2π, and d(next φ)/dφ = 1 - Γ sin φ. With s = Γ sin φ, Γ cos φ = π: s² = Γ² - π². It leaves the table immediately for
-s >= 1 and is stable for s < 2; both hold between Γ = √(1+π²) and √(4+π²).
+**The ball.** A ball launched at the phase φ returns after one period if 2πΓ cos φ = 2π². It hits the table at the speed
+2π, and d(next φ)/dφ = 1 - Γ sin φ. Let s = Γ sin φ. As Γ cos φ = π, s² = Γ² - π². The ball leaves the table immediately
+if s >= 1, and its motion is stable if s < 2. Both conditions hold between Γ = √(1+π²) and Γ = √(4+π²).
 
-**A little friction.** Let the slide up last h and the slide down u = 2π - h. To first order in δ the velocity and the
-gap after one period change by δ(u - h) and δD, D = u²/2 - hu - h²/2, where h is that of the ball: as y' = 0 at the
-turn, a shift of h is of second order. So cos φ = (π - δD/2π)/Γ; a launch takes Γ sin φ > 1 + δ; and the
-derivative of the flight (periodic/flight.py) is -(Γ sin φ - 1 - δ) (2π - 2δu/f) / (2π + δ(h - u)), where
-f = 1 - Γ sin(φ + h) is the deceleration of the ball at the turn. `laws` gives the limit of each quantity and the factor
-of its term of order δ.
+**A little friction.** Let the slide up last h and the slide down u = 2π - h. To first order in δ the velocity after one
+period changes by δ(u - h), and the gap after one period changes by δD with D = u²/2 - hu - h²/2. Here h is that of the
+ball: since y' = 0 at the turn, a shift of h has an effect of second order only. So cos φ = (π - δD/2π)/Γ. A launch
+requires Γ sin φ > 1 + δ. The derivative of the flight (periodic/flight.py) is
+-(Γ sin φ - 1 - δ) (2π - 2δu/f) / (2π + δ(h - u)), where f = 1 - Γ sin(φ + h) is the deceleration of the ball at the
+turn. `laws` gives the limit of each quantity and the factor of its term of order δ.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from vibrodrive.periodic.search import orbits_of
 from vibrodrive.validation.check import Finding
 
 DECADES = tuple(10.0**k for k in range(2, 9))
-"""Values of B. At B = 10 the first-order shift is as large as the interval of the orbit; A ends at 1e9."""
+"""Values of B. At B = 10 the first-order shift would be as large as the range of Γ of the orbit. A is at most 1e9."""
 
 MIDDLE = 3.5
 """Γ of the checked orbit, between √(1+π²) = 3.297 and √(4+π²) = 3.724."""
 
 SEARCHED = (3.25, 3.8)
-"""Range of Γ of the search for both ends of the orbit, at each of DECADES."""
+"""Range of Γ in which the two ends of the orbit are searched for, at each value of B."""
 
 SLOPE_WITHIN = 0.01
-"""Bound of the difference from -1 of the slope of log(error) over log(B); it includes second order at B = 100."""
+"""Bound of |slope of log(error) over log(B) + 1|. It allows for the term of second order at B = 100."""
 
 FACTOR_WITHIN = 1e-5
-"""Bound of the relative difference of error × B at the largest B from the first order in 1/B. At B = 1e8 rounding, some
-1e-15, is a millionth of the least error; the second order is smaller."""
+"""Bound of the relative difference between error × B at the largest B and the derived factor of 1/B. At B = 1e8
+rounding is about 1e-15, a millionth of the least error, and the second order is smaller."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ class Law:
 def _turn(gamma: float, phase: float) -> float:
     """Return the duration of the rise after a launch at `phase`, in a flight of one period.
 
-    y' increases until Γ sin τ returns to 1, then decreases until Γ sin τ is 1 again, after the period: it has one zero.
+    y' increases until Γ sin τ falls to 1. Then y' decreases until Γ sin τ rises to 1 again, which is after the end of
+    the period. So y' has one zero.
     """
     low, high = math.pi - math.asin(1.0 / gamma) - phase, 2.0 * math.pi
     while low < (middle := 0.5 * (low + high)) < high:
@@ -75,7 +76,7 @@ def _turn(gamma: float, phase: float) -> float:
 
 
 def _first_order(s: float) -> tuple[float, float, float]:
-    """Return the factors of 1/B of phase, speed over B and multiplier of the orbit at Γ² = s² + π²."""
+    """Return the factors of 1/B in phase, speed over B and multiplier of the orbit at Γ² = s² + π²."""
     gamma, phase = math.hypot(s, math.pi), math.atan2(s, math.pi)
     h = _turn(gamma, phase)
     u = 2.0 * math.pi - h
@@ -86,7 +87,7 @@ def _first_order(s: float) -> tuple[float, float, float]:
 
 
 def laws() -> tuple[Law, ...]:
-    """Return the five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at Γ = MIDDLE."""
+    """Return the laws of five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at MIDDLE."""
     s = math.sqrt(MIDDLE**2 - math.pi**2)
     phase, speed, multiplier = _first_order(s)
     first, second = math.hypot(1.0, math.pi), math.hypot(2.0, math.pi)
@@ -112,7 +113,7 @@ def measure(B: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """Convergence of one quantity to its limit. B and found: float64 (n,)."""
+    """Convergence of one quantity to its limit: its values `found` at the values `B`, each float64 (n,)."""
 
     law: Law
     B: np.ndarray
@@ -135,12 +136,12 @@ class Approach:
 
     @property
     def beyond(self) -> np.ndarray:
-        """Relative difference of the quantity from limit and first order at each B, float64 (n,)."""
+        """Relative difference of the quantity from the sum of limit and first-order term at each B, float64 (n,)."""
         return np.abs((self.found - self.law.limit - self.law.factor / self.B) / self.law.limit)
 
     @property
     def off(self) -> tuple[float, float]:
-        """Difference of the slope from -1, and relative difference of the factor from the derived one."""
+        """Difference of the slope from -1, and relative difference of the factor from the derived factor."""
         return abs(self.slope + 1.0), abs(self.factor / self.law.factor - 1.0)
 
     @property
@@ -150,7 +151,7 @@ class Approach:
 
 
 def approach(B: Sequence[float] = DECADES) -> list[Approach]:
-    """Measure all quantities at each B, in ascending order; about a second for each B."""
+    """Measure all quantities at each B, in ascending order. Each B takes about a second."""
     values = np.array(B, dtype=float)
     found = np.array([measure(b) for b in values.tolist()])
     return [Approach(law, values, found[:, k]) for k, law in enumerate(laws())]
@@ -162,7 +163,9 @@ def findings() -> list[Finding]:
     for a in approach():
         slope, factor = a.off
         out.append(Finding(f"{a.law.quantity}: |slope of log(error) over log(B) + 1|", slope, SLOPE_WITHIN))
-        out.append(Finding(f"{a.law.quantity}: error × B, off the first order by", factor, FACTOR_WITHIN))
+        out.append(
+            Finding(f"{a.law.quantity}: error × B, relative difference from the first order", factor, FACTOR_WITHIN)
+        )
     return out
 
 

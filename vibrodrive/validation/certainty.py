@@ -1,4 +1,7 @@
-"""Check of error bounds against the 50-digit reference: no error above its bound, no wrong state marked as certain."""
+"""Check of error bounds against the 50-digit reference.
+
+No error may be above its bound, and no switch marked as certain may have a wrong state.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +22,15 @@ MOST = 100
 """Largest number of switches of a scene that the reference computes."""
 
 BUDGET = 3000
-"""Largest number of switches of a period, for scenes that chatter."""
+"""Largest number of switches in a period; scenes with chatter need many."""
 
 DRAWN = 60
 
 WITHIN = 1000.0
-"""Largest allowed median of the ratio of bound to error."""
+"""Bound of the median, over scenes, of the ratio of the largest error bound to the largest error."""
 
 BELOW_REFERENCE = 1e-30
-"""Possible error of the reference for gaps as small as 1e-100."""
+"""Possible error of the reference itself. It is added to each bound, because some gaps are as small as 1e-100."""
 
 
 class Pair(NamedTuple):
@@ -42,7 +45,8 @@ class Pair(NamedTuple):
 class Held(NamedTuple):
     """Comparison of a motion with the reference.
 
-    It has all numbers with a finite bound, and the number of certain switches whose states differ from the reference.
+    pairs : all numbers of the motion with a finite error bound.
+    others : number of switches that are marked as certain but have other states than in the reference.
     """
 
     motion: Trajectory
@@ -72,7 +76,7 @@ def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
 
 
 def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
-    """Compute a motion from its start, and its reference, which may end earlier."""
+    """Compare a motion, recorded from its start, with its reference, which may end earlier than the motion."""
     pairs: list[Pair] = []
     others = 0
     for n, (row, bound, s) in enumerate(zip(motion.switches, motion.switch_errors, exact.switches, strict=False)):
@@ -179,13 +183,13 @@ def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
 
 
 def bounds_of_drawn(seed: int) -> list[Finding]:
-    """Check drawn scenes: errors above bounds, wrong states marked as certain, and ratio of bounds to errors."""
+    """Check random scenes: errors above their bounds, wrong states marked as certain, and sizes of the bounds."""
     held = [hold(scene) for _, scene in draw(seed)]
     known = [h.looseness for h in held if not math.isnan(h.looseness)]
     drawn = f"scenes of {DRAWN} (seed {seed})"
     return [
         Finding(f"{drawn} with an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
-        Finding(f"{drawn} whose certain states are others", sum(h.others > 0 for h in held), 0),
+        Finding(f"{drawn} with wrong states marked as certain", sum(h.others > 0 for h in held), 0),
         Finding("largest bound over largest error, median", float(np.median(known)), WITHIN),
     ]
 

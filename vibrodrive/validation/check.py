@@ -18,7 +18,7 @@ class Verdict(StrEnum):
 
 
 class Finding(NamedTuple):
-    """Number with its upper bound (NaN exceeds it), or text with the required text."""
+    """Number with its upper bound, which NaN exceeds, or text with the text that it must equal."""
 
     what: str
     number: float | str
@@ -35,8 +35,8 @@ class Finding(NamedTuple):
 class Check:
     """Check: a function that returns findings.
 
-    `needs` names required packages that are no dependencies of vibrodrive; the check is skipped without them. The
-    function of a `drawn` check takes the seed of its random scenes.
+    `needs` names packages that the check requires although vibrodrive does not. If such a package is missing, the check
+    is skipped. The function of a `drawn` check takes the seed of its random scenes as argument.
     """
 
     id: str
@@ -47,7 +47,7 @@ class Check:
 
 
 def judge(check: Check, seed: int) -> Judged:
-    """Run a check. It fails if it raises an exception, and is skipped if a package is missing; the others still run."""
+    """Run a check. It fails if it raises an exception, and it is skipped if a package is missing."""
     findings: Sequence[Finding] = ()
     verdict, note = Verdict.NOT_DONE, ""
     try:

@@ -17,11 +17,11 @@ SCENES: tuple[dict[str, Any], ...] = ({"eps": 0.0}, {"eps": 1e-6, "eta": ETA}, {
 MILLION = 1_000_000
 
 WITHIN = 1e-12
-"""Bound of the error in τ. It detects an error of the slow or of the fast phase, as τ is multiplied by η."""
+"""Bound of the error in τ. It detects an error in the phase of the excitation, τ, or of the disturbance, ητ."""
 
 
 def million_periods() -> list[Finding]:
-    """Return the error in τ of the last ends of rests, from H - 1 and its slope in 50 digits."""
+    """Return the error in τ of the last ends of rests. It follows from H - 1 and its slope, in 50 digits."""
     found = []
     for scene in SCENES:
         late = phase_error(simulate(A=1.5, **scene, transient=MILLION, periods=5))

@@ -14,11 +14,12 @@ from vibrodrive.validation.check import Finding
 from vibrodrive.validation.reference import SCENES, mp
 
 LATE = 1e-10
-"""Bound of the error of a switching time. From rest at A = 3.04 it is below 1e-14 for 20 periods at ε = 0, and below
-1e-11 at ε = 2e-4. Errors grow more in scenes of up to 1000 periods, with a large gap or from τ = -1e4."""
+"""Bound of the error of a switching time. For a start from rest at A = 3.04, the error over 20 periods is below 1e-14
+at ε = 0 and below 1e-11 at ε = 2e-4. Errors are larger in scenes of up to 1000 periods, with a large gap, or with a
+start at τ = -1e4."""
 
 LATE_IN = {"fast disturbance": 1e-8}
-"""Bounds of scenes with chatter: about twenty successive hops each multiply the error by 2 to 3."""
+"""Bounds for scenes with chatter: there are about twenty hops, and each hop multiplies the error by 2 to 3."""
 
 DRAWN = 60
 """Number of random scenes; they take about 15 s."""
@@ -27,7 +28,8 @@ SWITCHES = 16
 """Largest number of compared switches of a random scene."""
 
 UNSURE = 1e-9
-"""Least margin. Below it a random scene may differ from the reference if its status says so; otherwise it may not."""
+"""Least margin at which a random scene must agree with the reference. A scene with a smaller margin may differ from the
+reference if its status says so."""
 
 
 def fixed_scenes() -> list[Finding]:
@@ -47,7 +49,7 @@ def _error(name: str, found: Agreement) -> Finding:
 
 
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
-    """Yield scenes over the range of the parameters: level to steep, every second disturbed, any η, any start."""
+    """Yield scenes over the range of the parameters: level to steep, any η, any start, every second one disturbed."""
     generator = np.random.default_rng(seed)
 
     def scene(disturbed: bool) -> dict[str, float]:
@@ -66,16 +68,17 @@ def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
 
 
 def drawn_scenes(seed: int) -> list[Finding]:
-    """Compare the states of random scenes with the reference, and each switch with its equation from the last switch.
+    """Compare the states of random scenes with the reference, and check each switch by its equation.
 
-    The second check does not depend on the growth of errors: it concerns the motion from the computed last switch.
+    The equation describes the motion from the previous computed switch, so this check does not depend on the growth of
+    errors.
     """
     scenes = draw(seed)
     another = sum(_went_another_way(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
     worst = max(_residual(scene) for scene in scenes)
     return [
-        Finding(f"scenes of {DRAWN} (seed {seed}) whose states are others, without a flag", another, 0),
-        Finding("residual of a switching function, of what rounding allows", worst, 1.0),
+        Finding(f"scenes of {DRAWN} (seed {seed}) with wrong states and no flag", another, 0),
+        Finding("residual of a switching function, relative to its bound by rounding", worst, 1.0),
     ]
 
 

@@ -11,15 +11,15 @@ from vibrodrive.validation.check import Finding
 PERIODS = 300
 
 WITHIN = 1e-12
-"""Bound relative to the work of the excitation for a periodic motion: the rounding of the terms of a period."""
+"""Bound of the imbalance of a periodic motion, relative to the work of the excitation: rounding of the terms."""
 
 
 def energy_balance() -> list[Finding]:
-    """Check drive − friction − impacts, where the three works are summed separately.
+    """Check the imbalance drive − friction − impacts. Each of the three works is summed separately.
 
-    Over one period of a periodic motion it is zero: the mass returns and gravity does no work. Any other motion is
-    summed from its first recorded switch to the last, both with ξ' = 0: the work of gravity between them is B times the
-    difference of the gaps, at most B ξ_max.
+    Over one period of a periodic motion the imbalance is zero, because the mass returns and gravity does no work. For
+    any other motion the sums extend from its first recorded switch to its last one, and ξ' = 0 at both. Between them
+    gravity does the work B times the difference of the gaps, which is at most B ξ_max.
     """
     A, B = np.linspace(1.2, 5.0, 96), 0.1
     run = {"A": A, "B": B, "eps": [0.0, 2e-4], "transient": 200, "periods": PERIODS, "record": "summary"}
@@ -29,6 +29,6 @@ def energy_balance() -> list[Finding]:
     relative = (off / swept.drive_work)[periodic]
     kept = (off * (PERIODS - 1) / (B * swept.xi_max))[~periodic]
     return [
-        Finding(f"{relative.size} periodic motions: off by, of the drive", float(relative.max()), WITHIN),
-        Finding(f"{kept.size} others: off by, of the energy B ξ_max in {PERIODS} periods", float(kept.max()), 1.0),
+        Finding(f"{relative.size} periodic motions: imbalance over drive", float(relative.max()), WITHIN),
+        Finding(f"{kept.size} others: imbalance over B ξ_max in {PERIODS} periods", float(kept.max()), 1.0),
     ]

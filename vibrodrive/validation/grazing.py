@@ -27,7 +27,7 @@ THROWS: dict[str, dict[str, float]] = {
 
 
 def lowest(scene: dict[str, Any], height: float) -> Any:
-    """Return the height of the first reversal of a slide down above its start, in 50 digits (negative below)."""
+    """Return ξ at the first reversal of a slide down minus ξ at its start, in 50 digits."""
     first = reference(**scene, xi0=height, periods=100, max_switches=1).switches[0]
     if first.before != State.DOWN or first.after == State.IMPACT:
         raise ValueError(f"{scene} from {height:g}: no slide down that turns in the air")
@@ -35,13 +35,13 @@ def lowest(scene: dict[str, Any], height: float) -> Any:
 
 
 def grazing_ladder() -> list[Finding]:
-    """Count wrong decisions without a flag, and flags where rounding is far too small to change the decision."""
+    """Count wrong decisions without a flag, and flags at decisions that rounding is far too small to change."""
     wrong = timid = 0
     for scene in THROWS.values():
         drop = lowest(scene, 1e6)
         for wanted in LADDER:
             height = float(mp.mpf(wanted) - drop)
-            depth = float(mp.mpf(height) + drop)  # with the height rounded to a double
+            depth = float(mp.mpf(height) + drop)  # the height is rounded to a double
             arguments: dict[str, Any] = {**scene, "xi0": height}
             motion = simulate(**arguments, transient=0, periods=30)
             close = motion.status == Status.TOO_CLOSE
@@ -52,5 +52,5 @@ def grazing_ladder() -> list[Finding]:
     rungs = len(THROWS) * len(LADDER)
     return [
         Finding(f"of {rungs} flights decided wrongly, without a flag", int(wrong), 0),
-        Finding("flagged though rounding is a hundredth of the height and less", int(timid), 0),
+        Finding("flagged although rounding is at most a hundredth of the height", int(timid), 0),
     ]

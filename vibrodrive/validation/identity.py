@@ -1,4 +1,4 @@
-"""Checks of results that must be equal to the last bit by different computations."""
+"""Checks of results that different computations must give equal to the last bit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = ("section", "status", "margin", "switches")
 
 
 def differing(one: Results, other: Results) -> int:
-    """Return the number of values that differ in any bit."""
+    """Return the number of values that are not equal in every bit."""
     total = 0
     for name in NAMES:
         a, b = (np.ascontiguousarray(getattr(r, name)) for r in (one, other))
@@ -67,7 +67,7 @@ def resumed_is_uninterrupted() -> list[Finding]:
 
 
 def _write(path: Path, plan: Plan, which: Iterable[int] | None = None) -> int:
-    """Compute blocks of a plan into a file, by default all missing ones; return the number of blocks in the file."""
+    """Compute blocks of a plan into a file, by default all missing blocks. Return the number of blocks in the file."""
     with closing(open_writer(path, plan, Origin(""))) as writer:
         writer.check()
         missing = writer.missing() if which is None else list(which)

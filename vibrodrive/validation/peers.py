@@ -1,7 +1,8 @@
 """Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
-Each slide is one call of the solver up to its event; as ε = 0, sticking and resting end at arcsines. With a disturbance
-such solvers miss switches at any tolerance; there only the 50-digit reference is used.
+Each slide is one call of the solver, up to its event. As ε = 0, the end of a sticking or rest is an arcsine. With a
+disturbance such solvers miss switches at any tolerance, so disturbed motions are compared only with the 50-digit
+reference.
 """
 
 from __future__ import annotations
@@ -33,22 +34,22 @@ UP, DOWN, STICK, REST, IMPACT = (
 )  # plain integers, because they are compared at each switch
 
 End = tuple[float, float, bool]
-"""End of a slide: τ, ξ, True for an impact."""
+"""End of a slide: τ, ξ, and True for an impact."""
 
 Slide = Callable[[int, float, float], End]
-"""Function of (UP or DOWN, τ, ξ) at the start with ξ' = 0; it returns the end."""
+"""Function of (UP or DOWN, τ, ξ) at the start of a slide, where ξ' = 0. It returns the end of the slide."""
 
 Wait = Callable[[int, float], float]
-"""Function of (STICK or REST, τ); it returns τ of the end."""
+"""Function of (STICK or REST, τ) at the start of this state. It returns τ at the end of the state."""
 
 Switch = tuple[float, int, int, float]
-"""τ, states before and after, ξ."""
+"""A switch: τ, state before, state after, ξ."""
 
 
 def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterator[Switch]:
-    """Yield the switches of the motion from rest, until a slide or a wait ends at τ = inf.
+    """Yield the switches of a motion that starts from rest, until a state has no end (τ = inf).
 
-    `slide` and `wait` are functions of a solver, `force` gives H at τ.
+    `slide` and `wait` compute the end of a slide and that of a sticking or rest. `force` gives H at τ.
     """
     state, tau, xi = REST, 0.0, 0.0
     while True:
@@ -75,7 +76,10 @@ def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterato
 
 
 def release(A: float, B: float) -> Wait:
-    """Return the function for the end of STICK or REST at ε = 0: H = 1, or in STICK H = -1 if earlier; inf if never."""
+    """Return the function for the end of STICK or REST at ε = 0.
+
+    REST ends at H = 1, and STICK at H = 1 or H = -1, whichever is earlier. The function returns inf if there is no end.
+    """
     lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.inf
     drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.inf
 
@@ -167,7 +171,7 @@ def _heyoka_slide(A: float, B: float) -> Slide:
     def slide(state: int, tau: float, xi: float) -> End:
         solver = solvers[state]
         solver.time = tau
-        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # from 0 the solver may miss the next zero
+        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # if it starts from 0, the solver may miss the next zero
         solver.reset_cooldowns()
         outcome = solver.propagate_until(tau + 2.0 * TWO_PI)[0]
         impact = state == DOWN and int(outcome) == -2  # the second of its terminal events

@@ -1,18 +1,20 @@
-"""Independent 50-digit event-driven reference of the oscillator. It imports nothing of vibrodrive.
+"""Independent 50-digit event-driven reference of the oscillator. It imports nothing from vibrodrive.
 
 Between switches mpmath evaluates the closed forms (4), (5), (9) from the last switch. The search for the first zero
 of a switching function g divides the time ahead into windows and *proves* that the number of zeros in each is 0 or 1.
 It does not rely on changes of sign:
 
-* |g''| <= M on [a, b] keeps g above its chord minus M (b - a)²/8: a positive lower bound excludes a zero;
-* the same bound on g' or g'' proves that g is monotone, convex or concave on the window; then the values at the ends,
-  or at the only minimum, determine the number of zeros.
+* If |g''| <= M on [a, b], g is above its chord minus M (b - a)²/8. If this lower bound is positive, g has no zero.
+* The same kind of bound for g' or g'' proves that g is monotone, convex or concave on the window. Then the values at
+  the ends, or the value at the only minimum, determine the number of zeros.
 
-Windows are first evaluated in double precision with a large allowance for rounding, then in full precision if that
-decides nothing. A slide that starts with ξ' = 0 has a zero at its start (double after STICK and REST): a Taylor bound
-proves g > 0 on a first interval, after which the search begins.
+A window is first evaluated in double precision with a large allowance for rounding. If this does not decide, it is
+evaluated in full precision. For a slide that starts with ξ' = 0, g has a zero at the start, which is a double zero
+after STICK and REST. A Taylor bound proves g > 0 on a first interval, and the search begins at the end of this
+interval.
 
-A switch takes about 0.3 ms without and 1 ms with disturbance, so no references are stored.
+A switch takes about 0.3 ms without a disturbance and 1 ms with a disturbance, so references are computed when they are
+needed and are not stored.
 """
 
 from __future__ import annotations
@@ -34,13 +36,16 @@ ETA = 10.0 * math.sqrt(102.0)
 
 mp = MPContext()  # a separate context, so that its precision affects no other code
 
-ROUNDING = 64 * 2.0**-52  # allowance in double precision, per unit of the sum of absolute terms
-SMALL = 1e-6  # windows below this number of fast radians are evaluated in full precision
+ROUNDING = 64 * 2.0**-52  # allowance for rounding in double precision, relative to the sum of absolute terms
+SMALL = 1e-6  # windows shorter than this, in radians of the highest frequency, are evaluated in full precision
 LONG = 2e4 * math.pi  # longest search for the next reversal of a disturbed flight at B = 1
 
 
 class Switch(NamedTuple):
-    """One switch: ξ, ξ' before it and H; `margin` is inf if there was no decision."""
+    """One switch: its time, the states before and after it, ξ and ξ' before it, and H.
+
+    `margin` is the distance of its decision from a change; inf if the switch needed no decision.
+    """
 
     tau: Any
     period: int
@@ -64,7 +69,7 @@ class Reference(NamedTuple):
 class Point(NamedTuple):
     """g, g', g'' at h, each with its allowance for rounding.
 
-    `line` and `slow` are g without all, or without the second, of its oscillating terms.
+    `line` is g without its oscillating terms, and `slow` is g without the second of these terms.
     """
 
     h: Any
@@ -79,7 +84,10 @@ class Point(NamedTuple):
 
 
 def polish(exact: Callable, double: Callable, low: Any, high: Any) -> Any:
-    """Return the only zero of f in (low, high), f(low) > 0; `exact(h)` gives f and f', `double(h)` f in doubles."""
+    """Return the only zero of f in (low, high), where f(low) > 0.
+
+    `exact(h)` gives f and f' in full precision, and `double(h)` gives f in double precision.
+    """
     a, b = float(low), float(high)
     for _ in range(45):
         middle = 0.5 * (a + b)
@@ -108,9 +116,9 @@ def polish(exact: Callable, double: Callable, low: Any, high: Any) -> Any:
 
 
 class Switching:
-    """g(h) = p0 + p1 h + sign E⁽ᵏ⁾(τ_i + h), with E = A sin τ + A ε η² sin ητ and k < 0 an integral.
+    """g(h) = p0 + p1 h + sign E⁽ᵏ⁾(τ_i + h), with E = A sin τ + A ε η² sin ητ. For k < 0, E⁽ᵏ⁾ is an integral.
 
-    `waves` has amplitude, frequency and phase at τ_i of each term of E.
+    `waves` contains the amplitude, the frequency and the phase at τ_i of each term of E.
     """
 
     def __init__(self, p0: Any, p1: Any, sign: int, k: int, waves: list[tuple[Any, Any, Any]]) -> None:
@@ -137,7 +145,7 @@ class Switching:
         return g, dg, ddg
 
     def full(self, h: Any) -> Point:
-        """Return the same with allowances; for small windows the split into line and waves brings nothing."""
+        """Return the same with allowances, but without a split into line and waves, which small windows do not need."""
         h = mp.mpf(h)
         g, dg, ddg = self.exact(h)
         return Point(h, g, g, g, dg, ddg, self.tiny, self.tiny * self.omega, self.tiny * self.omega**2)
@@ -161,7 +169,11 @@ class Switching:
         return Point(h, line, slow, g, dg, ddg, pad * ROUNDING, dpad * ROUNDING, ddpad * ROUNDING)
 
     def judge(self, a: Point, b: Point) -> str:
-        """Classify the zeros of g in (a, b], g(a) > 0: none `clear`, one `zero`, zero to two `minimum`, `unknown`."""
+        """Classify the zeros of g in (a, b] for g(a) > 0.
+
+        "clear" is no zero, "zero" is one zero, "minimum" is zero to two zeros with one minimum between them, and
+        "unknown" is undecided.
+        """
         w8 = (b.h - a.h) ** 2 / 8
         pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
         if (
@@ -183,7 +195,7 @@ class Switching:
         return "unknown"
 
     def beginning(self) -> float | None:
-        """Return a time before which g > 0 is proved, or None if g is negative immediately.
+        """Return a time before which g > 0 is proved, or None if g is negative immediately after the start.
 
         If g starts at zero with g' = d, g'' = e and |g'''| <= m, it is positive as long as d + e h/2 - m h²/6 is.
         """
@@ -202,8 +214,9 @@ class Switching:
     def first_zero(self, horizon: Any, may_touch: bool) -> Any:
         """Return the first h in [0, horizon] at which g falls to zero, or None.
 
-        A zero without a change of sign counts, unless g `may_touch` zero: STICK and REST last while |H| <= 1.
-        Raises ArithmeticError at a zero of order three or more.
+        If `may_touch`, a zero without a change of sign is ignored: STICK and REST last as long as |H| <= 1. Otherwise
+        such a zero counts, too.
+        Raises ArithmeticError if g has a zero of order three or higher.
         """
         begin = self.beginning()
         if begin is None:
@@ -252,7 +265,7 @@ class Switching:
 
 
 class Slide:
-    """Slide from (ξ, ξ') at τ_i, s = +1 (UP) or -1 (DOWN): the closed forms (4), (5) in h = τ - τ_i."""
+    """Slide from (ξ, ξ') at τ_i by the closed forms (4), (5) in h = τ - τ_i; s is +1 (UP) or -1 (DOWN)."""
 
     def __init__(self, xi: Any, dxi: Any, s: int, B: Any, waves: list[tuple[Any, Any, Any]]) -> None:
         self.xi, self.waves, self.pull = xi, waves, B + s
@@ -308,7 +321,7 @@ class Oscillator:
         """Return the state after a switch with ξ' = 0, and the margin of this decision."""
         H = self.H(tau)
         margin = abs(abs(H) - 1)
-        if margin < self.tiny:  # |H| = 1 still holds, and the wait that starts here may also end here
+        if margin < self.tiny:  # at |H| = 1 the mass still sticks, but the sticking may end here
             H, margin = mp.zero, mp.zero
         if H > 1:
             return UP, margin
@@ -317,7 +330,7 @@ class Oscillator:
         return (DOWN if H < -1 else STICK), margin
 
     def release(self, state: int, tau: Any, horizon: Any) -> tuple[Any, int]:
-        """Return the duration of STICK or REST (None: at least up to `horizon`) and the next state."""
+        """Return the duration of STICK or REST, None if it reaches `horizon`, and the next state."""
         limits = [(UP, 1 + self.B, -1)]  # g = 1 - H
         if state == STICK:
             limits.append((DOWN, 1 - self.B, 1))  # g = 1 + H
@@ -343,10 +356,11 @@ class Oscillator:
         return mp.zero if 2 * mp.pi - h < self.tiny else h
 
     def latest_reversal(self, slide: Slide, horizon: Any) -> Any:
-        """Return a time after which a slide down cannot be reversed (inf for B < 1, where it always is).
+        """Return a time after which a slide down cannot reverse; inf for B < 1, where every slide down reverses.
 
-        For B > 1 the mean of ξ'' is negative; without disturbance ξ' after a period is at most its value before. With a
-        disturbance and B equal or close to 1 there is no such bound, and the search ends after the time LONG.
+        For B > 1 the mean of ξ'' is negative. Without a disturbance, ξ' is at most as large after a period as before
+        it. With a disturbance and B equal or close to 1 there is no such bound, and the search ends after the time
+        LONG.
         """
         if self.B < 1:
             return mp.inf
@@ -359,7 +373,7 @@ class Oscillator:
         return min(latest, max(horizon, mp.mpf(LONG)))
 
     def slide_down(self, slide: Slide, horizon: Any) -> tuple[Any, int, Any]:
-        """Return the duration of DOWN (None: at least `horizon`), the next state, the margin between S1 and S2."""
+        """Return the duration of DOWN, None if it reaches `horizon`, the next state, and the margin of the decision."""
         reversal = slide.reversal(self.latest_reversal(slide, horizon))
         if reversal is None:
             if slide.at(horizon)[0] > 0:
@@ -385,13 +399,19 @@ def reference(
     digits: int = 50,
     max_switches: int | None = None,
 ) -> Reference:
-    """Return all switches in (τ0, τ0 + 2π periods], all section points there, and their margins.
+    """Return all switches in (τ0, τ0 + 2π periods] with their margins, and all section points in this interval.
 
-    Numbers are those of mpmath, τ with `digits` correct digits after the point. The margin is ξ at a reversal of a
-    slide down; |ξ| at the next reversal without an obstacle for an impact (inf if there is none); ||H| - 1| at a
-    decision by H; the smaller one if two apply. It ends early after `max_switches`, with a shorter section.
+    Numbers are those of mpmath. τ has `digits` correct digits after the point. The margin of a switch is
 
-    A slide also ends where ξ' only touches zero: |H| = 1 there, and it continues immediately, with margin 0.
+    * at a reversal of a slide down: ξ,
+    * at an impact: |ξ| at the reversal that would follow without an obstacle; inf if no reversal would follow,
+    * at a decision by H: ||H| - 1|.
+
+    If two of these apply, the margin is the smaller one. If there are `max_switches` switches earlier, the computation
+    ends there, and the section is shorter.
+
+    A slide also ends at an instant at which ξ' only touches zero. There |H| = 1, and the slide continues immediately.
+    The margin of this switch is 0.
     """
     span = 1 + abs(tau0) + 7 * periods
     mp.dps = digits + 15 + math.ceil(math.log10(span * max(1.0, eta)))

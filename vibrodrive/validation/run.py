@@ -40,7 +40,7 @@ CHECKS = (
     Check("scipy", "Side by side with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
     Check("heyoka", "Side by side with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
 )
-"""Checks in the order of execution: first those that need only the kernels of a sweep."""
+"""Checks in the order of execution. The first checks need only the kernels of a sweep."""
 
 
 def validate(
@@ -49,7 +49,7 @@ def validate(
     checks: Sequence[Check] = CHECKS,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Judged]:
-    """Run checks (all, or those of the ids in `only`) in order; `say` is called with a line for each.
+    """Run checks in order: those whose ids are in `only`, or all. `say` is called with a line of text after each check.
 
     Raises ValueError for an unknown id.
     """
@@ -66,7 +66,7 @@ def validate(
 
 
 def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
-    """Write validation.json and validation.md to a directory, created if missing. Raises OSError."""
+    """Write validation.json and validation.md to a directory, which is created if missing. Raises OSError."""
     about: dict[str, Any] = {
         "versions": versions(),
         "system": f"{platform.system()} {platform.machine()}",
