@@ -26,19 +26,21 @@ def lacking():
 
 
 @contextmanager
-def browser(width=1250, height=950):
-    """Yield a browser without an open page."""
+def browser(width=1250, height=810):
+    """Yield a browser without an open page, whose window shows exactly these pixels of a page."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
     options.binary_location = next(filter(None, map(shutil.which, BROWSERS)))
-    for argument in (*ARGUMENTS, f"--window-size={width},{height}"):
+    for argument in (*ARGUMENTS, f"--window-size={width},{height + 150}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(executable_path=shutil.which("chromedriver"))
     driver = webdriver.Chrome(options=options, service=service)
     try:
-        yield Tab(driver)
+        tab = Tab(driver)
+        tab.resize(width, height)
+        yield tab
     finally:
         driver.quit()
 
@@ -51,6 +53,12 @@ class Tab:
 
     def __init__(self, driver):
         self.driver = driver
+
+    def resize(self, width, height, touch=False):
+        """Give pages exactly this size: that of a window includes the bars of the browser. `touch`: as on a phone."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
 
     def open(self, address):
         self.driver.get(address)

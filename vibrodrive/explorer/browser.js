@@ -283,7 +283,7 @@ const scale_letters = () => {
       Object.assign(axis, {major_label_text_font_size: usual, axis_label_text_font_size: large});
     }
   }
-  for (const plot of [first, second]) plot.min_border_left = Math.round(5 * size);
+  for (const plot of [first, second]) plot.min_border_left = Math.round((innerWidth > 720 ? 4.6 : 3.8) * size);
 };
 
 // Pictures are computed for the pixels of the frame; this runs after each painting of the first diagram.
@@ -428,9 +428,7 @@ press("back", () => history.back());
 press("reset", () => page.command({reset: true}));
 press("follow", page.fit_now);
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
-for (const button of document.querySelectorAll("[data-file]")) {
-  button.addEventListener("click", () => page.command({file: button.dataset.file}));
-}
+element("save").addEventListener("change", ({target}) => { page.command({file: target.value}); target.value = ""; });
 
 // Move a range by a share of its width, and make it wider by a factor.
 const shift = (range, share, factor = 1) => {

@@ -22,12 +22,12 @@ HERE = Path(__file__).parent
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
 KINDS = {
-    "toml": "Save the configuration of this view, for vibrodrive sweep",
-    "png": "Save this view as a picture",
-    "pdf": "Save this view as a figure for print",
-    "svg": "Save this view as a figure that drawing programs can edit",
-    "py": "Save the lines of Python that compute and draw this view",
-    "csv": "Save the selected motion as a table of τ, ξ, ξ′ and state",
+    "png": "picture (PNG)",
+    "pdf": "figure for print (PDF)",
+    "svg": "figure for drawing programs (SVG)",
+    "toml": "configuration (TOML)",
+    "py": "lines of Python",
+    "csv": "selected motion (CSV)",
 }
 OPENED = ("Parameters", "Method")  # groups of controls that are open at first
 
@@ -75,10 +75,8 @@ def build(document: Document, view: View, token: str) -> Page:
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
     motion = ColumnDataSource(NO_MOTION)
-    phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom,box_zoom,reset", y_axis_label="ξ′",
-                   x_axis_label="ξ")  # fmt: skip
-    time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom,box_zoom,reset", x_axis_label="τ/2π",
-                  y_axis_label="ξ")  # fmt: skip
+    phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
+    time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
     only: dict[str, list[Any]] = {MAP: [named], "diagram": [*lines]}
     # as the scripts will arrange all that: each later change of it would lay out the page again
     for name, items in only.items():
@@ -153,8 +151,9 @@ def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str
 
 def _curve(name: str, motion: ColumnDataSource, x: str, y: str, **options: Any) -> Any:
     """Return a small figure of two columns of a motion."""
-    p = figure(name=name, sizing_mode="stretch_both", **options)
-    p.toolbar.logo = None
+    p = figure(name=name, sizing_mode="stretch_both", toolbar_location=None, **options)
+    p.toolbar.active_scroll = p.tools[1]
+    p.js_on_event(DoubleTap, CustomJS(args={"p": p}, code="p.reset.emit()"))
     p.yaxis.major_label_orientation = "vertical"  # labels of constant width: otherwise the page is laid out again
     p.axis.minor_tick_line_color = None
     p.center.clear()  # grids take a tenth of the time to the curves
