@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import fcntl
+import io
 import itertools
 import math
 import os
@@ -20,9 +21,11 @@ pytest.importorskip("bokeh")
 
 from bokeh.document import Document
 from bokeh.models import GlyphRenderer, LinearAxis
+from PIL import Image
 
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
+from vibrodrive.explorer import export
 from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.image import values_of
 from vibrodrive.explorer.layout import build
@@ -627,12 +630,23 @@ def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, e
     tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion")
 
 
-def test_figures_come_from_the_package(tab, explorer):
-    tab.open(explorer.address + SMALL)
-    for kind, begins in (("png", b"\x89PNG"), ("pdf", b"%PDF")):
-        tab.ask(f"(page.file = null, page.command({{file: '{kind}'}}))")
-        tab.until("page.file !== null", "the figure")
-        assert base64.b64decode(tab.ask("page.file.base64")).startswith(begins)
+def test_what_is_saved_is_what_is_shown(tab, explorer):
+    tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&compare=difference&orbits=1")
+    tab.until("!page.status.includes('being computed')", "exact orbits")
+    tab.driver.execute_script(
+        "page = window.explorer; page.file = null; const s = document.getElementById('save');"
+        "s.value = 'png'; s.dispatchEvent(new Event('change'))"
+    )
+    tab.until("page.file !== null", "the picture")
+    assert tab.ask("page.file.name") == "dxi_over_A_3_3.25_fixed_0.1_minus_certified.png"
+    saved = np.array(Image.open(io.BytesIO(base64.b64decode(tab.ask("page.file.base64")))).convert("RGB")).astype(int)
+    on_page = canvas(tab)[0][::-1].astype(int)
+    (height, width, _) = on_page.shape
+    part = saved[:, export.LEFT : export.LEFT + width]
+    same = [(part[top : top + height] == on_page).all(axis=2).mean() for top in range(len(part) - height)]
+    assert max(same) > 0.9  # exact orbits and the frame of the axes cover the rest
+    blue = (saved == (0, 114, 178)).all(axis=2).sum()
+    assert blue > (on_page == (0, 114, 178)).all(axis=2).sum()  # stable orbits
 
 
 def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,18 +13,23 @@ from hypothesis import strategies as st
 
 pytest.importorskip("bokeh")
 
+from bokeh.document import Document
+from PIL import Image
+
 import vibrodrive as vd
 from vibrodrive.explorer import export
 from vibrodrive.explorer.exact import Line
+from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import motion_at
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
+from vibrodrive.explorer.shown import _edges, picture_of, place
 from vibrodrive.explorer.starts import STARTS
-from vibrodrive.explorer.tasks import _edges, _show_orbits, place, work_of
+from vibrodrive.explorer.tasks import _show_orbits, work_of
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Work
-from vibrodrive.figures.colours import _CLASSIFY, paint
+from vibrodrive.figures.colours import _CLASSIFY
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
 from vibrodrive.model.drawing import OF_CLASSES
@@ -144,20 +150,17 @@ limits = [1.5, 2.5]
 
 
 @pytest.mark.jit
-def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives(monkeypatch):
+def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
     view = view_of(config.parse(RANGED))
     assert read_address(view.address()).state() == view.state()
     assert (view.mode, view.shade, view.limits) == ("map", "energy", (1.5, 2.5))
     assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
-    limited, free = painted(level, "energy", view.limits), painted(level, "energy")
-    assert all(f"> {end}" in limited.legend and f"> {end}" not in free.legend for end in ("1.5", "to 2.5"))
-    assert all(f"> {side}" in limited.legend and f"> {side}" not in free.legend for side in ("less", "more"))
+    limited, free = (painted(level, "energy", limits).key for limits in (view.limits, None))
+    assert [limited.numbers[0], limited.numbers[-1]] == ["1.5", "2.5"]
+    assert {"less", "more"} & {name for _, name in free.swatches} == set()
+    assert {"less", "more"} <= {name for _, name in limited.swatches}
     assert adapted(view.state(), "shade").limits is None
-    drawn_with = []
-    monkeypatch.setattr("vibrodrive.figures.map.paint", lambda *given: drawn_with.append(given[-1]) or paint(*given))
-    assert export.drawn(view, level.sweep.results[0], "png").startswith(b"\x89PNG")
-    assert drawn_with == [(1.5, 2.5)]
     with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out: period has classes"):
         View.read(view.state() | {"shade": "period"})
 
@@ -281,6 +284,43 @@ def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
     view = read_address(start.address)
     assert read_address(view.address()).state() == view.state()
     assert 2 <= start.text.count(". ") + start.text.endswith(".") <= 3
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("chosen", "name"),
+    [
+        ({}, "dxi_over_A_3_3.25.png"),
+        ({"method": "fixed", "dtau": 0.05, "compare": "beside"}, "dxi_over_A_3_3.25_fixed_0.05_and_certified.png"),
+        ({"method": "fixed", "compare": "difference"}, "dxi_over_A_3_3.25_fixed_0.1_minus_certified.png"),
+        ({"mode": "map", "rows": 60, "periods": 64}, "period_over_A_3_3.25_B_0.02_0.3.png"),
+    ],
+    ids=str,
+)
+def test_a_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chosen, name):
+    view = View.read({"columns": 60, "low": 3.0, "transient": 20, "periods": 16, **chosen})
+    views = [view, view.certified()] if view.compared else [view]
+    *_, level = Work([v.plan() for v in views], 1).levels(Pace(), Halt())
+    page, picture = build(Document(), view, ""), picture_of(view, level, 150)
+    assert len(picture.images) == (2 if view.compare == "beside" else 1)
+    assert export.file_name(view, "png") == name
+    files = {kind: export.drawn(view, picture, page, kind) for kind in ("png", "pdf", "svg")}
+    assert files["pdf"].startswith(b"%PDF")
+    assert files["svg"].count(b"data:image/png") == len(picture.images) + len(picture.key.scale[:1])
+    saved = np.array(Image.open(io.BytesIO(files["png"])).convert("RGB"))
+    block = 8 if view.mode == "map" else 1
+    for image in picture.images:
+        wanted = np.ascontiguousarray(picture.palette[image]).view(np.uint8).reshape(*image.shape, 4)[::-1, :, :3]
+        wanted = wanted.repeat(block, 0).repeat(block, 1)[2:-2, 2:-2]  # the frame of the axes covers the edges
+        (height, width, _), left = wanted.shape, export.LEFT + 2
+        columns = saved[:, left : left + width]
+        assert any(np.array_equal(columns[top : top + height], wanted) for top in range(len(saved) - height))
+    page.curves.data = page.stable.data = {
+        "x": [[3.0, 3.2]],
+        "y": [[picture.y, picture.y + picture.dh]],
+        "colour": ["blue"],
+    }
+    assert export.drawn(view, picture, page, "png") != files["png"]
 
 
 @pytest.mark.jit

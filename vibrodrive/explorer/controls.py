@@ -39,11 +39,12 @@ def unit(name: str) -> str:
     return row.unit if row.scale != 1.0 else row.shown
 
 
-def symbol(name: str) -> str:
+def symbol(name: str, with_unit: bool = True) -> str:
     """Return the symbol of the paper and the unit of a parameter or quantity."""
     if name not in NAMES:
         return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
-    return f"{NAMES[name].symbol} ({unit(name)})" if unit(name) else NAMES[name].symbol
+    written = NAMES[name].symbol.replace("_s", "ₛ")
+    return f"{written} ({unit(name)})" if with_unit and unit(name) else written
 
 
 def _sentence(meaning: str) -> str:

@@ -4,41 +4,154 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import tempfile
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from vibrodrive.batch.trajectory import Trajectory
-from vibrodrive.explorer.view import SI, View
+from vibrodrive.explorer.controls import symbol
+from vibrodrive.explorer.layout import ODD, STABLE, UNSTABLE, Page
+from vibrodrive.explorer.shown import Picture, place, title_of
+from vibrodrive.explorer.view import BESIDE, DIFFERENCE, SI, View
 from vibrodrive.model import config
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LOG
+from vibrodrive.model.names import LINEAR, LOG
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.results import Results
 from vibrodrive.model.states import State
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 POINTS = 100  # of the motion in a CSV file, per excitation period
 
 
 def file_name(view: View, kind: str) -> str:
-    """Return a name that says what the file holds: "dxi_over_A.png", "motion_at_A_3.04.csv"."""
+    """Return a name that says what the file holds: "dxi_over_A_2.4_3.25.png", "motion_at_A_3.04.csv"."""
     if kind == "csv":
         return f"motion_at_{view.x}_{view.at:.6g}.csv"
-    axes = f"{view.x}_{view.y}" if view.mode == MAP else view.x
-    return f"{view.shade if view.mode == MAP else view.quantity}_over_{axes}.{kind}"
+    parts = [view.shade if view.mode == MAP else view.quantity, "over", view.x, f"{view.low:.6g}", f"{view.high:.6g}"]
+    parts += [view.y, f"{view.y_low:.6g}", f"{view.y_high:.6g}"] if view.mode == MAP else []
+    if view.method != "certified":
+        both = {DIFFERENCE: ["minus", "certified"], BESIDE: ["and", "certified"]}
+        parts += [view.method, f"{view.dtau:.6g}", *(both[view.compare] if view.compared else [])]
+    parts += ["eps", f"{view.eps:.6g}"] if view.eps and "eps" not in view.axes else []
+    return "_".join(parts) + "." + kind
 
 
-def drawn(view: View, results: Results, kind: str) -> bytes:
-    """Return the figure of `vibrodrive sweep --plot` for the exported configuration, "png", "pdf" or "svg"."""
-    from vibrodrive.figures.bifurcation import bifurcation  # imports Matplotlib; the page does not wait for it
-    from vibrodrive.figures.map import map_figure
+DPI = 100
+LEFT, RIGHT, BELOW, ABOVE = 80, 20, 55, 25  # pixels around each diagram
+BAR = 110  # pixels for the scale of a map
+LINE = 20  # pixels for a line of text
+MOTION_ROWS = 220  # pixels upwards of the curves of a motion
+CELL = 500  # cells of a map become blocks of pixels, so that the map has at least so many pixels across
+
+
+def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
+    """Return what the page shows as "png", "pdf" or "svg": each pixel of the picture, the exact curves, the motion.
+
+    In a PNG the picture has its own pixels, in the other formats it is an embedded image of these pixels.
+    """
+    from matplotlib import rc_context  # imported here so that the page does not wait for it
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
     from vibrodrive.figures.style import save
 
+    cells = picture.palette[picture.images[0]].shape
+    block = max(1, round(CELL / cells[1])) if view.mode == MAP else 1
+    height, width = block * cells[0], block * cells[1]
+    over, conditions = title_of(view)
+    title = [over, *textwrap.wrap(conditions, max(40, width // 7))]
+    moving = len(page.motion.data["time"]) > 0 and view.follows
+    key = [Patch(fc=colour, ec="0.5", label=name) for colour, name in picture.key.swatches]
+    columns = max(1, width // 170)
+    foot = LINE * -(-len(key) // columns)
+    tall = len(title) * LINE + len(picture.images) * (ABOVE + height + BELOW) + foot
+    tall += ABOVE + MOTION_ROWS + BELOW if moving else 0
+    wide = LEFT + width + RIGHT + (BAR if picture.key.scale else 0)
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "vibrodrive", "pdf.fonttype": 42, "font.size": 10}):
+        fig = Figure(figsize=(wide / DPI, tall / DPI), dpi=DPI)
+
+        def axes(left: int, top: int, width: int, height: int) -> Axes:
+            return fig.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
+
+        fig.text(LEFT / wide, 1 - 4 / tall, "\n".join(title), va="top")
+        top = len(title) * LINE + ABOVE
+        for index, image in enumerate(picture.images):
+            ax = axes(LEFT, top, width, height)
+            _show(ax, view, picture, np.kron(image, np.ones((block, block), image.dtype)))
+            if index == 0:
+                _lay_over(ax, view, page)
+            if len(picture.images) > 1:
+                ax.set_title("certified" if index else view.method, size=10)
+            if moving:
+                ax.axvline(float(place(view.at, view.scale)), color="0.5", ls=":", lw=1)
+            top += height + BELOW + ABOVE
+        if picture.key.scale:
+            bar = axes(LEFT + width + 25, top - height - BELOW - ABOVE, 20, height)
+            bar.imshow(_rgb(picture.key.scale)[:, None], origin="lower", aspect="auto", extent=(0, 1, 0, 1))
+            bar.set(xticks=[], yticks=np.linspace(0, 1, len(picture.key.numbers)), yticklabels=picture.key.numbers)
+            bar.yaxis.tick_right()
+        if moving:
+            third = (width - LEFT) // 3
+            for left, across, up, wider in ((LEFT, "xi", "dxi", 1), (2 * LEFT + third, "time", "xi", 2)):
+                ax = axes(left, top, wider * third, MOTION_ROWS)
+                for x, y, colour in zip(*(page.motion.data[n] for n in (across, up, "colour")), strict=True):
+                    ax.plot(x, y, color=colour, lw=1.2)
+                names = {"xi": "ξ", "dxi": "ξ′", "time": "τ/2π"}
+                ax.set(xlabel=names[across], ylabel=names[up], title=f"{symbol(view.x, False)} = {view.at:.10g}")
+        if key:
+            fig.legend(handles=key, loc="lower center", ncols=columns, frameon=False)
+        with tempfile.TemporaryDirectory() as folder:
+            return save(fig, Path(folder) / f"view.{kind}", DPI).read_bytes()
+
+
+def _rgb(colours: Sequence[str]) -> np.ndarray:
+    """Return colours "#rrggbb" as uint8 (n, 3)."""
+    return np.array([list(bytes.fromhex(colour[1:])) for colour in colours], np.uint8)
+
+
+def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
+    """Draw an image in the window of the view."""
+    pixels = np.ascontiguousarray(picture.palette[image]).view(np.uint8).reshape(*image.shape, 4)
+    extent = picture.x, picture.x + picture.dw, picture.y, picture.y + picture.dh
+    ax.imshow(pixels, origin="lower", extent=extent, aspect="auto", interpolation="none")
+    ax.set(xlabel=symbol(view.x), ylabel=symbol(view.y if view.mode == MAP else view.quantity))
+    for axis, scale in ((ax.xaxis, view.scale), (ax.yaxis, view.y_scale if view.mode == MAP else LINEAR)):
+        low, high = axis.get_view_interval()
+        at = [
+            d + s
+            for d in range(math.floor(low), math.ceil(high))
+            for s in np.log10([1, 2, 5] if high - low < 4 else [1])
+        ]
+        if scale == LOG:
+            axis.set_major_formatter(lambda u, _: f"{10**u:.3g}")
+            if sum(low <= u <= high for u in at) > 1:
+                axis.set_ticks(at)
+                axis.set_view_interval(low, high, ignore=True)
+    for words, columns in picture.odd.items():
+        at = picture.x + (np.array(columns) + 0.5) * picture.dw / image.shape[1]
+        ax.plot(at, np.full(len(at), 1.0), "|", color=ODD, ms=8, transform=ax.get_xaxis_transform(), label=words)
+
+
+def _lay_over(ax: Axes, view: View, page: Page) -> None:
+    """Draw the exact orbits, curves and bifurcations that the page shows."""
+    window = ax.axis()
     if view.mode == MAP:
-        figure = map_figure(results, view.shade, view.x, view.y, limits=view.limits)
+        for x, y, colour in zip(*(page.curves.data[name] for name in ("x", "y", "colour")), strict=True):
+            ax.plot(x, y, color=colour, lw=1.5)
     else:
-        figure = bifurcation(results, view.quantity, view.x, view.limits)
-    with tempfile.TemporaryDirectory() as folder:
-        return save(figure, Path(folder) / f"view.{kind}").read_bytes()
+        for source, (colour, width, dashes) in ((page.stable, STABLE), (page.unstable, UNSTABLE)):
+            for x, y in zip(source.data["x"], source.data["y"], strict=True):
+                ax.plot(x, y, color=colour, lw=0.75 * width, ls=dashes)
+        marks = page.marks.data
+        ax.scatter(marks["x"], marks["y"], s=30, c="white", edgecolors=marks["colour"], lw=1.2, zorder=3)
+    ax.axis(window)
 
 
 def python(view: View) -> str:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from vibrodrive.explorer.density import paint
+from vibrodrive.explorer.view import PICTURE_ROWS
 from vibrodrive.explorer.work import Level
 from vibrodrive.figures.ink import ink_of
 from vibrodrive.model.choices import Status
 from vibrodrive.model.results import Results
 
-PICTURE_ROWS = 360  # of a diagram without a page
 SHADES = 64  # of ink; shade 0 is blank. The palette of a difference has three such scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))

@@ -21,6 +21,8 @@ from vibrodrive.model.states import LASTING
 HERE = Path(__file__).parent
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
+STABLE, UNSTABLE = ("#0072B2", 1.5, "solid"), ("#D55E00", 1.2, "dashed")  # orbits
+ODD = "#CC3311"  # of ticks at columns whose status is not OK
 KINDS = {
     "png": "picture (PNG)",
     "pdf": "figure for print (PDF)",
@@ -67,10 +69,10 @@ def build(document: Document, view: View, token: str) -> Page:
     )
     stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
     lines = [
-        one.multi_line("x", "y", source=stable, color="#0072B2", width=1.5),
-        one.multi_line("x", "y", source=unstable, color="#D55E00", width=1.2, dash=[6, 3]),
+        *(one.multi_line("x", "y", source=source, color=colour, width=width, dash=dashes)
+          for source, (colour, width, dashes) in ((stable, STABLE), (unstable, UNSTABLE))),
         one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5),
-    ]
+    ]  # fmt: skip
     named = one.multi_line("x", "y", source=curves, color="colour", width=2)
     tips = [("", "@kind, period @period"), ("A", "@A")]
     one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,18 +11,40 @@ from vibrodrive.explorer.image import palette_of
 from vibrodrive.explorer.work import STRIDES, Level
 
 
+class Key(NamedTuple):
+    """Key of colours, "#rrggbb": `swatches` with a name each, and a `scale` with evenly spaced `numbers` along it."""
+
+    swatches: Sequence[tuple[str, str]] = ()
+    scale: Sequence[str] = ()
+    numbers: Sequence[str] = ()
+
+    def html(self) -> str:
+        """Return the key for a page: the numbers of the scale with its colours between them, and the swatches."""
+        steps, bar = max(1, len(self.numbers) - 1), ""
+        for k, number in enumerate(self.numbers):
+            bar += f"{number} "
+            if k < steps:
+                part = self.scale[k * len(self.scale) // steps : (k + 1) * len(self.scale) // steps + 1]
+                bar += f"<span class='colours bar' style='background:linear-gradient(90deg,{','.join(part)})'></span> "
+        swatch = "<span class='colours swatch' style='background:{}'></span> {}"
+        return bar + " ".join(swatch.format(colour, name) for colour, name in self.swatches)
+
+
 class Plane(NamedTuple):
     """Image of a map: palette indices uint16 (rows, columns) with y upwards, palette as for the canvas of a page, and
-    legend of the colours as HTML."""
+    key of the colours."""
 
     cells: np.ndarray
     palette: np.ndarray
-    legend: str
+    key: Key
+
+
+NUMBERS = 5  # along the scale of a continuous quantity
 
 
 def painted(level: Level, quantity: str, limits: tuple[float, float] | None = None) -> Plane:
     """Return the image of a quantity, with coarse cells where points are missing. `limits`: see `map_figure`."""
-    from matplotlib.colors import LogNorm, to_hex, to_rgb  # imported here so that the page does not wait for it
+    from matplotlib.colors import to_hex, to_rgb  # imported here so that the page does not wait for it
 
     from vibrodrive.figures.colours import SHADES, paint
     from vibrodrive.figures.map import recorded
@@ -33,18 +56,16 @@ def painted(level: Level, quantity: str, limits: tuple[float, float] | None = No
     source = _nearest(part.done.reshape(shape))
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
     found = paint(quantity, values, status, limits)
-    hexadecimal = [to_hex(colour) for colour in found.colours]
-    names = [*zip(hexadecimal, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    colours = [to_hex(colour) for colour in found.colours]
+    swatches = [*zip(colours, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    scale, numbers = [], []
     if not found.labels:
-        low, high = (float(found.norm.inverse(share)) for share in (0.0, 1.0))
-        spaced = "logarithmically to " if isinstance(found.norm, LogNorm) else "to "
-        less = [(hexadecimal[SHADES], "less")] if found.extend in ("min", "both") else []
-        more = [(hexadecimal[SHADES + 1], "more")] if found.extend in ("max", "both") else []
-        ends = [(hexadecimal[0], f"{low:.4g}"), (hexadecimal[SHADES - 1], f"{spaced}{high:.4g}")]
-        names = [*less, *ends, *more, *names]
-    legend = " ".join(f"<span style='background:{c};border:1px solid #888'>&emsp;</span> {name}" for c, name in names)
-    colours = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
-    return Plane(found.cells.filled(0).T.astype(np.uint16), colours, legend)
+        scale = colours[:SHADES]
+        numbers = [f"{float(found.norm.inverse(share)):.3g}" for share in np.linspace(0.0, 1.0, NUMBERS)]
+        ends = (("max", "more", SHADES + 1), ("min", "less", SHADES))
+        swatches = [(colours[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
+    palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
+    return Plane(found.cells.filled(0).T.astype(np.uint16), palette, Key(swatches, scale, numbers))
 
 
 def _nearest(done: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from bokeh.document import Document
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.layout import NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
-from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, MOST_COLUMNS, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, MOST_COLUMNS, PICTURE_ROWS, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
@@ -112,6 +112,11 @@ class Session:
     def sized(self, view: View) -> View:
         """Return the view with numbers of columns and rows that suit the frame of the page."""
         return view if self.pixels is None else view.sized(*self.pixels)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of a diagram: the pixels of the frame."""
+        return self.pixels[1] if self.pixels else PICTURE_ROWS
 
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
         """Request the task of this rank with these arguments, and cancel those of the ranks in `instead_of`."""

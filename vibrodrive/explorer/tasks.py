@@ -16,27 +16,24 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.explorer import exact, export
-from vibrodrive.explorer.controls import symbol, unit
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.image import PICTURE_ROWS, difference, fitting_range, ink_palette, pictures
+from vibrodrive.explorer.image import fitting_range, pictures
 from vibrodrive.explorer.layout import CURVE_COLOURS, key_of_curves
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
-from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import Session, overlay_of
-from vibrodrive.explorer.view import DIFFERENCE, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.shown import count_of_motions, picture_of, place, title_of
+from vibrodrive.explorer.view import BESIDE, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LOG, NAMES, SCENE
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12  # pause between the first picture and finer ones; a moving mouse makes the next request earlier
 PENDING = "multiplier and k₂ are being computed …"
 SOUGHT = " · exact curves are being computed"
-INK = ink_palette()
 
 
 def work_of(session: Session, view: View) -> Work:
@@ -68,84 +65,36 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     # address of the latest view: either it differs only by `at`, or the page ignores this address
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
-    head["title"] = title_of(view)
+    over, conditions = title_of(view)
+    head["title"] = f"<b>{over}</b>, {conditions}"
+    p = picture_of(view, level, session.rows)
     said, meaning = count_of_motions(level), _legend(view)
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None:
             s = level.sketch.results[0].settings
             said += f"; the rest is a sketch with {s.transient} + {s.periods} periods"
-    columns, rows = view.grid
-    left, right = _edges(view, SPAN, columns)
-    if view.mode == MAP:
-        low, high = _edges(view, Y_SPAN, rows)
-        cells, palette, legend = painted(level, view.shade, view.limits)
-        meaning += f"<br>{legend}"
-        images = [cells]
     else:
-        palette = INK
-        low, high = view.bottom, view.top
-        if low != low:
-            low, high = fitting_range(level, view.quantity)
-            head["fit"] = [low, high]
-        height = session.pixels[1] if session.pixels else PICTURE_ROWS
-        images = pictures(level, view.quantity, low, high, height)
-        said = _nothing_in_window(images) + said
-        if view.compared and view.compare == DIFFERENCE:
-            images = [difference(*images)]
-    place = {"palette": [palette], "x": [left], "dw": [right - left], "y": [low], "dh": [high - low]}
+        head["odd"] = p.odd
+    if p.fit:
+        head["fit"] = [p.y, p.y + p.dh]
+    if view.mode != MAP and not any(image.any() for image in p.images):
+        said = "No value lies in this window: press Follow. " + said
+    meaning += f"<br>{p.key.html()}"
     session.status = seq, said + meaning
     if level.complete and overlay_of(view) not in (None, session.overlay):
         said += SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
     head["status"] = said + meaning
     session.unpainted += 1
+    where = {"palette": [p.palette], "x": [p.x], "dw": [p.dw], "y": [p.y], "dh": [p.dh]}
     # the head comes first: Bokeh compares new and old data, and this item differs, so the comparison ends early
-    frames = [{"head": [json.dumps(head)], "image": [image], **place} for image in images]
+    frames = [{"head": [json.dumps(head)], "image": [image], **where} for image in p.images]
     session.later(partial(_paint, session, frames))
-
-
-STATUS_WORDS = {
-    Status.TOO_CLOSE: "undecided by rounding",
-    Status.BUDGET: "stopped by their budget of switches",
-    Status.NEVER_LEAVES: "that rest for ever",
-}
-
-
-def count_of_motions(level: Level) -> str:
-    """Return the number of motions, and how many of them have a status other than OK."""
-    status = level.sweep.results[0].status
-    counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
-    return ", ".join([f"{status.size} motions", *(f"{count} {words}" for words, count in counts.items() if count)])
-
-
-def _nothing_in_window(images: list[np.ndarray]) -> str:
-    """Return a notice if no value of a diagram lies in its window."""
-    return "" if any(image.any() for image in images) else "No value lies in this window: press Follow. "
-
-
-def title_of(view: View) -> str:
-    """Return what the picture shows, and the conditions that all its motions share."""
-    over = f"{symbol(view.quantity)} over {symbol(view.x)}"
-    if view.mode == MAP:
-        over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
-    given = [name for name in (*(SCENE if view.scene == SI else ("A", "B")), "eps") if name not in view.axes]
-    given += ["eta"] if "eta" not in view.axes and ("eps" in view.axes or view.eps > 0.0) else []
-    given += [name for name in ("dtau",) if view.method != "certified" and name not in view.axes]
-    given += [
-        name for name in ("section_phase", "xi0", "dxi0", "tau0") if name not in view.axes and getattr(view, name)
-    ]
-    values = [f"{NAMES[name].symbol} = {getattr(view, name):.6g} {unit(name)}".rstrip() for name in given]
-    periods = f"periods {view.transient + 1} to {view.transient + view.periods}"
-    return ", ".join([f"<b>{over}</b>", *values, view.method, periods])
 
 
 def _legend(view: View) -> str:
     """Return the legend of the colours of a diagram."""
-    said = f" · above: {view.method}, below: certified" if view.compared else ""
-    if view.compared and view.compare == DIFFERENCE:
-        said = " · black: both methods, "
-        said += f"<span style='color:#D55E00'>vermilion: {view.method} only</span>, "
-        said += "<span style='color:#0072B2'>blue: certified only</span>"
+    said = f" · above: {view.method}, below: certified" if view.compared and view.compare == BESIDE else ""
     if view.mode == MAP:
         said += " · a click shows the diagram through a point"
     elif not view.follows:
@@ -252,10 +201,8 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
         export.check_motion(view)
         content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
     else:
-        work = work_of(session, view)
-        for _ in work.levels(session.engine.pace, halt):
-            pass
-        content = export.drawn(view, work.part.results[0], kind)
+        *_, level = work_of(session, view).levels(session.engine.pace, halt)
+        content = export.drawn(view, picture_of(view, level, session.rows), session.page, kind)
     file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
     session.later(partial(session.tell, {"file": file}))
 
@@ -302,16 +249,3 @@ def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:
         return f"your ε = {eps:.3g} is {eps / k2:.2g} of the limit: the structure is kept"
     lost = "it is lost" if eps > last_kept else "some such values keep it, others lose it"
     return f"your ε = {eps:.3g} is {eps / k2:.3g} times the limit: {lost}"
-
-
-def place(values: Any, scale: str) -> Any:
-    """Return the coordinates at which values of an axis are drawn."""
-    return np.log10(values) if scale == LOG else values
-
-
-def _edges(view: View, names: tuple[str, str, str], count: int) -> tuple[float, float]:
-    """Return the outer edges of the first and last cell of an axis. Each value is the centre of its cell."""
-    low, high, scale = (getattr(view, name) for name in names)
-    first, last = float(place(low, scale)), float(place(high, scale))
-    half = 0.5 * (last - first) / (count - 1)
-    return first - half, last + half

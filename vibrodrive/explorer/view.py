@@ -33,6 +33,7 @@ METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
 COLUMNS, ROWS = 1000, 250  # of a view without a page
+PICTURE_ROWS = 360  # pixels upwards of a diagram without a page
 CELLS = 250_000  # of a map whose numbers of columns and rows follow from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
 NOWHERE = math.nan

@@ -1,0 +1,102 @@
+"""Picture of a view, as the page shows it and as files hold it, with its title, its key and its status line."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibrodrive.explorer.controls import symbol, unit
+from vibrodrive.explorer.image import INKS, difference, fitting_range, ink_palette, pictures
+from vibrodrive.explorer.plane import Key, painted
+from vibrodrive.explorer.view import DIFFERENCE, PICTURE_ROWS, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.work import Level
+from vibrodrive.model.choices import Status
+from vibrodrive.model.drawing import MAP
+from vibrodrive.model.names import LOG, SCENE
+
+INK = ink_palette()
+
+STATUS_WORDS = {
+    Status.TOO_CLOSE: "undecided by rounding",
+    Status.BUDGET: "stopped by their budget of switches",
+    Status.NEVER_LEAVES: "that rest for ever",
+}
+
+
+class Picture(NamedTuple):
+    """Images of a view, one for each diagram, with y upwards; their common palette, place and key.
+
+    The coordinates are those that are drawn: decimal logarithms along a logarithmic axis. `fit`: the ordinate has the
+    range of the values. `odd`: columns of a diagram with each status of STATUS_WORDS.
+    """
+
+    images: list[np.ndarray]
+    palette: np.ndarray
+    x: float
+    dw: float
+    y: float
+    dh: float
+    fit: bool
+    key: Key
+    odd: dict[str, list[int]]
+
+
+def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
+    """Return the picture of the computed part of a view. `height`: rows of a diagram."""
+    columns, rows = view.grid
+    left, right = _edges(view, SPAN, columns)
+    fit, odd = False, {}
+    if view.mode == MAP:
+        low, high = _edges(view, Y_SPAN, rows)
+        cells, palette, key = painted(level, view.shade, view.limits)
+        images = [cells]
+    else:
+        palette, key, low, high = INK, Key(), view.bottom, view.top
+        fit = low != low
+        if fit:
+            low, high = fitting_range(level, view.quantity)
+        images = pictures(level, view.quantity, low, high, height)
+        if view.compared and view.compare == DIFFERENCE:
+            images = [difference(*images)]
+            names = "both methods", f"{view.method} only", "certified only"
+            key = Key([(f"#{r:02x}{g:02x}{b:02x}", name) for (r, g, b), name in zip(INKS, names, strict=True)])
+        status = level.sweep.results[0].status
+        odd = {words: np.flatnonzero(status == s).tolist() for s, words in STATUS_WORDS.items()}
+    return Picture(images, palette, left, right - left, low, high - low, fit, key, {k: v for k, v in odd.items() if v})
+
+
+def count_of_motions(level: Level) -> str:
+    """Return the number of motions, and how many of them have a status other than OK."""
+    status = level.sweep.results[0].status
+    counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
+    return ", ".join([f"{status.size} motions", *(f"{count} {words}" for words, count in counts.items() if count)])
+
+
+def title_of(view: View) -> tuple[str, str]:
+    """Return what the picture shows, and the conditions that all its motions share."""
+    over = f"{symbol(view.quantity)} over {symbol(view.x)}"
+    if view.mode == MAP:
+        over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
+    given = [name for name in (*(SCENE if view.scene == SI else ("A", "B")), "eps") if name not in view.axes]
+    given += ["eta"] if "eta" not in view.axes and ("eps" in view.axes or view.eps > 0.0) else []
+    given += [name for name in ("dtau",) if view.method != "certified" and name not in view.axes]
+    given += [
+        name for name in ("section_phase", "xi0", "dxi0", "tau0") if name not in view.axes and getattr(view, name)
+    ]
+    values = [f"{symbol(name, False)} = {getattr(view, name):.6g} {unit(name)}".rstrip() for name in given]
+    periods = f"periods {view.transient + 1} to {view.transient + view.periods}"
+    return over, ", ".join([*values, view.method, periods])
+
+
+def place(values: Any, scale: str) -> Any:
+    """Return the coordinates at which values of an axis are drawn."""
+    return np.log10(values) if scale == LOG else values
+
+
+def _edges(view: View, names: tuple[str, str, str], count: int) -> tuple[float, float]:
+    """Return the outer edges of the first and last cell of an axis. Each value is the centre of its cell."""
+    low, high, scale = (getattr(view, name) for name in names)
+    first, last = float(place(low, scale)), float(place(high, scale))
+    half = 0.5 * (last - first) / (count - 1)
+    return first - half, last + half
