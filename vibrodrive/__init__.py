@@ -39,6 +39,7 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
+    **dict.fromkeys(["limit", "limits", "start_limit", "unique_limit"], "stability.questions"),
     "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
@@ -49,13 +50,9 @@ _HOMES = {
     "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
-    "limit": "stability.limit",
-    "limits": "stability.limits",
     "load": "store.every_kind",
     "orbits": "periodic.search",
-    "start_limit": "stability.starts",
     "sweep": "jobs.call",
-    "unique_limit": "stability.unique_motion",
 }
 """Module of every public name."""
 
@@ -76,10 +73,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.curves import curves
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
-    from vibrodrive.stability.limit import limit
-    from vibrodrive.stability.limits import limits
-    from vibrodrive.stability.starts import start_limit
-    from vibrodrive.stability.unique_motion import unique_limit
+    from vibrodrive.stability.questions import limit, limits, start_limit, unique_limit
     from vibrodrive.store.every_kind import load
 
 

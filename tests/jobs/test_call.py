@@ -267,7 +267,7 @@ def test_a_sweep_in_memory_is_shown_too(monkeypatch):
     ("place", "call"),
     [
         ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9)),
-        ("stability.limit._Search.run", lambda: vd.limit(3.0, transient=10**9)),
+        ("stability.limit.LimitSearch.run", lambda: vd.limit(3.0, transient=10**9)),
         ("periodic.curves._Collection.collect", lambda: vd.curves(max_period=1)),
     ],
 )

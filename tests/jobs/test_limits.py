@@ -14,9 +14,8 @@ from vibrodrive.jobs.limits import boxes, table
 from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.limit import Limit, limit
-from vibrodrive.stability.starts import start_limit
-from vibrodrive.stability.unique_motion import unique_limit
+from vibrodrive.stability.limit import Limit
+from vibrodrive.stability.questions import limit, start_limit, unique_limit
 from vibrodrive.store.every_kind import load, summary
 from vibrodrive.store.layout import quiet
 

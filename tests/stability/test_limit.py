@@ -12,9 +12,10 @@ import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
 from vibrodrive.stability.evaluate import Motion, _became
-from vibrodrive.stability.limit import each_limit, limit
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
+from vibrodrive.stability.questions import limit
 
 
 def find(kind, kept):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.reference import IMPACT, reference
-from vibrodrive.stability.limit import limit
+from vibrodrive.stability.questions import limit
 
 TRANSIENT, PERIODS = 10, 40
 

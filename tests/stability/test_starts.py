@@ -13,6 +13,7 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.states import State
 from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.search import UNSTABLE, orbits
+from vibrodrive.stability.questions import start_limit
 from vibrodrive.stability.starts import (
     COORDINATES,
     EXACT,
@@ -21,7 +22,6 @@ from vibrodrive.stability.starts import (
     nearest_other,
     same_solution,
     settled,
-    start_limit,
 )
 
 pytestmark = pytest.mark.jit

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support import naive
 from vibrodrive.stability.limit_search import BEYOND
+from vibrodrive.stability.questions import unique_limit
 from vibrodrive.stability.unique_motion import (
     SIDES,
     each_unique_limit,
@@ -14,7 +15,6 @@ from vibrodrive.stability.unique_motion import (
     lattice,
     starts_that_reach_all,
     unique_from,
-    unique_limit,
 )
 
 pytestmark = pytest.mark.jit

@@ -15,7 +15,7 @@ from vibrodrive.periodic.curves import curves
 from vibrodrive.periodic.family import Branch, family, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
-from vibrodrive.stability.limit import limit
+from vibrodrive.stability.questions import limit
 
 VALUES = 60  # number of A in a window at which orbits are computed; more are added near bifurcations
 SAME = 1e-6  # largest difference in impact phase between a motion and an orbit that count as equal

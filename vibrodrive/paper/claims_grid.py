@@ -17,8 +17,9 @@ from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import Session, points
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import IMPACTS
-from vibrodrive.stability.limit import each_limit, limit
+from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.main_impacts import impact_gaps
+from vibrodrive.stability.questions import limit
 from vibrodrive.stability.structure import Structure, compare_structure, deviation, order, period
 from vibrodrive.verdicts import NotApplicable
 

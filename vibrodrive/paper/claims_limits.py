@@ -16,7 +16,8 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session, points
-from vibrodrive.stability.limit import Limit, each_limit, limit
+from vibrodrive.stability.limit import Limit, each_limit
+from vibrodrive.stability.questions import limit
 from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 500, "periods": 500}

@@ -23,8 +23,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
-from vibrodrive.model import choices, kinds, names, size, slips
-from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model import choices, size
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
@@ -136,99 +135,6 @@ class Limit(Found):
         return self.lost.rho if self.lost is not None else math.nan
 
 
-@as_written
-def limit(
-    written: Mapping[str, Any],
-    /,
-    A: float,
-    disturbance: Disturbance = "eps",
-    method: MethodLike | None = None,
-    criterion: str = IMPACTS,
-    *,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = names.ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    section_phase: float = 0.0,
-    scan: ScanLike = "skip",
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> Limit:
-    """Find the limit k₂ of practically orbital stability (§1) at one A.
-
-    Parameters
-    ----------
-    A : float
-        excitation amplitude, dimensionless like all parameters.
-    disturbance : "eps" or "dtau"
-        the quantity whose limit is computed: the physical disturbance ε, eq. (9), or the step Δτ of the numerical
-        disturbance (§5).
-    method : "certified", "muller" or "fixed", optional
-        method that finds the switches of the disturbed motion. The default is "certified" for a limit in ε and "fixed"
-        for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
-        is always computed with ε = 0 and the method "certified".
-    criterion : str, optional
-        condition on the disturbed motion. "impacts": the main impacts follow each other as in the orbit. "word": the
-        states between the main impacts are those of the orbit. "rho < x": the distance of the motion from the orbit as
-        a curve is below x, the k₃ of §1. Several conditions are joined by "and".
-    eps, dtau : float
-        values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
-        and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
-    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
-        as in `simulate`; they apply to each disturbed motion.
-    threads : int, optional
-        threads to use; all by default.
-
-    Returns
-    -------
-    Limit
-        k2 is the smallest disturbance found at which the criterion fails, dimensionless.
-        kept_below is the largest disturbance below k2 found at which the criterion holds.
-        last_kept is the upper end of the band above k2 in which the criterion holds at some values.
-        share_kept is the share of the values between k2 and last_kept at which the criterion holds, 0 to 1.
-        n is the period of the undisturbed orbit in excitation periods.
-        how describes the loss.
-        kept and lost are the structures of the motions at kept_below and at k2.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
-    ValueError
-        if `periods` is less than four times the period of the undisturbed motion. Such a record is too short for a
-        comparison of the structure.
-
-    Warns
-    -----
-    UserWarning
-        for values that are probably a mistake: A <= 1 + B, at which the mass never leaves the obstacle; ε above 0.1; or
-        an A that is above 100 and above 100 B.
-
-    Examples
-    --------
-    The limit in ε at A = 1.5, from records of 50 periods:
-
-    >>> import vibrodrive as vd
-    >>> k = vd.limit(1.5, "eps", transient=50, periods=50)
-    >>> k.n, k.kept_below < k.k2
-    (1, True)
-    >>> f"{k.k2:.3g}: {k.how}"
-    '0.00388: gaps 1 became 1, 2'
-    """
-    plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
-    search = _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads))
-    slips.warn_of_slip([slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
-    with kinds.above("a line while it lasts")("limit"):
-        ((_, found),) = search.run(strict=True)
-    return found
-
-
 def each_limit(
     arguments: Mapping[str, Any],
     disturbance: str = "eps",
@@ -244,7 +150,7 @@ def each_limit(
     does not allow.
     """
     plan = plan_over_axes(arguments, disturbance, method)
-    return _Search(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
+    return LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
@@ -290,12 +196,6 @@ def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
             raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{hint}"))
 
 
-def slipping(plan: Plan) -> tuple[float, float, float, float]:
-    """Return A, B, ε and η of the one point of a plan."""
-    A, B, eps, eta = (plan.scalars[name] for name in ("A", "B", "eps", "eta"))
-    return A, B, eps, eta
-
-
 @dataclass
 class _Problem:
     """One search in progress."""
@@ -307,7 +207,7 @@ class _Problem:
 
 
 @dataclass(frozen=True)
-class _Search:
+class LimitSearch:
     """Searches at all points of a plan, with the checked arguments of `each_limit`."""
 
     plan: Plan

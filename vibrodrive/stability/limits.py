@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -11,14 +11,11 @@ import numpy as np
 from vibrodrive.batch.sweep import collect
 from vibrodrive.model.described import Lines, Stored, axis_facts, words
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
-from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
-from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, each_limit
-from vibrodrive.stability.limit_search import check_disturbance
+from vibrodrive.stability.limit import Limit, each_limit
 from vibrodrive.stability.starts import COORDINATES, StartLimit, each_start_limit
 from vibrodrive.stability.unique_motion import UniqueLimit, each_unique_limit
 
@@ -272,95 +269,6 @@ def curve_line(facts: dict[str, Any], mm_s: float | None) -> str:
         text += f", V = {low:.3g} to {high:.3g}"
         text += "" if mm_s is None else f" ({mm_s * low:.3g} to {mm_s * high:.3g} mm/s)"
     return text
-
-
-@as_written
-def limits(
-    written: Mapping[str, Any],
-    /,
-    A: Axis,
-    disturbance: Disturbance | None = None,
-    criterion: str = IMPACTS,
-    *,
-    B: Axis = 0.1,
-    eps: float = 0.0,
-    eta: Axis = ETA,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> Limits:
-    """Find the limits k₂ of practically orbital stability over one or two axes of A, B and η.
-
-    Parameters
-    ----------
-    A, B, eta : float or sequence of float
-        one or two of these parameters are sequences and become axes, in the order of the arguments.
-    disturbance : "eps" or "dtau", optional
-        the quantity whose limits are computed. By default there are three curves of limits: in ε with the method
-        "certified", in Δτ with "fixed", and in Δτ with "muller". With this argument the curves of the other disturbance
-        are not computed, and their values are NaN.
-    criterion, eps, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget, threads
-        as in `limit`. `eps` applies only to the limits in Δτ, and `tol` only to the limits of the method "muller".
-
-    Returns
-    -------
-    Limits
-        numbers is a dict of dimensionless arrays by name: k2, the limits; velocity, the limits as velocity amplitudes;
-        and others. Each array is float64 (curve, axes…).
-        n contains the periods of the undisturbed orbits in excitation periods, int32 (curve, axes…).
-        done is True where a limit has been computed, bool (curve, axes…).
-        how describes each loss in words, (curve, axes…).
-        `load` returns the same object for a file of `vibrodrive limits`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        before any computation, if an argument is invalid. The message is one sentence with its key, its value and the
-        allowed values.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
-    >>> found.n[0], found.numbers["k2"][0].round(4)
-    (array([1, 1], dtype=int32), array([0.0039, 0.002 ]))
-    """
-    own = ("disturbance", "criterion", "threads")
-    common = {name: value for name, value in written.items() if name not in own and value is not None}
-    plan = make_plan({"periods": PERIODS, **common})
-    names = list(plan.axes)
-    if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B, eta (for one point use `limit`)"))
-    if disturbance is not None:
-        check_disturbance(disturbance)
-    searches = {
-        c: each_limit(common, name, method, criterion, threads)
-        for c, (name, method) in enumerate(CURVES)
-        if disturbance in (None, name)
-    }
-    shape = (len(CURVES), *plan.shape)
-    found = Limits(
-        axes=dict(plan.axes), fixed={name: plan.scalars[name] for name in AXES if name not in plan.axes},
-        numbers={name: np.full(shape, np.nan) for name in QUANTITIES[K2].numbers}, n=np.zeros(shape, np.int32),
-        done=np.zeros(shape, bool), how=np.full(shape, "", object), criterion=criterion, title="",
-        shared={**plan.scalars, **vars(plan.settings)},
-    )  # fmt: skip
-    if names == ["A"]:
-        fine = np.linspace(plan.axes["A"].min(), plan.axes["A"].max(), FINE)
-        found = replace(found, fine=fine, diagram=undisturbed_diagram(common, fine, threads))
-    for c, search in searches.items():
-        for i, one in search:
-            at = (c, *(int(k) for k in np.unravel_index(i, plan.shape)))
-            for name, value in values_of(K2, one).items():
-                found.numbers[name][at] = value
-            found.n[at], found.how[at], found.done[at] = one.n, one.how, True
-    return replace(found, how=found.how.astype(str))
 
 
 def undisturbed_diagram(common: Mapping[str, Any], A: np.ndarray, threads: int | None) -> np.ndarray:

@@ -26,11 +26,10 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads, collect
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.jit.trig import TWO_PI, turns
-from vibrodrive.model import choices, kinds, names, slips
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model import choices, names
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.stability.limit import NO_PERIOD, refuse_axes, slipping
+from vibrodrive.stability.limit import NO_PERIOD, refuse_axes
 from vibrodrive.stability.structure import BLURRED, SETTLING, WATCHED, period, reference_orbit
 
 Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
@@ -132,87 +131,16 @@ class Solution(NamedTuple):
     points: np.ndarray
 
 
-@as_written
-def start_limit(
-    written: Mapping[str, Any],
-    /,
-    A: float,
-    axis: Coordinate,
-    *,
-    B: float = 0.1,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> StartLimit:
-    """Find the limit k₁ (§1): the smallest error of one coordinate of the start that leads to another solution.
-
-    The motion is undisturbed (ε = 0) and its switches are certified. The search covers deviations in both directions
-    from the exact start: of τ0 up to 2π, and of ξ0 and ξ'0 up to 2π max(1, A). It does not try ξ0 < 0. If the orbit has
-    a period n > 1, a deviation of τ0 by 2π always leads to another solution. The relative error of an edge is at most
-    1e-13, or its absolute error is at most the last bit of the coordinate.
-
-    Parameters
-    ----------
-    A : float
-        excitation amplitude, dimensionless like all parameters.
-    axis : "xi0", "dxi0" or "tau0"
-        the coordinate of the start that has an error.
-    xi0, dxi0, tau0 : float
-        the exact start. The deviation is counted from here.
-    B, transient, budget
-        as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
-    threads : int, optional
-        threads to use; all by default.
-
-    Returns
-    -------
-    StartLimit
-        k1 is the distance of the nearer edge of the basin from the start, in the dimensionless unit of the coordinate.
-        below and above are the edges in the two directions, each with kept, lost and searched_to.
-        n is the period of the undisturbed orbit in excitation periods.
-        how describes the result.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
-
-    Warns
-    -----
-    UserWarning
-        for values that are probably a mistake, as in `limit`.
-
-    Examples
-    --------
-    At A = 3.04 there are two solutions, one excitation period apart. A start that is late by 0.818 leads to the other:
-
-    >>> import vibrodrive as vd
-    >>> k = vd.start_limit(3.04, "tau0")
-    >>> k.n, round(k.above.lost, 3), round(k.below.lost, 3), round(k.k1, 3)
-    (2, 0.818, 5.465, 0.818)
-    """
-    if not hasattr(A, "__len__"):
-        check("A", A)
-    plan = _plan({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
-    count = check_threads(threads)
-    slips.warn_of_slip([slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
-    with kinds.above("a line while it lasts")("start_limit"):
-        return nearest_other(plan.arguments(0), axis, count)
-
-
 def each_start_limit(
     arguments: Mapping[str, Any], axis: str, threads: int | None = None
 ) -> Iterator[tuple[int, StartLimit]]:
     """Return an iterator of (number of the point, StartLimit) over the limits k₁ on axes of A and B, in order."""
-    plan = _plan(arguments, axis, ("A", "B"))
+    plan = plan_of_starts(arguments, axis, ("A", "B"))
     count = check_threads(threads)
     return ((index, nearest_other(plan.arguments(index), axis, count)) for index in range(plan.n_points))
 
 
-def _plan(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Plan:
+def plan_of_starts(arguments: Mapping[str, Any], axis: object, axes: Sequence[str]) -> Plan:
     if axis not in COORDINATES:
         kind = ValueError if isinstance(axis, str) else TypeError
         raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))

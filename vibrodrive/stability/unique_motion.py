@@ -23,12 +23,11 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, collect
-from vibrodrive.model import choices, kinds, names, slips
-from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model import choices
 from vibrodrive.model.parameters import check, check_choice, check_count, real_array
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability import limit
-from vibrodrive.stability.limit import NO_PERIOD, PERIODS, Disturbance, Found
+from vibrodrive.stability.limit import NO_PERIOD, Found
 from vibrodrive.stability.limit_search import GRIDS, Band, check_disturbance, search_band
 from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
@@ -155,86 +154,16 @@ class UniqueLimit(Found):
         return self.as_velocity(self.last_several)
 
 
-@as_written
-def unique_limit(
-    written: Mapping[str, Any],
-    /,
-    A: float,
-    disturbance: Disturbance = "eps",
-    method: MethodLike | None = None,
-    *,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = names.ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    scan: ScanLike = "skip",
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> UniqueLimit:
-    """Find the limit k_u: the smallest disturbance at which all starts end in one motion (§5, Fig. 11).
-
-    Parameters
-    ----------
-    A : float
-        excitation amplitude, dimensionless like all parameters.
-    disturbance, method, eps, dtau
-        as in `limit`.
-    B, eta, tol, tau0, transient, periods, scan, budget
-        as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
-        chooses. Two motions count as one if they agree over the last 64 recorded periods.
-    threads : int, optional
-        threads to use; all by default.
-
-    Returns
-    -------
-    UniqueLimit
-        ku is the smallest disturbance found at which all starts end in one motion, dimensionless.
-        several_below is the largest disturbance found below ku at which several motions remain.
-        last_several is the upper end of the band above ku in which several motions remain at some values.
-        share_several is the share of the values between ku and last_several at which several motions remain, 0 to 1.
-        n is the number of solutions without a disturbance.
-        how describes the result.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
-
-    Warns
-    -----
-    UserWarning
-        for values that are probably a mistake, as in `limit`.
-
-    Examples
-    --------
-    Under numerical disturbances the two solutions at A = 3.04 become one motion:
-
-    >>> import vibrodrive as vd
-    >>> k = vd.unique_limit(3.04, "dtau", transient=50, periods=50)
-    >>> k.n, k.several_below < k.ku
-    (2, True)
-    """
-    plan = limit.plan_at_one_point(written, disturbance, method)
-    count = check_threads(threads)
-    slips.warn_of_slip([limit.slipping(plan)], depth=3)  # the warning names the line of the caller, two functions above
-    with kinds.above("a line while it lasts")("unique_limit"):
-        return _unique_limit(plan, 0, disturbance, count)
-
-
 def each_unique_limit(
     arguments: Mapping[str, Any], disturbance: str, method: str | None = None, threads: int | None = None
 ) -> Iterator[tuple[int, UniqueLimit]]:
     """Return an iterator of (number of the point, UniqueLimit) over the limits k_u on axes of A, B and η, in order."""
     plan = limit.plan_over_axes(arguments, disturbance, method)
     count = check_threads(threads)
-    return ((index, _unique_limit(plan, index, disturbance, count)) for index in range(plan.n_points))
+    return ((index, unique_at(plan, index, disturbance, count)) for index in range(plan.n_points))
 
 
-def _unique_limit(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
+def unique_at(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
     at = plan.arguments(index)
     n, _, starts = starts_that_reach_all(at, threads)
     point = at["A"], at["B"], at["eta"], disturbance, choices.Method(plan.settings.method).name.lower()
