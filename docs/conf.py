@@ -64,6 +64,7 @@ PAGES = {
         "CHANGELOG": "changelog",
         "CONTRIBUTING": "contributing",
         "RELEASING": "releasing",
+        "benchmarks/switches/README": "switches",
     }.items()
 }
 """Documents of the folder above, and the pages that include them."""
@@ -78,8 +79,9 @@ def read_page(app: Sphinx, docname: str, source: list[str]) -> None:
 
 def read_included(app: Sphinx, path: Path, docname: str, source: list[str]) -> None:
     """Rewrite the links of an included document relative to this folder."""
-    if f"../{path.name}" in PAGES:
-        source[0] = LINK.sub(lambda m: f"]({os.path.relpath(m[1], 'docs').replace(os.sep, '/')}", source[0])
+    if path.as_posix() in PAGES:
+        folder = Path("docs") / path.parent
+        source[0] = LINK.sub(lambda m: f"]({os.path.relpath(folder / m[1], 'docs').replace(os.sep, '/')}", source[0])
         read_page(app, docname, source)
 
 
