@@ -28,7 +28,7 @@ import numpy as np
 
 import vibrodrive as vd
 from vibrodrive.model.config import read
-from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.curve import Curve
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits_of
 

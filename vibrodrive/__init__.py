@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # defined here to avoid the import of `typing`: see __main__
+from vibrodrive.version import __version__ as __version__
 
-__version__ = "0.1.0"
+TYPE_CHECKING = False  # defined here to avoid the import of `typing`: see __main__
 
 __all__ = [
     "ETA",

@@ -88,7 +88,7 @@ def test_the_version_stands_in_one_place():
 
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
     assert "version" not in project["project"]
-    assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "vibrodrive.__version__"}
+    assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "vibrodrive.version.__version__"}
 
 
 def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):

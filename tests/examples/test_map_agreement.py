@@ -10,7 +10,8 @@ import pytest
 from examples import map_agreement
 from examples.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
 from vibrodrive.model.choices import Status
-from vibrodrive.periodic.curves import Curve, curves
+from vibrodrive.periodic.curve import Curve
+from vibrodrive.periodic.curves import curves
 
 
 @pytest.mark.jit

@@ -20,7 +20,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_wishes
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
-from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.curve import Curve
 from vibrodrive.store.limits import Limits
 
 SCREEN = LOOKS["screen"]

@@ -13,8 +13,8 @@ from vibrodrive.figures.style import new
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.periodic.bifurcations import ONSET
 from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, FOLD, GRAZING, STICK
-from vibrodrive.periodic.curves import Curve
-from vibrodrive.periodic.meetings import Meeting, meeting_points
+from vibrodrive.periodic.curve import Curve, Meeting
+from vibrodrive.periodic.meetings import meeting_points
 
 
 def line(kind, slope, meets=()):

@@ -11,7 +11,8 @@ from tests.support.mp_flight import after, orbit_phase, slope
 from tests.support.reference import mp, reference
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.conditions import Condition, Margin, Slide, lags
-from vibrodrive.periodic.curves import Curve, curves
+from vibrodrive.periodic.curve import Curve
+from vibrodrive.periodic.curves import curves
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import meeting_points, with_meetings
 from vibrodrive.periodic.recognition import recognise

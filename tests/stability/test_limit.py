@@ -232,7 +232,7 @@ def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
 @pytest.mark.jit
 def test_nearness_to_the_orbit_as_a_curve_is_a_criterion():
     some = {"transient": 200, "periods": 100}
-    orbit = orbit_curve(simulate(3.04, transient=20_000, periods=256))
+    orbit = orbit_curve(simulate(3.04, transient=20_000, periods=256), 2)
     near, far = (limit(3.04, criterion=f"rho < {k3}", **some) for k3 in (0.1, 0.4))
     assert near.k2 < far.k2
     for k3, k in ((0.1, near), (0.4, far)):

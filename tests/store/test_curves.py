@@ -8,9 +8,8 @@ import pytest
 
 from vibrodrive.errors import Damaged, OtherKind
 from vibrodrive.periodic.conditions import Condition, Slide
-from vibrodrive.periodic.curves import Curve
+from vibrodrive.periodic.curve import Curve, Meeting
 from vibrodrive.periodic.flight import FROM_REVERSAL, FROM_STICK
-from vibrodrive.periodic.meetings import Meeting
 from vibrodrive.store import curves, tables
 from vibrodrive.store.curves import StoredCurves, save
 from vibrodrive.store.every_kind import load, summary

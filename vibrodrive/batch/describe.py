@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vibrodrive.batch.sweep import compute
 from vibrodrive.jit.slices import Halt
@@ -14,9 +14,6 @@ from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.states import states
-
-if TYPE_CHECKING:
-    from vibrodrive.batch.trajectory import Trajectory
 
 LEAST = 256
 """Least number of excitation periods over which the summary is computed. It is enough to detect motions of period 64
@@ -32,25 +29,26 @@ def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
     return {name: values[0].item() for name, values in block.records.items()}
 
 
-def described(motion: Trajectory, plan: Plan, scene: Scene | None) -> str:
+def described(status: Status, margin: float, plan: Plan, scene: Scene | None) -> str:
     """Return the text of `Trajectory.describe`."""
-    a = motion.arguments
+    a = plan.scalars
     long = replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
-    return "\n".join([place, *sentences(motion, summary_of(long), scene)])
+    return "\n".join([place, *sentences(status, margin, summary_of(long), plan, scene)])
 
 
-def sentences(motion: Trajectory, found: Mapping[str, Any], scene: Scene | None = None) -> list[str]:
+def sentences(
+    status: Status, margin: float, found: Mapping[str, Any], plan: Plan, scene: Scene | None = None
+) -> list[str]:
     """Return the lines of the description: status, closest decision, period, impacts, cycle of states, impact speeds.
 
     With a scene, times and speeds are in SI units.
     """
-    status = Status(motion.status)
     advice = status.advice
-    if status == Status.OK and motion.arguments["method"] == Method.FIXED:
-        step = motion.arguments["dtau"]
+    if status == Status.OK and plan.settings.method == Method.FIXED:
+        step = plan.scalars["dtau"]
         advice = f"steps of Δτ = {step:.6g}; switches are late by up to one step; two within one step may be missed"
-    said = [f"{status.name}: {advice}", _decision(motion.margin)]
+    said = [f"{status.name}: {advice}", _decision(margin)]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]

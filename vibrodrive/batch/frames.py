@@ -3,51 +3,50 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:
     import pandas
 
-    from vibrodrive.batch.trajectory import Trajectory
-
 Table = Literal["switches", "impacts", "section"]
 
-TABLES: tuple[Table, ...] = ("switches", "impacts", "section")
 
-
-def frame(motion: Trajectory, of: Table) -> pandas.DataFrame:
+def frame(
+    arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any], status: Status
+) -> pandas.DataFrame:
     """Return the table of `Trajectory.to_dataframe`."""
-    if not isinstance(of, str) or of not in TABLES:
-        raise ValueError(bad("of", of, "one of " + ", ".join(TABLES)))
+    if not isinstance(of, str) or of not in arrays:
+        raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
     try:
         import pandas
     except ImportError:
         raise ImportError("to_dataframe needs pandas: pip install 'vibrodrive[data]'") from None
 
     columns: dict[str, Any]
+    rows = arrays[of]
     if of == "section":
-        columns = {"tau": _section_times(motion), "xi": motion.section[:, 0], "dxi": motion.section[:, 1]}
+        columns = {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
     else:
-        rows = getattr(motion, of)
-        columns = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names}
+        columns = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
     for name in {"before", "after"} & columns.keys():
         columns[name] = pandas.Categorical.from_codes(columns[name], [str(s) for s in State])
     found = pandas.DataFrame(columns)
     named = {"method": Method, "scan": Scan}
-    known = {name: value for name, value in motion.arguments.items() if value == value}
+    known = {name: value for name, value in arguments.items() if value == value}
     found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in known.items()}
-    found.attrs["status"] = str(motion.status)
+    found.attrs["status"] = str(status)
     return found
 
 
-def _section_times(motion: Trajectory) -> np.ndarray:
+def _section_times(a: Mapping[str, Any]) -> np.ndarray:
     """Return τ of each section point: the instants section_phase + 2πk within the record."""
-    a, turn = motion.arguments, 2.0 * math.pi
+    turn = 2.0 * math.pi
     offset = (a["section_phase"] - a["tau0"]) % turn or turn
     return a["tau0"] + offset + turn * (a["transient"] + np.arange(a["periods"]))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibrodrive.batch.describe import described
 from vibrodrive.batch.frames import Table, frame
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
@@ -222,7 +223,8 @@ class Trajectory:
         >>> table.attrs["A"], table.attrs["status"]
         (1.5, 'OK')
         """
-        return frame(self, of)
+        arrays = {"switches": self.switches, "impacts": self.impacts, "section": self.section}
+        return frame(arrays, of, self.arguments, self.status)
 
     def plot(
         self,
@@ -289,11 +291,9 @@ class Trajectory:
         states: U S D I R (Up, Down, Stick, Rest, Impact)
         impact speed 0.699856, at most 0.699856
         """
-        from vibrodrive.batch.describe import described
-
         if scene is not None and not isinstance(scene, Scene):
             raise TypeError(bad("scene", scene, "a Scene, or left out"))
-        return described(self, self._plan, scene)
+        return described(self.status, self.margin, self._plan, scene)
 
     def sample(self, points_per_period: int) -> Sample:
         """Evaluate the motion at equidistant instants of the record, including its beginning and its end.

@@ -15,7 +15,6 @@ from typing import NoReturn
 
 import click
 
-from vibrodrive import __version__
 from vibrodrive.cli.common import leave, same_command
 from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
@@ -27,6 +26,7 @@ from vibrodrive.cli.result import HELP, result_command
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.validate import validate
 from vibrodrive.jobs.signals import catch
+from vibrodrive.version import __version__
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})

@@ -24,9 +24,10 @@ MOST_POINTS = 20_000  # per curve; with many points per period fewer periods are
 
 
 class Motion(NamedTuple):
-    """Motion at `x`, with its summary by the names of records.py."""
+    """Motion at `x`, with its plan, and its summary by the names of records.py."""
 
     x: float
+    plan: Plan
     trajectory: Trajectory
     summary: dict[str, Any]
 
@@ -48,7 +49,7 @@ def motion_at(view: View, halt: Halt) -> Motion:
     x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)
-    return Motion(x, trajectory, summary_of(whole, halt))
+    return Motion(x, whole, trajectory, summary_of(whole, halt))
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
@@ -93,4 +94,4 @@ def words(motion: Motion, view: View) -> list[str]:
     said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:
         said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
-    return said + [html.escape(line) for line in sentences(t, motion.summary)]
+    return said + [html.escape(line) for line in sentences(t.status, t.margin, motion.summary, motion.plan)]

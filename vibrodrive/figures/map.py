@@ -30,7 +30,7 @@ from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.records import SUMMARIES
 
 if TYPE_CHECKING:
-    from vibrodrive.periodic.curves import Curve
+    from vibrodrive.periodic.curve import Curve
     from vibrodrive.stability.limits import Limits
 
 LABELS = {

@@ -21,7 +21,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:
-    from vibrodrive.periodic.curves import Curve
+    from vibrodrive.periodic.curve import Curve
     from vibrodrive.stability.limits import Limits
 
 HALO = 0.7

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from vibrodrive import __version__
 from vibrodrive.figures.style import drawn_as, save
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
@@ -18,6 +17,7 @@ from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
 from vibrodrive.store.place import check_place, refuse_foreign
 from vibrodrive.verdicts import Judged, write
+from vibrodrive.version import __version__
 
 SUBJECTS = (*FIGURES, "limits")
 """Names for the argument `figures`: those of the drawings, and "limits" for claims that have no figure in the paper."""

@@ -6,34 +6,17 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibrodrive.periodic.continuation import bisect, scale_of
+from vibrodrive.periodic.curve import Curve, Meeting
 from vibrodrive.periodic.tracing import EDGE
-
-if TYPE_CHECKING:
-    from vibrodrive.periodic.curves import Curve
 
 # largest distance in A and in B of two curves at a common point, times `scale_of`: if the curves only touch, the error
 # of this point is about the square root of rounding
 SAME_POINT = 1e-7
 TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, times `scale_of`
-
-
-class Meeting(NamedTuple):
-    """A point at which a curve meets another curve.
-
-    A, B : parameters at the point.
-    other : index of the other curve in the list.
-    what : "end" if one of the two curves ends there, "crossing" if neither of them ends there.
-    """
-
-    A: float
-    B: float
-    other: int
-    what: str
 
 
 def with_meetings(found: list[Curve]) -> list[Curve]:

@@ -105,7 +105,7 @@ class Evaluator:
         for motion in self._motions(points, settings):
             orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
             if orbit is not None and math.isfinite(criterion.k3):
-                orbit = replace(orbit, curve=orbit_curve(motion.trajectory))
+                orbit = replace(orbit, curve=orbit_curve(motion.trajectory, orbit.n))
             orbits.append(orbit)
         return orbits
 

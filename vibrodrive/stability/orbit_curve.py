@@ -25,7 +25,6 @@ from vibrodrive.jit.compile import jit
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.model.states import State
-from vibrodrive.stability.structure import reference_orbit
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
@@ -60,12 +59,8 @@ class OrbitCurve:
         return np.searchsorted(self.times - self.times[0], since, side="right") - 1
 
 
-def orbit_curve(orbit: Trajectory) -> OrbitCurve:
-    """Return the orbit that an undisturbed motion has settled on, as a curve of the last n periods of its record."""
-    found = reference_orbit(orbit)
-    if found is None:
-        raise ValueError("the undisturbed motion has no period, so its orbit is not a closed curve")
-    n = found.n
+def orbit_curve(orbit: Trajectory, n: int) -> OrbitCurve:
+    """Return the orbit of period n that an undisturbed motion has settled on, as a curve of its last n periods."""
     times, points = _path(orbit, PER_PERIOD)
     last = np.flatnonzero(times > times[-1] - n)  # the last point equals the first, n periods later
     chosen = last[np.argsort(times[last], kind="stable")]

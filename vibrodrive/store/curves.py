@@ -20,8 +20,8 @@ import numpy as np
 from vibrodrive.model.described import Stored
 from vibrodrive.model.kinds import above
 from vibrodrive.periodic.conditions import Condition, Slide
-from vibrodrive.periodic.curves import Curve
-from vibrodrive.periodic.meetings import Meeting, meeting_points
+from vibrodrive.periodic.curve import Curve, Meeting
+from vibrodrive.periodic.meetings import meeting_points
 from vibrodrive.store import tables
 from vibrodrive.store.compare import altered
 from vibrodrive.store.layout import Origin

@@ -29,6 +29,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
+from vibrodrive.version import __version__
 
 MOTION_PERIOD = "motion_period"
 """Variable of the quantity `period` of a summary: in a file `period` is the dimension of the section."""
@@ -260,8 +261,6 @@ def _further(plan: Plan) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Return the versions of this package and of the packages that may affect a result."""
-    from vibrodrive import __version__
-
     packages = {name: metadata.version(name) for name in ("numpy", "numba", "h5py")}
     return {
         "vibrodrive": __version__,
