@@ -84,9 +84,7 @@ def tab(opened):
 def image(tab):
     """Return the image of the page, (rows, columns) of shades, and its position (x, y, dw, dh)."""
     found = tab.model(
-        "const s = all.filter((m) => m.type === 'ColumnDataSource' && m.data.image && m.data.image[0].shape);"
-        "const d = s[0].data, i = d.image[0];"
-        "return [Array.from(i.data ?? i), i.shape, d.x[0], d.y[0], d.dw[0], d.dh[0]]"
+        "const d = window.explorer.data, i = d.images[0]; return [Array.from(i), i.shape, d.x, d.y, d.dw, d.dh]"
     )
     return np.array(found[0], np.uint8).reshape(found[1]), found[2:]
 

@@ -15,13 +15,14 @@ const page = {
   asked: 0, // number of the last request for a picture
   answered: 0, // number of the request whose picture is painted
   whole: 0, // the same if that picture is complete, else 0
+  data: null, // the last picture, with its place and palette
+  document: Bokeh.documents[0],
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
   scales: {}, // scales of both axes as drawn: linear or log
   kept: {}, // ends of ranges as the server sent them
   last: "", // the last view requested
   extra: {}, // fields without widget and range: at, and the ends of the colours (map) or of y (diagram)
   frames: [], latencies: [], // times at which pictures were painted, and their delay after the movement (ms)
-  heard: 0, // number of the last message processed
   file: null, // the last file downloaded
   words: "", // description of the selected motion
   followed: NaN, // coordinate of that motion on the abscissa
@@ -44,6 +45,7 @@ const REST = 300; // ms without a change after which a view becomes a step of "b
 // following movement would then be neither a drag nor a tap.
 Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
+const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
 [only, axes, symbols, formatters] = [only, axes, symbols, formatters].map(plain);
 starts = starts.map(plain);
@@ -133,7 +135,8 @@ const but_for_motion = (view) => JSON.stringify({...view, at: null, pixels: page
 
 const tell = (message) => {
   if (!("file" in message)) page.seq += 1; // a file request does not replace the running one
-  request.data = {message: [JSON.stringify({seq: page.seq, time: performance.now(), heard: page.heard, ...message})]};
+  const asked = JSON.stringify({seq: page.seq, ...message});
+  page.document._trigger_on_change(new MessageSentEvent(page.document, "asked", asked));
 };
 
 page.ask = (again) => {
@@ -297,17 +300,16 @@ const measure = () => {
 };
 window.addEventListener("resize", scale_letters);
 
-// A frame has arrived: request the next one immediately, so that it is computed while this one is painted. The browser
+// A picture has arrived: request the next one immediately, so that it is computed while this one is painted. The browser
 // processes frames in order, so the next one cannot be painted first.
-page.painted = () => {
-  const head = JSON.parse(frame.data.head[0]), began = page.began, answers = page.busy;
+page.paint = (sent) => {
+  const data = plain(sent), head = JSON.parse(data.head), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) {
     put_span(y_range, "", ...head.fit);
   }
   page.patience = PATIENCE;
-  draw_picture(first, frame.data);
-  if (other.data.head[0] === frame.data.head[0]) draw_picture(second, other.data);
-  Object.assign(page, {answered: head.seq, status: head.status});
+  [first, second].forEach((plot, k) => { if (data.images[k]) draw_picture(plot, data.images[k], data); });
+  Object.assign(page, {answered: head.seq, status: head.status, data});
   say(head.title, "title");
   for (const [name, field] of Object.entries(fields)) if (!refuses(field)) page.good[name] = field.value;
   if (head.seq === page.asked) remember(head.address);
@@ -354,23 +356,20 @@ const download = ({name, base64}) => {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 };
 
-page.hear = () => {
-  for (const item of JSON.parse(news.data.items[0])) {
-    if (item.number <= page.heard) continue;
-    page.heard = item.number;
-    if (item.apply) page.apply(item.apply);
-    if (item.file) download(item.file);
-    if (item.refused) refuse(item.refused);
-    if (item.picture === page.answered) {
-      page.status = item.status;
-      if (!page.busy) say(page.status);
-    }
-    if (item.words !== undefined) show_words(page.words = item.words);
-    if (item.done === page.seq) {
-      if (item.address !== undefined) remember(item.address);
-      free();
-      settle();
-    }
+page.hear = (news) => {
+  const item = JSON.parse(news);
+  if (item.apply) page.apply(item.apply);
+  if (item.file) download(item.file);
+  if (item.refused) refuse(item.refused);
+  if (item.picture === page.answered) {
+    page.status = item.status;
+    if (!page.busy) say(page.status);
+  }
+  if (item.words !== undefined) show_words(page.words = item.words);
+  if (item.done === page.seq) {
+    if (item.address !== undefined) remember(item.address);
+    free();
+    settle();
   }
 };
 
@@ -465,5 +464,7 @@ element("start").addEventListener("change", () => {
 scale_letters();
 for (const plot of [first, second]) if (Bokeh.index.find_one_by_id(plot.id)) picture_of(plot);
 measure();
+page.document.on_message("news", page.hear);
+page.document.on_message("picture", page.paint);
 tell({hello: true});
 

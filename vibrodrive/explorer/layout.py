@@ -36,12 +36,8 @@ OPENED = ("Parameters", "Method")  # groups of controls that are open at first
 
 @dataclass
 class Page:
-    """Models that the server changes or listens to. `frame` and `other` (of the second diagram) have one image each."""
+    """Models that the server changes."""
 
-    request: ColumnDataSource
-    news: ColumnDataSource
-    frame: ColumnDataSource
-    other: ColumnDataSource
     motion: ColumnDataSource
     stable: ColumnDataSource
     unstable: ColumnDataSource
@@ -49,7 +45,6 @@ class Page:
     curves: ColumnDataSource
 
 
-BLANK: dict[str, Any] = {name: [0] for name in ("head", "image", "palette", "x", "y", "dw", "dh")}
 LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
 NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
 NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
@@ -59,8 +54,6 @@ NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour"
 
 def build(document: Document, view: View, token: str) -> Page:
     """Fill a document with the models for a view, and with the scripts that join them in the browser."""
-    frame, other = (ColumnDataSource(BLANK) for _ in range(2))
-    request, news = ColumnDataSource({"message": [""]}), ColumnDataSource({"items": ["[]"]})
     # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
     formatters = {name: _ticks() for name in ("x", "y")}
@@ -89,10 +82,10 @@ def build(document: Document, view: View, token: str) -> Page:
         p.xaxis.axis_label = symbol(view.x)
         p.yaxis.axis_label = symbol(view.y if view.mode == MAP else view.quantity)
     args = {
-        "request": request, "news": news, "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
+        "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
         "second": two, "only": only, "token": token, "formatters": formatters,
         "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
-        "small": [phase, time], "x2": x2, "y2": y2, "first": one, "frame": frame, "other": other,
+        "small": [phase, time], "x2": x2, "y2": y2, "first": one,
         "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
         "names": [state.name.lower() for state in LASTING],
         "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
@@ -100,7 +93,6 @@ def build(document: Document, view: View, token: str) -> Page:
     _join(document, args)
     for shown in (one, two, x_range, y_range, x2, y2):
         shown.syncable = False  # the server receives a view as a whole
-    one.tags = [request, news, frame, other]  # otherwise models that only scripts use are no part of a document
     document.title = "vibrodrive explore"
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
     document.template_variables.update(
@@ -108,7 +100,7 @@ def build(document: Document, view: View, token: str) -> Page:
     )
     for root in (one, two, phase, time):
         document.add_root(root)
-    return Page(request, news, frame, other, motion, stable, unstable, marks, curves)
+    return Page(motion, stable, unstable, marks, curves)
 
 
 def _join(document: Document, args: dict[str, Any]) -> None:
@@ -122,8 +114,6 @@ def _join(document: Document, args: dict[str, Any]) -> None:
         for end in ("start", "end"):
             axis.js_on_change(end, moved)
     args["motion"].js_on_change("data", _call("moves()"))
-    args["frame"].js_on_change("data", _call("painted()"))
-    args["news"].js_on_change("data", _call("hear()"))
     for shown in (args["first"], args["second"]):
         for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
             shown.js_on_event(click, tapped)

@@ -36,21 +36,21 @@ const move_picture = (plot) => {
 };
 
 // Each pixel of a picture is an index into its RGBA palette; the first row is the lowest.
-const draw_picture = (plot, data) => {
+const draw_picture = (plot, image, data) => {
   const picture = picture_of(plot);
   if (!picture) return;
-  const {canvas, context} = picture, [rows, columns] = data.image[0].shape;
+  const {canvas, context} = picture, [rows, columns] = image.shape;
   if (!picture.pixels || canvas.width !== columns || canvas.height !== rows) {
     Object.assign(canvas, {width: columns, height: rows});
     picture.pixels = context.createImageData(columns, rows);
     canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // cells stay sharp
   }
-  const colours = new Uint32Array(picture.pixels.data.buffer), shades = data.image[0], palette = data.palette[0];
+  const colours = new Uint32Array(picture.pixels.data.buffer), {palette} = data;
   for (let row = 0, k = 0; row < rows; row++) {
-    for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[shades[spot++]];
+    for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[image[spot++]];
   }
   context.putImageData(picture.pixels, 0, 0);
-  picture.drawn = {x: data.x[0], y: data.y[0], dw: data.dw[0], dh: data.dh[0]};
+  picture.drawn = data;
   move_picture(plot);
 };
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from bokeh.document import Document
+from bokeh.document.events import MessageSentEvent
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.layout import NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
@@ -42,17 +43,15 @@ class Session:
         self.pixels: tuple[int, int] | None = None
         self.refused = ""
         self.unpainted = 0
-        self.unheard: list[dict[str, Any]] = []
         self.overlay: Overlay | None = None
         self.status = 0, ""  # number of the view in the last picture, and its status line
-        self.numbers = itertools.count(1)
         if address:
             try:
                 self.view = read_address(address)
             except ValueError as error:
                 self.refused = _one_line(error)
         self.page = build(document, self.view, token)
-        self.page.request.on_change("data", lambda attr, old, new: self._heard(new["message"][0]))
+        document.on_message("asked", self._heard)
         engine.pages[self.number] = self
         document.on_session_destroyed(lambda context: self._closed())
 
@@ -70,7 +69,6 @@ class Session:
         self.seq = asked["seq"]
         if asked.get("pixels"):
             self.pixels = checked_pixels(asked["pixels"])
-        self.unheard = [item for item in self.unheard if item["number"] > asked["heard"]]
         try:
             self._answer(asked)
         except ValueError as error:
@@ -78,7 +76,7 @@ class Session:
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("hello"):
-            self.tell({"apply": self.view.state()}, {"refused": self.refused})
+            self.tell({"apply": self.view.state(), "refused": self.refused})
         elif asked.get("left"):
             self._left()
         elif asked.get("reset"):
@@ -143,13 +141,13 @@ class Session:
         with suppress(RuntimeError, AttributeError):  # raised by Bokeh if the document has been destroyed
             self.document.add_next_tick_callback(change)
 
-    def tell(self, *items: Mapping[str, Any]) -> None:
-        """Send these items, and again all items that the page has not acknowledged.
+    def tell(self, news: Mapping[str, Any]) -> None:
+        """Send news to the scripts of the page."""
+        self.send("news", json.dumps(news))
 
-        If two messages arrive together, the scripts of the page see only the last one.
-        """
-        self.unheard += [{"number": next(self.numbers), **item} for item in items]
-        self.page.news.data = {"items": [json.dumps(self.unheard)]}
+    def send(self, kind: str, content: object) -> None:
+        """Send a message of a kind for which browser.js has a function."""
+        self.document.callbacks.trigger_on_change(MessageSentEvent(self.document, kind, content))
 
     def laid_over(self, overlay: Overlay | None) -> None:
         """Record that the page shows these exact curves; their data have been sent before."""

@@ -86,10 +86,9 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
         said += SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
     head["status"] = said + meaning
     session.unpainted += 1
-    where = {"palette": [p.palette], "x": [p.x], "dw": [p.dw], "y": [p.y], "dh": [p.dh]}
-    # the head comes first: Bokeh compares new and old data, and this item differs, so the comparison ends early
-    frames = [{"head": [json.dumps(head)], "image": [image], **where} for image in p.images]
-    session.later(partial(_paint, session, frames))
+    place = {"x": p.x, "dw": p.dw, "y": p.y, "dh": p.dh}
+    picture = {"head": json.dumps(head), "images": p.images, "palette": p.palette, **place}
+    session.later(partial(_paint, session, picture))
 
 
 def _legend(view: View) -> str:
@@ -104,11 +103,9 @@ def _legend(view: View) -> str:
     return said
 
 
-def _paint(session: Session, frames: list[dict[str, Any]]) -> None:
+def _paint(session: Session, picture: dict[str, Any]) -> None:
     session.unpainted = 0
-    if len(frames) > 1:
-        session.page.other.data = frames[1]
-    session.page.frame.data = frames[0]
+    session.send("picture", picture)
 
 
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
