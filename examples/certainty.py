@@ -50,8 +50,9 @@ next state may be wrong. A sweep with `record="error"` stores the largest bound 
 ![Error and bound along four motions](certainty.png)
 
 *Error of the instant of each switch, compared with a computation with 50 digits, and its bound. At A = 12
-the curve of the bound ends with the last certain switch. Some switches later the computed motion goes to
-another state than the true motion. No margin warns of this: all of them are much larger than rounding.*
+the curve of the bound ends with the last certain switch. Some switches later the computed motion enters
+another state than the true motion. The margins do not show this, because all of them are much larger than
+the rounding errors.*
 
 ## The bounds
 
@@ -82,8 +83,8 @@ $\\Delta X$ is the part of $X$ that this error causes.
 **The start of a motion** is exact: the bits of τ₀ that the phase cannot hold are stored in another variable.
 ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the
 direction of the motion. This is possible for velocities ξ'₀ of the order of the square of the rounding error,
-divided by |H'|: about 1e-29. Such a start is TOO_CLOSE. A gap or velocity too small for all bits of a
-double (a denormal number) has an error of less than 1e-300. The bounds include this error.
+divided by |H'|: about 1e-29. Such a start is TOO_CLOSE. A denormal gap or velocity (below 2.3e-308) has fewer
+bits than other numbers. Its error is less than 1e-300, and the bounds include it.
 
 **A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$ at
 this instant. The modulus of the true ξ' is at most $E_1 = |E| + \\text{{rounding}}$ there. So the true ξ' has
@@ -100,20 +101,20 @@ ends where H = ±1, at a time that does not depend on the earlier motion. For ε
 arcsine, accurate to its last bits. For ε > 0 it is a zero of |H| − 1, and its error is the rounding error of H
 divided by |H'|. After a rest no earlier error remains. After sticking only the error of ξ remains.
 
-**Signs.** Bounds of absolute values alone would grow even along stable motions: if a slide starts late,
-the effects of this delay on ξ and on ξ' cancel in part at the next impact. Therefore the bounds follow the
-effect of the last impact's instant with its sign: $E = e\\,u + E'$ and $X = x\\,u + X'$, with one unknown
-$|u| \\le 1$ in both. $E'$ and $X'$ are bounded by their absolute values. Where the direction of a slide
-reverses, $e$ becomes $a_0\\,e/a_1$. This factor is that of the derivative of the map from impact to
-impact. So the bounds shrink along a stable motion and grow along an unstable one, as the true errors do.
+**Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the
+effects of a late start on ξ and on ξ' partly cancel at the next impact. Therefore the bounds keep the sign of
+the effect of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$, with the same unknown $u$ in
+both, $|u| \\le 1$. $E'$ and $X'$ are bounded by their absolute values. Where the direction of a slide
+reverses, $e$ becomes $a_0\\,e/a_1$. The derivative of the impact-phase map contains the same factor. So the
+bounds shrink along a stable motion and grow along an unstable one, as the true errors do.
 
 **Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
 below $2E_1$. The mass reverses its direction away from the obstacle, and not in an impact, if the computed
 ξ there exceeds its error bound. The next state is the true one if the distance of H from ±1 exceeds
 $M\\delta_1$ plus the rounding error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and
 `certain_until` is the period in which the state before this decision began. All error bounds from there to
-the end of the record are infinite, also after a later rest: its instant would be accurate, but might
-belong to another motion than the true one.
+the end of the record are infinite, also after a later rest. The instant of this rest may be accurate, but the
+rest may belong to another motion than the true one.
 
 **A section point** has the errors of ξ and ξ' at its time. If its time is within the error of a switch,
 the true motion may be in the state on the other side of this switch. Then the bound includes the change of
@@ -131,10 +132,11 @@ the true motion may be in the state on the other side of this switch. Then the b
 - The computation of the bounds has rounding errors, too (double precision, rounded to nearest). The eight
   units above are large enough to include them.
 
-The bounds are a proof by hand, not interval arithmetic. The comparison with 50 digits below tests them.
-With Muller's method the remaining value of the switching function at the end of the iteration replaces the
-rounding error, so the bounds depend on `tol`. They assume that the grid missed no zero. The method `fixed` has
-no bounds: each of its switches is late by up to Δτ, and this delay is the disturbance under study.
+The bounds are proved by hand. They are not computed in interval arithmetic; the comparison with 50 digits
+below tests them. With Muller's method the iteration ends at a value of the switching function that is not
+exactly 0. This value replaces the rounding error, so the bounds depend on `tol`. They assume that the grid
+missed no zero. The method `fixed` has no bounds: each of its switches is late by up to Δτ, and this delay is
+the disturbance under study.
 
 In a sweep without `record="error"` the status OK certifies each switch, given the computed state after the
 previous switch. Such a sweep computes many motions in one batch and copies motions that repeat. With
