@@ -294,7 +294,7 @@ def test_what_means_nothing_for_a_kind_is_refused(copied):
 @pytest.mark.jit
 def test_another_kind_is_named_and_replaced_when_asked(copied):
     for command, other in (("sweep", "limits"), ("limits", "orbits"), ("orbits", "failures"), ("failures", "orbits")):
-        words = [f"{other}.h5", FILES[command].holds, FILES[other].holds, "name another with -o"]
+        words = [f"{other}.h5", FILES[command].holds, FILES[other].holds, "choose another with -o"]
         assert_refused(copied, command, f"{command}.toml", "-o", f"{other}.h5", words=words)
     assert copied("limits", "limits.toml", "-o", "orbits.h5", "--overwrite")[0] == 0
     assert read_kind(Path("orbits.h5")) == "limits"
@@ -329,7 +329,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, m
     assert figure.read_bytes() == (made / figure).read_bytes()
     for option in ("B=0.2", "transient=21", told):
         name = option.split("=")[0]
-        words = ["another configuration", f"{name} is ", " there and ", "--overwrite"]
+        words = ["another configuration", f"{name} is ", " in the file and ", "--overwrite"]
         assert_refused(copied, command, f"{command}.toml", "--set", option, words=words)
     with pytest.raises(AssertionError, match="something is computed"):
         cli.cli.main([command, f"{command}.toml", "--overwrite"], standalone_mode=False)
@@ -342,7 +342,7 @@ def test_periods_that_were_not_told_are_not_those_of_a_sweep(copied, idle):
         file.attrs["config"] = CONFIGS["failures"].replace("periods = 40", "")
         file.attrs["config_sha256"] = digest(file.attrs["config"])
         file.attrs["periods"] = 1500
-    words = ["periods is 1500 there and 250 here"]
+    words = ["periods is 1500 in the file and 250 here"]
     assert_refused(copied, "failures", "failures.toml", "--set", "periods=250", words=words)
 
 

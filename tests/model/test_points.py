@@ -86,7 +86,9 @@ def test_a_file_has_them_as_coordinates(tmp_path):
     again = open_writer(path, parse(TEXT).plan(), Origin(TEXT))
     assert again.plan.points(0, 10).tobytes() == config.plan().points(0, 10).tobytes()
     again.close()
-    with pytest.raises(Different, match=r"points\.xi0 is 5 values from 0 to 4 there and 5 values from 0 to 5 here"):
+    with pytest.raises(
+        Different, match=r"points\.xi0 is 5 values from 0 to 4 in the file and 5 values from 0 to 5 here"
+    ):
         open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
 
 

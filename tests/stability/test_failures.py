@@ -91,7 +91,7 @@ def test_command(run):
     assert run("failures", "small.toml")[0] == 0, "the file is complete"
     code, _, err = run("failures", "small.toml", "--set", "B=0.2")
     assert code == 2, "an existing file is not replaced"
-    assert "B is 0.1 there and 0.2 here" in err
+    assert "B is 0.1 in the file and 0.2 here" in err
     assert small.read_bytes() == before
 
     config.write_text("[sweep]\nA = [1.5, 3.04]\nB = [0.1, 0.2]\n")

@@ -78,7 +78,7 @@ def test_a_file_is_as_large_as_foretold_and_a_summary_small(path, plan):
 
 def test_another_record_is_another_configuration(path, plan):
     write(path, plan)
-    with pytest.raises(Different, match=r"record is .* there and section here"):
+    with pytest.raises(Different, match=r"record is .* in the file and section here"):
         open_writer(path, make("section"), Origin(TEXT))
 
 

@@ -387,17 +387,17 @@ def test_a_file_keeps_its_own_blocks(path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"periods": 13}, ["periods is 12 there and 13 here", "cannot be extended"]),
-        ({"B": 0.2}, ["B is 0.1 there and 0.2 here"]),
+        ({"periods": 13}, ["periods is 12 in the file and 13 here", "cannot be extended"]),
+        ({"B": 0.2}, ["B is 0.1 in the file and 0.2 here"]),
         (
             {"method": "fixed", "dtau": 0.1},
-            ["method is certified there and fixed here", "dtau is not given there"],
+            ["method is certified in the file and fixed here", "dtau is not given in the file"],
         ),
         (
             {"A": np.linspace(3, 3.2, 80)},
-            ["A is 90 values from 3 to 3.25 there and 80 values from 3 to 3.2 here"],
+            ["A is 90 values from 3 to 3.25 in the file and 80 values from 3 to 3.2 here"],
         ),
-        ({"eps": 0.0}, ["eps is 0.0, 0.0002 there and 0.0 here"]),
+        ({"eps": 0.0}, ["eps is 0.0, 0.0002 in the file and 0.0 here"]),
     ],
 )
 def test_another_configuration_is_refused_with_the_keys_that_differ(finished, changes, words):
@@ -410,7 +410,7 @@ def test_another_configuration_is_refused_with_the_keys_that_differ(finished, ch
 
 def test_axes_in_another_order_are_another_configuration(finished):
     swapped = make_plan({"eps": [0, 2e-4], "A": np.linspace(3, 3.25, 90), "transient": 0, "periods": 12})
-    with pytest.raises(Different, match="the axes are A, eps there and eps, A here"):
+    with pytest.raises(Different, match="the axes are A, eps in the file and eps, A here"):
         open_writer(finished, swapped, Origin(TEXT))
 
 

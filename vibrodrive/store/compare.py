@@ -27,21 +27,22 @@ def refuse_different(path: Path, differences: list[str]) -> None:
 def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
     """Return the differences between a plan and an open file that stores its configuration but no plan.
 
-    `own`: settings of the command by the names of root attributes. They replace those of the plan.
+    `own`: settings of the command, by the names of their root attributes. They are compared instead of those of the
+    plan.
     """
     try:
         there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
     except ConfigError as error:
         return [f"this version cannot read its configuration ({error})"]
     different = {name: value for name, value in own.items() if file.attrs[name] != value}
-    found = [f"{name} is {file.attrs[name]} there and {value} here" for name, value in different.items()]
+    found = [f"{name} is {file.attrs[name]} in the file and {value} here" for name, value in different.items()]
     return found + compare(there, plan, without=own)
 
 
 def altered(file: h5py.File, **own: object) -> list[str]:
     """Return the plain root attributes of an open file that contradict its configuration; no checksum covers them.
 
-    `own`: attributes of the command by name, with the defaults of `periods` and `max_period`.
+    `own`: default values of the attributes that a command adds to its files (`periods`, `max_period`), by name.
     """
     try:
         config = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
@@ -64,9 +65,9 @@ def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str
         if key in without:
             continue
         if a is None or b is None or a.tobytes() != b.tobytes():
-            found.append(f"{key} is {_words(a)} there and {_words(b)} here")
+            found.append(f"{key} is {_words(a)} in the file and {_words(b)} here")
     if not found and list(stored.axes) != list(plan.axes):
-        found.append(f"the axes are {', '.join(stored.axes)} there and {', '.join(plan.axes)} here")
+        found.append(f"the axes are {', '.join(stored.axes)} in the file and {', '.join(plan.axes)} here")
     return found
 
 

@@ -1,8 +1,8 @@
 """Curves of bifurcations in the plane (A, B) as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions: `curve`, `point` (the points of all curves, in order: curve i has the rows first_point[i] to first_point[i]
-+ points[i]), `unknown` (the times at which slides end, at all points, in the same order) and `meeting` (each point at
-which two curves meet, once).
+Dimensions: `curve`; `point`, the points of all curves in order, of which curve i has the rows first_point[i] to
+first_point[i] + points[i] - 1; `unknown`, the times at which slides end, for all points in the same order; `meeting`,
+the points at which two curves meet, each listed once.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CONTENTS = (
-    "Bifurcations of the undisturbed motion (ε = 0) as curves in the plane (A, B), within range_A and range_B; curve i "
-    "has the rows first_point[i] to first_point[i] + points[i] - 1 along `point`."
+    "Bifurcations of the undisturbed motion (ε = 0) as curves in the plane (A, B), within range_A and range_B. The "
+    "points of curve i are the rows first_point[i] to first_point[i] + points[i] - 1 along `point`."
 )
 
 
@@ -93,7 +93,7 @@ def _tables(found: list[Curve]) -> dict[str, tables.Table]:
             "period": (np.array([c.period for c in found], np.int64), "whole excitation periods of the orbit"),
             "impacts": (np.array([c.impacts for c in found], np.int64), "number of impacts of the orbit"),
             "word": ([c.word for c in found], "states of one period of the orbit"),
-            "side": ([c.side for c in found], "end of the window that the impact of a border meets"),
+            "side": ([c.side for c in found], "border only: end of the window of phases at which the impact is"),
             "first_end": ([c.ends[0] for c in found], "why the curve ends at its first point"),
             "last_end": ([c.ends[1] for c in found], "why the curve ends at its last point"),
             "first_point": (tables.first_rows(points), "row of its first point"),

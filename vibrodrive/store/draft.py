@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 NAME_BYTES = 255
-"""Longest file name on usual file systems. The system refuses a longer one; its message then has that name."""
+"""Longest file name on usual file systems. If only the temporary name is longer, a hash replaces it."""
 
 
 def target_of(path: Path) -> Path:
-    """Return the file that a path means, with links resolved. Raises OSError for circular links."""
+    """Return the file to which a path leads, with links resolved. Raises OSError for circular links."""
     with contextlib.suppress(FileNotFoundError):  # a new file, or a link to it
         os.stat(path)
     return Path(os.path.realpath(path))

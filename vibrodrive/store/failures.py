@@ -27,18 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SECOND = ("dtau", "eps")
-"""Possible second axes."""
 
 CONTENTS = (
-    "For each method and point of the axes, how many switches of the motion were judged, against the exact one from "
-    "the same state, and how many of them were missed, late or wrongly decided; `limit`: where the motion loses its "
-    "structure, from `periods` recorded periods."
+    "For each method and point of the axes: the number of switches that were judged, each by comparison with the exact "
+    "switch from the same state, and the numbers of those that were missed, late or wrongly decided. `limit`: the "
+    "disturbance at which the motion loses its structure, judged over `periods` recorded periods."
 )
 
 
 @dataclass(frozen=True, repr=False)
 class FailureMap(Stored):
-    """Counts int64 (method, A, other) by kind, and `judged`; `limit` float64 (method, A), inf if none was found.
+    """Counts of judged switches and of failures, int64 (method, A, other); `limit` float64 (method, A), inf if none.
 
     `plot` draws the shares of missed, late and wrong switches for each method in six panels.
     """
@@ -76,7 +75,7 @@ class FailureMap(Stored):
         }
 
     def failed(self, m: int) -> dict[str, int]:
-        """Count the judged switches of a method (by its number) and its failures of each kind."""
+        """Return the number of judged switches of method number m, and of its failures of each kind."""
         return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
 
 

@@ -26,7 +26,7 @@ from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import Origin, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
-"""Exceptions of a call of h5py for bytes that it cannot interpret. For several calls use `interpreting`."""
+"""Exceptions that h5py raises for bytes it cannot interpret. `interpreting` handles them for several calls."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
@@ -47,7 +47,7 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
     reading safe. Writers exclude each other by `lock`.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
-        raise NoResult(f"{path}: no result file, but {what}")
+        raise NoResult(f"{path}: must be a result file, but is {what}")
     with open(path, "rb"):  # raises OSError for a forbidden file
         pass
     if not h5py.is_hdf5(path):
@@ -56,13 +56,13 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
         return _open(path, mode)
     except OSError as error:
         if "already open" in str(error):
-            raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it there") from None
+            raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it first") from None
         what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
         raise Damaged(f"{path}: {what}: {remedy(path)}") from error
 
 
 def remedy(path: Path) -> str:
-    """Return the advice for a file that is damaged beyond reading."""
+    """Return advice for a file that is too damaged to be read."""
     return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
 
 
@@ -89,9 +89,9 @@ def _raised_by_h5py(error: BaseException) -> bool:
 
 
 def special(path: str | Path) -> str | None:
-    """Return the type of a path that is no regular file ("a named pipe"), as opening it may block; None for a file.
+    """Return the type of a path that is no regular file, such as "a named pipe"; None for a regular file.
 
-    Raises OSError if the path does not exist, or if the system refuses access.
+    Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
     """
     mode = os.stat(path).st_mode
     return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "no file")

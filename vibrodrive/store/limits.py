@@ -31,15 +31,15 @@ from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
 SCHEMA, OTHERS = FILES["limits"].readable
-"""Schemas of files of k2, and of k1 and ku, whose variables have other names."""
+"""Schemas of files: of k2; of k1 and ku, whose variables have other names."""
 
 HOW_BYTES = 120
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
-"""The same quantities in mm/s, if the configuration has a scene in SI units (`[physical]`)."""
+"""Quantities that are also stored in mm/s, and their names there, if the configuration has a scene in SI units."""
 
 UNIT = "velocity_unit"
-"""Attribute of these: the dimensionless velocity 1 in mm/s."""
+"""Attribute of a quantity in mm/s: the unit of the dimensionless velocity, in mm/s."""
 
 NOT_COMPUTED, DONE = -1, 0
 
@@ -47,15 +47,15 @@ OF_CURVES = ("method", "scan", "dtau", "record")
 """Settings that differ between the curves of a file."""
 
 CONTENTS = {
-    "k2": "Over the axes, for each curve, how large a disturbance may be before the motion loses what `criterion` asks "
-    "for: ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an error of the "
-    "start.",
-    "k1": "Over the axes, for each coordinate of the start, how far it may be off before the undisturbed motion ends "
-    "on another solution.",
-    "ku": "Over the axes, for each curve, the disturbance from which all starts end on one motion: ε (eps) of the "
-    "excitation, or the step Δτ (dtau) of a grid on which switches are found.",
+    "k2": "For each curve and point of the axes: the smallest disturbance at which the motion violates `criterion`. "
+    "The disturbance is ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an "
+    "error of the start.",
+    "k1": "For each coordinate of the start and point of the axes: the smallest error of this coordinate at which the "
+    "undisturbed motion ends on another solution.",
+    "ku": "For each curve and point of the axes: the smallest disturbance from which on all starts end on one motion. "
+    "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
 }
-"""Contents by quantity. The attribute eps is that of motions on a grid."""
+"""Description in a file, by quantity. Its attribute `eps` is ε of the motions on a grid, for limits in Δτ."""
 
 
 def read(file: h5py.File) -> Limits:
@@ -99,7 +99,7 @@ def faults(file: h5py.File, found: Limits) -> list[str]:
     if not np.isin(file["status"][...], (DONE, NOT_COMPUTED)).all():
         wrong.append("status: unknown value")
     if (np.isnan(found.values) & found.done & (found.how == "")).any():
-        wrong.append(f"{found.quantity}: missing where it is marked as computed")
+        wrong.append(f"{found.quantity}: missing at a point that is marked as computed")
     return wrong
 
 
@@ -145,7 +145,7 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
 
 
 def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
-    """Return the settings of the file that its plan lacks: periods, and the criterion of k2 or the quantity."""
+    """Return the settings of the file that are not in its plan: periods, and the criterion (k2) or the quantity."""
     judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
     return {"periods": config.arguments.get("periods", PERIODS), **judged}
 
@@ -170,7 +170,7 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], qu
             data = variable(other, "<f8", np.nan, f"{name} of the scene in SI units", units="mm s-1")
             data.attrs[UNIT] = 1e3 * config.physical.velocity(1.0)
     variable("n", "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
-    variable("how", f"S{HOW_BYTES}", b"", f"what was lost at {quantity}, or why there is no {quantity}")
+    variable("how", f"S{HOW_BYTES}", b"", f"property lost at {quantity}, or the reason why there is no {quantity}")
     variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
     if list(axes) == ["A"]:
         fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
@@ -182,5 +182,5 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], qu
 def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, quantity: str) -> None:
     """Raise Different unless an open file was made from this configuration."""
     if quantity_of(file) != quantity:
-        refuse_different(path, [f"quantity is {quantity_of(file)} there and {quantity} here"])
+        refuse_different(path, [f"quantity is {quantity_of(file)} in the file and {quantity} here"])
     refuse_different(path, differences(file, config.plan(), own_settings(config, criterion, quantity)))

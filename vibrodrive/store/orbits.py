@@ -1,7 +1,7 @@
 """Orbits and bifurcations as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions: `orbit` (one entry for each orbit at each A), `impact` (the impacts of all orbits, in order: orbit i has the
-rows first_impact[i] to first_impact[i] + impacts[i]) and `bifurcation`.
+Dimensions: `orbit`, one row for each orbit at each A; `impact`, the impacts of all orbits in order, of which orbit i
+has the rows first_impact[i] to first_impact[i] + impacts[i] - 1; `bifurcation`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CONTENTS = (
-    "Every periodic orbit of the undisturbed motion (ε = 0) at each A that was looked at, a row each along `orbit`; "
-    "its impacts are the rows first_impact to first_impact + impacts - 1 along `impact`; and the bifurcations."
+    "All periodic orbits of the undisturbed motion (ε = 0) at each A, one row each along `orbit`, and their "
+    "bifurcations. The impacts of an orbit are the rows first_impact to first_impact + impacts - 1 along `impact`."
 )
 MAX_PERIOD = 3
 """Default of the longest period of orbits."""
@@ -46,7 +46,7 @@ NEXT = " | "
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Stored):
-    """A family in a file. `plan` is the sweep of the configuration, None if it does not match the file."""
+    """A family of orbits in a file. `plan` is the sweep of its configuration; None if that does not match the file."""
 
     file_kind = "orbits"
 
@@ -111,7 +111,7 @@ def save(path: Path, found: Family, origin: Origin, section_phase: float) -> Non
 
 
 def read(file: h5py.File) -> StoredOrbits:
-    """Read an open file of orbits. The family has all A of the configuration, if that matches the file."""
+    """Read an open file of orbits. If the configuration matches the file, the family has all its values of A."""
     origin, B = origin_of(file), tables.number(file, "B")
     plan = _plan_of(origin, B)
     found = _family(file, B, None if plan is None else plan.axes["A"])
@@ -160,7 +160,7 @@ def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
 
 
 def _tables(found: Family) -> dict[str, tables.Table]:
-    """Return the columns (values, long name) by dimension."""
+    """Return the columns of each dimension: values and long name."""
     orbits = [o for there in found.orbits for o in there]
     impacts = np.array([o.impacts for o in orbits], dtype=np.int64)
     joined = {
@@ -177,7 +177,7 @@ def _tables(found: Family) -> dict[str, tables.Table]:
             "kind": ([o.kind for o in orbits], "stability"),
             "word": ([o.word for o in orbits], "states of one period"),
             "first_impact": (tables.first_rows(impacts), "row of its first impact"),
-            "name": ([NEXT.join(o.name) for o in orbits], "word and windows of each flight: what a branch keeps"),
+            "name": ([NEXT.join(o.name) for o in orbits], "word and windows of each flight; constant along a branch"),
         },
         "impact": {
             "phase": (joined["phases"], "phase of the impact"),
@@ -186,13 +186,16 @@ def _tables(found: Family) -> dict[str, tables.Table]:
         },
         "bifurcation": {
             "bifurcation_A": (np.array([x.A for x in b]), "excitation amplitude"),
-            "bifurcation_orbit_A": (np.array([x.orbit.A for x in b]), "excitation amplitude its orbit was computed at"),
+            "bifurcation_orbit_A": (
+                np.array([x.orbit.A for x in b]),
+                "excitation amplitude at which its orbit was computed",
+            ),
             "bifurcation_phase": (np.array([x.orbit.phases[0] for x in b]), "phase of the first impact of its orbit"),
             "bifurcation_kind": ([x.kind for x in b], "kind of bifurcation"),
             "bifurcation_period": (np.array([x.orbit.period for x in b], np.int64), "period of its orbit"),
             "bifurcation_impacts": (np.array([x.orbit.impacts for x in b], np.int64), "impacts of its orbit"),
             "bifurcation_word": ([x.orbit.word for x in b], "states of its orbit"),
-            "multiplier_below": (np.array([x.multiplier_below for x in b]), "multiplier a little below"),
-            "multiplier_above": (np.array([x.multiplier_above for x in b]), "multiplier a little above"),
+            "multiplier_below": (np.array([x.multiplier_below for x in b]), "multiplier at a slightly smaller A"),
+            "multiplier_above": (np.array([x.multiplier_above for x in b]), "multiplier at a slightly larger A"),
         },
     }

@@ -29,7 +29,7 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
             if file.read(len(SIGNATURE)) == SIGNATURE:
-                raise ConfigError(bad("figure", str(target), "another file: this one holds data (HDF5)"))
+                raise ConfigError(bad("figure", str(target), "another file: this one contains data (HDF5)"))
 
 
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
@@ -41,7 +41,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     from vibrodrive.store.header import read_kind
 
     if path.suffix.lower() in FORMATS:
-        allowed = f"the result file (.h5): `vibrodrive plot FILE.h5 -o {path}` draws it"
+        allowed = f"a result file (.h5); to draw one: `vibrodrive plot FILE.h5 -o {path}`"
         raise ConfigError(bad("output", str(path), allowed))
     source = {} if config is None else {"configuration": config}
     check_different({**source, "output": path})
@@ -63,7 +63,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
         advice = "choose another file, as --overwrite replaces result files only"
         raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
-        held = f"a file that holds {FILES[kind].holds}, and this one holds {FILES[found].holds}: name another with -o"
+        held = f"a file of {FILES[kind].holds}, but this one holds {FILES[found].holds}: choose another with -o"
         raise ConfigError(bad("output", str(path), held))
 
 
@@ -99,16 +99,16 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     except FileNotFoundError:
         what, exists = None, False
     except OSError as error:
-        raise ConfigError(bad(role, str(path), f"a file that can be made ({error.strerror})")) from None
+        raise ConfigError(bad(role, str(path), f"a path that can be written ({error.strerror})")) from None
     if what is not None:
-        raise ConfigError(bad(role, str(path), f"a file, and this is {what}"))
+        raise ConfigError(bad(role, str(path), f"a file, but this is {what}"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
         there = "in a directory that exists (No such file or directory)"
         raise ConfigError(bad(role, str(path), there))
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
-        raise ConfigError(bad(role, str(path), "where files may be written (Permission denied)"))
+        raise ConfigError(bad(role, str(path), "a path with write permission (Permission denied)"))
 
 
 def check_different(files: Mapping[str, Path]) -> None:
