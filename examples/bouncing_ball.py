@@ -25,39 +25,41 @@ MARKS = "os^vD"
 
 PAGE = """# The inelastic bouncing ball
 
-After this page you know how far the program agrees with published laws. For B → ∞ the model becomes the
+After this page you know how well the program agrees with published laws. For B → ∞ the model becomes the
 completely inelastic bouncing ball, whose laws are known in closed form. `python -m examples.bouncing_ball`
 writes this page.
 
-Friction matters less on a steeper or smoother incline. In units of friction, gravity along the incline is B =
-tan α / μ, and the largest acceleration of the excitation is A. For large B the mass becomes a ball that falls
-onto a vibrating table and does not rebound: the completely inelastic bouncing ball of Mehta and Luck (Phys.
-Rev. Lett. 65, 393, 1990). Its one parameter is Γ = A/B, the acceleration of the table over that of gravity.
-These laws are known:
+On a steeper or smoother incline the effect of friction is smaller. In units of friction, gravity along the
+incline is B = tan α / μ, and the largest acceleration of the excitation is A. For large B the mass becomes a
+ball that falls onto a vibrating table and does not rebound: the completely inelastic bouncing ball of Mehta and
+Luck (Phys. Rev. Lett. 65, 393, 1990). Its only parameter is Γ = A/B, the acceleration of the table over that of
+gravity. These laws are known:
 
-- The ball rests after each impact up to Γ = √(1 + π²). Beyond, the impact falls into the half wave in which the
-  table throws the ball up again immediately.
+- Up to Γ = √(1 + π²) the ball rests after each impact. At larger Γ the downward acceleration of the table exceeds
+  gravity at the impact, so the ball leaves the table again immediately.
 - Between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable. Its multiplier is 1 − √(Γ² − π²):
   0 where the rest vanishes, −1 where the period doubles.
 - The impacts are at the phase arccos(π/Γ) of the excitation sin τ, with the speed |ξ'| = 2πB. In SI units this
   is g sin α times the period of the excitation: the speed after a free fall of one period along the incline.
 
-Friction is 1/B of gravity, so the errors of these laws are about 1/B. The first order in 1/B gives the factor,
-in closed form except for the time of the reversal
-([vibrodrive/validation/bouncing_ball.py](../vibrodrive/validation/bouncing_ball.py) derives it). "Left by law
-and first order" is the second order, 1/B², down to rounding, which it reaches at B = 1e7 to 1e8.
+The ratio of friction to gravity is 1/B, so for finite B the errors of these laws are about a constant times 1/B.
+This constant is the first-order term, known in closed form except for the time of the reversal
+([vibrodrive/validation/bouncing_ball.py](../vibrodrive/validation/bouncing_ball.py) derives it). The last column of
+the second table shows the error that remains after this term. It is of the order 1/B² until, at B = 1e7 to 1e8,
+only rounding remains.
 
 {table}
 
-A law holds here if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the largest
-B equals the derived factor within 1e-5. Γ is from `bifurcations`; phase, speed and multiplier are from
-`orbits`. At no B up to 1e8 does rounding hide the error; A = ΓB ends at 1e9. At B = 10 the laws do not apply at
-Γ = 3.5: the shift of √(1 + π²) is 0.26 there, and the mass still rests.
+The verdict is "holds" if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the
+largest B equals the first-order term within a relative difference of 1e-5. Γ is from `bifurcations`; phase, speed
+and multiplier are from `orbits`. At every B in the table the error of the law is larger than rounding. Larger
+powers of ten are not possible, because A = ΓB must not exceed 1e9. At B = 10 the laws do not apply at Γ = 3.5: the
+rest vanishes at a Γ that is larger by 0.26, so the mass still rests.
 
 ![Relative error of the five laws over B](bouncing_ball.png)
 
-*Marks: relative error of each law, compared with the result of the program. Lines: the first order in 1/B,
-derived, of slope −1.*
+*Marks: relative difference between each law and the result of the program. Lines: the derived first-order term
+in 1/B, with slope −1.*
 """
 
 

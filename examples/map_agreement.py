@@ -41,17 +41,18 @@ PAGE = """# A map compared with the list of orbits
 After this page you know how far two independent parts of the program agree: a map of motions and the
 list of stable orbits. `python -m examples.map_agreement --sample {sample}` writes this page.
 
-The map is that of `configs/map_AB.toml` without its row B = 0: {num_A} × {num_B} motions from rest, of {transient} and
-{periods} periods. The list is that of `orbits(A, B, {max_period})` at each pixel. A pixel agrees if its period, its
-impacts a period and its largest impact speed (within 1e-4) are those of a stable orbit of the list. If
-the list has no stable orbit, a pixel agrees if its motion has no period up to {max_period} either, or never leaves
-the obstacle. Pixels within one pixel of a curve of `curves` (periods up to {max_period}) are excluded. A sample of
-the others, with a fixed seed, is judged, because each needs a separate search.
+The map is that of `configs/map_AB.toml` without its row B = 0: {num_A} × {num_B} motions from rest, with {periods}
+periods after a transient of {transient}. The list is the result of `orbits(A, B, {max_period})` at each pixel. A pixel
+agrees if its period, its number of impacts per period and its largest impact speed (within 1e-4) equal
+those of a stable orbit in the list. If the list has no stable orbit, a pixel agrees if its motion, too,
+has no period up to {max_period}, or if it never leaves the obstacle. Pixels within one pixel of a curve of `curves`
+(periods up to {max_period}) are excluded. Of the others only a random sample is compared, with a fixed seed,
+because each pixel needs a separate search.
 
 {table}
 
-Each pixel that disagrees is examined further: with {patience} periods of transient and, if that does not
-settle it, from an impact of the listed orbits. {verdict}
+If a pixel disagrees, its motion is computed again, with {patience} periods of transient. If it still
+disagrees, the motion is started from an impact of the listed orbits. Result: {verdict}
 """
 
 
