@@ -92,13 +92,15 @@ def environment() -> dict[str, Any]:
 
 
 def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> None:
-    """Write `name`.json and `name`.png into `directory`."""
+    """Write `name`.json and, unless `figure` is None, `name`.png into `directory`."""
     directory.mkdir(parents=True, exist_ok=True)
     text = json.dumps(plain({"environment": environment(), **data}), indent=1, allow_nan=False)
     (directory / f"{name}.json").write_text(text + "\n", encoding="utf-8")
-    figure.savefig(directory / f"{name}.png")
-    plt.close(figure)
-    say(f"{name}: written to {name}.json and {name}.png")
+    say(f"{name}: written to {name}.json")
+    if figure is not None:
+        figure.savefig(directory / f"{name}.png")
+        plt.close(figure)
+        say(f"{name}: drawn to {name}.png")
 
 
 # -- timing ------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Write the measured tables into docs/benchmarks.md, docs/explorer.md and README.md, between their markers.
+"""Write the measured tables into README.md and pages of docs, between their markers.
 
 The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. If a table has no measured results or no
 markers, its page is not changed and a note is printed.
@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from benchmarks import passes
 from benchmarks.common import RESULTS, say
 
 ROOT = Path(__file__).parents[1]
@@ -188,8 +189,21 @@ def first_picture(data: dict[str, Any]) -> str:
     )
 
 
+def pass_rates(*levels: int) -> Callable[[dict[str, Any]], str]:
+    """Return the function that makes the table of pass rates of some levels, from the results stored with the set."""
+    return lambda _: table(*passes.table(levels))
+
+
+def measured_switches(_: dict[str, Any]) -> str:
+    """Return the sentence about the stored results: programs with versions, number of settings, and dates."""
+    found = passes.methods()
+    programs = dict.fromkeys(f"{m.program} {m.version}" for m in found if m.version)
+    settings = sum(len(m.right) for m in found)
+    return f"Measured {passes.dates()}: {settings} settings. {', '.join(programs)}; the other methods are hand-written."
+
+
 class Place(NamedTuple):
-    """A table: its page, the JSON file with its data, and the function that makes it."""
+    """A table: its page, the JSON file with its data ("": none is needed), and the function that makes it."""
 
     page: Path
     source: str
@@ -197,6 +211,7 @@ class Place(NamedTuple):
 
 
 PAGE = ROOT / "docs" / "benchmarks.md"
+FAILURES = ROOT / "docs" / "where_methods_fail.md"
 
 TABLES = {
     "speed": Place(ROOT / "README.md", "throughput", speed),
@@ -207,6 +222,10 @@ TABLES = {
     "compile_time": Place(PAGE, "compile_time", compile_time),
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
+    "switches_measured": Place(FAILURES, "", measured_switches),
+    "switches_level_0": Place(FAILURES, "", pass_rates(0)),
+    "switches_level_1": Place(FAILURES, "", pass_rates(1)),
+    "switches_levels_2_3": Place(FAILURES, "", pass_rates(2, 3)),
 }
 
 
@@ -225,11 +244,12 @@ def main() -> None:
     options = parser.parse_args()
     for name, place in TABLES.items():
         source = options.input / f"{place.source}.json"
-        if not source.exists():
+        if place.source and not source.exists():
             say(f"{name}: not measured, left as it is")
             continue
+        data = json.loads(source.read_text(encoding="utf-8")) if place.source else {}
         text = place.page.read_text(encoding="utf-8")
-        filled = fill(text, name, place.make(json.loads(source.read_text(encoding="utf-8"))))
+        filled = fill(text, name, place.make(data))
         if filled is None:
             say(f"{name}: no markers in {place.page.name}")
             continue

@@ -1,9 +1,10 @@
-"""Run all solvers over the set: `python -m benchmarks.switches.run` writes the verdicts of each to `results`.
+"""Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each into the folder `results`.
 
-Each solver runs in a process of its own, every setting over all cases; what it raises, and what takes longer than the
-limit, counts as refused. Before a setting is timed it answers warm-up questions, so that nothing is compiled later.
-Seconds are CPU time; of a case that takes less than 0.05 s the least of three runs. At level 1 a solver is asked for
-one period, and if it finds no event there for all of them.
+Each solver has a process of its own and answers all cases at every setting. An error, and an answer that takes longer
+than the limit, count as refused. After two answers of a family that take too long one after the other, a setting is
+not asked for the rest of the family. Warm-up questions before each setting keep compilation out of the times. Seconds
+are CPU time; for a case of less than 0.005 s, the shortest of three runs. At level 1 a solver follows the motion for
+one period, and for all of them only if that period has no event.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import importlib.metadata
 import json
 import os
 import pkgutil
+import signal
 import sys
 import time
 from collections import Counter
@@ -23,13 +25,16 @@ from typing import Any
 
 from benchmarks.switches import solvers
 from benchmarks.switches.model import STATES, TWO_PI, Point
-from benchmarks.switches.score import judge
+from benchmarks.switches.score import VERDICTS, judge
 from benchmarks.switches.sums import Sum
 
 HERE = Path(__file__).parent
 NAMES = sorted(module.name for module in pkgutil.iter_modules(solvers.__path__))
-SHORT = 0.05
+SHORT = 0.005
 COMPILING = 600.0  # seconds allowed for the warm-up of a setting
+PATIENCE = 2  # cases of a family
+LATE = "longer than"
+LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # R: at level 0 the later zeros are right, too
 
 WAVES = {"c0": 1.0, "c1": -0.3, "c2": 0.0, "a": 0.5, "alpha": 1.0, "b": 0.1, "eta": 7.0, "beta": 2.0, "T": 8.0}
 MOTION = {"A": 1.5, "B": 0.1, "eps": 0.0, "eta": 100.0, "xi0": 0.3, "dxi0": 0.1, "tau0": 0.0, "periods": 2.0}
@@ -38,34 +43,46 @@ WARM_UP = [(0, WAVES), (2, MOTION), (2, MOTION | {"eps": 1e-4})]
 Answer = dict[str, list[Any]]
 
 
+def cases_of(levels: list[int]) -> list[dict[str, Any]]:
+    """Return the cases of some levels, in the order of the verdicts of a result."""
+    paths = [p for level in levels for p in sorted((HERE / "cases" / f"level{level}").glob("*.json"))]
+    return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+
+def inputs(case: dict[str, Any]) -> dict[str, float]:
+    """Return the inputs of a case, the only part of it that a solver gets."""
+    return {key: float.fromhex(value) for key, value in case["inputs_hex"].items()}
+
+
 def answer(module: Any, level: int, x: dict[str, float], setting: dict[str, Any]) -> Answer:
-    """Return what a solver finds for a case, of which it gets the inputs alone."""
+    """Return the zeros or events that a solver finds for the inputs of a case."""
     if level == 0:
         return {"zeros": module.zeros(Sum(**{k: v for k, v in x.items() if k != "T"}), x["T"], **setting)}
     point = Point(x["A"], x["B"], x["eps"], x["eta"])
     found: list[tuple[float, int, int]] = []
     for periods in (1.0, x["periods"]) if level == 1 else (x["periods"],):
-        if not found:
-            start = (x["xi0"], x["dxi0"], x["tau0"], x["tau0"] + TWO_PI * periods)
-            found = module.events(start, point, **setting)
+        start = (x["xi0"], x["dxi0"], x["tau0"], x["tau0"] + TWO_PI * periods)
+        found = found or module.events(start, point, **setting)
     return {"events": [[tau, STATES[before], STATES[after]] for tau, before, after in found]}
 
 
-def timed(module: Any, level: int, x: dict[str, float], setting: dict[str, Any]) -> tuple[Answer | str, float]:
-    """Return the answer, or the error as a text, and the seconds."""
+def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
+    """Return the answer, or the error as a text, and the seconds. Beyond the limit the system ends this process."""
     spent: list[float] = []
     while not spent or (len(spent) < 3 and spent[0] < SHORT):
+        signal.setitimer(signal.ITIMER_PROF, limit)
         begin = time.process_time()
         try:
             given: Answer | str = answer(module, level, x, setting)
-        except Exception as error:  # whatever a solver raises, it has no answer
+        except Exception as error:  # a solver may raise anything
             given = f"{type(error).__name__}: {error}"
         spent.append(time.process_time() - begin)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
     return given, min(spent)
 
 
 def serve(name: str, channel: Any) -> None:
-    """Answer questions in a process of its own, without what libraries print."""
+    """Answer questions in a separate process, and discard the output of libraries."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
@@ -75,7 +92,7 @@ def serve(name: str, channel: Any) -> None:
 
 
 class Solver:
-    """A solver in a process, which is begun anew after it has taken too long."""
+    """A solver in a process, which is replaced after an answer that takes too long."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -83,7 +100,7 @@ class Solver:
         self.warm: list[Any] = []
 
     def ask(self, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-        """Return the answer, or why there is none, and the seconds."""
+        """Return the answer, or the reason why there is none, and the seconds."""
         if self.process is None:
             context = get_context("spawn")
             self.channel, other = context.Pipe()
@@ -92,17 +109,16 @@ class Solver:
             other.close()
             self.warm = []
         try:
-            self.channel.send((level, x, setting))
-            if self.channel.poll(limit):
-                return self.channel.recv()
-            why = f"longer than {limit:g} s"
+            self.channel.send((level, x, setting, limit))
+            return self.channel.recv()
         except (EOFError, OSError):
-            why = "the process ended"
-        self.end()
-        return why, limit
+            self.process.join()
+            late = self.process.exitcode == -signal.SIGPROF
+            self.process = None
+            return f"{LATE} {limit:g} s" if late else "the process ended", limit
 
     def warm_up(self, setting: Any, levels: list[int]) -> None:
-        """Let the solver compile what a setting needs, once in each process."""
+        """Ask the questions that compile all code of a setting, once in each process."""
         if self.process is None or setting not in self.warm:
             for level, x in WARM_UP:
                 if level in levels or (level and max(levels)):
@@ -122,8 +138,26 @@ def written(setting: dict[str, Any]) -> str:
     return ", ".join(f"{key} {x:g}" if isinstance(x, float) else f"{key} {x}" for key, x in setting.items())
 
 
-def run(module: Any, cases: list[dict], limits: dict[int, float], answers: Path | None) -> dict[str, Any]:
-    """Return the verdicts of a solver at all its settings, and write its answers into a folder."""
+def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, float]]) -> dict[str, Any]:
+    """Return verdicts (a letter for each case), digits of right answers, seconds by level, and reasons of refusals."""
+    judged = [judge(case, given[case["id"]][0]) for case in cases]
+    spent: dict[int, float] = {}
+    for case in cases:
+        spent[case["level"]] = spent.get(case["level"], 0.0) + given[case["id"]][1]
+    refused: dict[str, list[str]] = {}
+    for name, (answered, _) in given.items():
+        if isinstance(answered, str):
+            refused.setdefault(answered[:80], []).append(name)
+    return {
+        "verdicts": "".join(LETTERS["all" if j["all"] else j["verdict"]] for j in judged),
+        "digits": " ".join("-" if j["digits"] is None else f"{j['digits']:.0f}" for j in judged),
+        "seconds": {level: float(f"{s:.3g}") for level, s in spent.items()},
+        "refused": refused,
+    }
+
+
+def run(module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None) -> dict[str, Any]:
+    """Return the result of a solver at all its settings; write its answers into a folder."""
     name = module.__name__.rpartition(".")[2]
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}
     able = [c for c in cases if hasattr(module, "events" if c["level"] else "zeros")]
@@ -131,80 +165,61 @@ def run(module: Any, cases: list[dict], limits: dict[int, float], answers: Path 
     solver, runs = Solver(name), []
     for number, setting in enumerate(module.SETTINGS):
         given: dict[str, tuple[Answer | str, float]] = {}
+        late: Counter[tuple[int, str]] = Counter()
         for case in able:
+            family, limit = (case["level"], case["family"]), limits[case["level"] > 1]
+            if late[family] == PATIENCE:
+                given[case["id"]] = f"not asked after {PATIENCE} that took too long", 0.0
+                continue
             solver.warm_up(setting, levels)
-            x = {key: float.fromhex(value) for key, value in case["inputs_hex"].items()}
-            given[case["id"]] = solver.ask(case["level"], x, setting, limits[case["level"]])
-        judged = [judge(case, given[case["id"]][0]) for case in able]
-        runs.append(
-            {
-                "settings": setting,
-                "verdict": [j["verdict"] for j in judged],
-                "digits": [None if j["digits"] is None else round(j["digits"], 1) for j in judged],
-                "all": [int(j["all"]) if case["level"] == 0 else None for j, case in zip(judged, able, strict=True)],
-                "seconds": [float(f"{given[case['id']][1]:.3g}") for case in able],
-                "refused": {i: a[:120] for i, (a, _) in given.items() if isinstance(a, str)},
-            }
-        )
-        right = Counter(case["level"] for j, case in zip(judged, able, strict=True) if j["verdict"] == "right")
-        of = Counter(case["level"] for case in able)
-        share = "  ".join(f"level {level}: {right[level]}/{of[level]}" for level in levels)
-        print(f"{module.NAME}  {written(setting) or '':32}  {share}", flush=True)
+            given[case["id"]] = solver.ask(case["level"], inputs(case), setting, limit)
+            late[family] = late[family] + 1 if str(given[case["id"]][0]).startswith(LATE) else 0
+        runs.append({"settings": setting, **summary(able, given)})
+        right = runs[-1]["verdicts"].lower().count("r")
+        print(f"{module.NAME}  {written(setting):32}  {right} of {len(able)} right", flush=True)
         if answers:
-            said = {i: a for i, (a, _) in given.items() if not isinstance(a, str)}
+            answered = {i: a for i, (a, _) in given.items() if not isinstance(a, str)}
             seconds = {i: spent for i, (_, spent) in given.items()}
-            full = head | {"settings": written(setting), "answers": said, "seconds": seconds}
+            full = head | {"settings": written(setting), "answers": answered, "seconds": seconds}
             answers.mkdir(parents=True, exist_ok=True)
             (answers / f"{name}-{number + 1:02}.json").write_text(json.dumps(full) + "\n", encoding="utf-8")
     solver.end()
-    return head | {"cases": [case["id"] for case in able], "runs": runs}
+    return head | {"levels": levels, "runs": runs}
 
 
 def dump(result: dict[str, Any]) -> str:
-    """Return a result as JSON, a line for each list."""
-    runs = ",\n".join(
-        "{" + ",\n ".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in r.items()) + "}"
-        for r in result["runs"]
-    )
-    head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in result.items() if key != "runs"]
-    return "{" + ",\n".join(head) + f',\n"runs": [\n{runs}\n]' + "}\n"
+    """Return a result as JSON, a line for each field."""
+    runs = ["{" + ",\n ".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in r.items()) + "}" for r in result["runs"]]
+    head = [f"{json.dumps(k)}: {json.dumps(v)}" for k, v in result.items() if k != "runs"]
+    return "{" + ",\n".join(head) + ',\n"runs": [\n' + ",\n".join(runs) + "\n]}\n"
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the solvers and write their results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--only", nargs="+", choices=NAMES, metavar="SOLVER", help=", ".join(NAMES))
-    parser.add_argument("--levels", nargs="+", type=int, choices=range(4), default=[0, 1, 2, 3])
-    parser.add_argument(
-        "--limit",
-        nargs=2,
-        type=float,
-        default=[10.0, 60.0],
-        metavar=("SHORT", "LONG"),
-        help="seconds for a case of levels 0 and 1, and of levels 2 and 3 (10 and 60)",
-    )
-    parser.add_argument("--results", type=Path, default=HERE / "results", help="where to write")
-    parser.add_argument("--answers", type=Path, metavar="FOLDER", help="write full answers files (score.py) there, too")
+    add = parser.add_argument
+    add("--only", nargs="+", choices=NAMES, metavar="SOLVER", help=", ".join(NAMES))
+    add("--levels", nargs="+", type=int, choices=range(4), default=[0, 1, 2, 3])
+    help_limit = "CPU seconds for a case of levels 0 and 1, and of levels 2 and 3 (3 and 20)"
+    add("--limit", nargs=2, type=float, default=[3.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
+    add("--results", type=Path, default=HERE / "results", help="folder of the results")
+    add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
     options = parser.parse_args(arguments)
-    paths = sorted(p for level in options.levels for p in (HERE / "cases" / f"level{level}").glob("*.json"))
-    cases = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
-    limits = dict(zip(range(4), (options.limit[0], options.limit[0], *2 * options.limit[1:]), strict=True))
-    from benchmarks.common import environment  # here, because every process of a solver imports this module
+    from benchmarks.common import environment  # here, because the process of each solver imports this module
 
-    about = {"environment": environment(), "limits": options.limit}
-    left_out = {}
+    about = {"set": (HERE / "VERSION").read_text(encoding="utf-8").strip(), "limits": options.limit}
+    cases = cases_of(options.levels)
     for name in options.only or NAMES:
         try:
             module = importlib.import_module(f"{solvers.__name__}.{name}")
         except ImportError as error:
-            left_out[name] = str(error)
+            print(f"{name} is left out: {error}", file=sys.stderr)
             continue
-        result = run(module, cases, limits, options.answers)
-        if result["cases"]:
+        result = run(module, cases, options.limit, options.answers)
+        if result["levels"]:
             options.results.mkdir(parents=True, exist_ok=True)
+            about["environment"] = environment()
             (options.results / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
-    for name, why in left_out.items():
-        print(f"{name} is left out: {why}", file=sys.stderr)
     return 0
 
 

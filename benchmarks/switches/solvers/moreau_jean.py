@@ -35,6 +35,3 @@ RUN = step_loop(advance)
 def events(start, point, step):
     """Return the changes of the discrete state at steps of `step`."""
     return follow(RUN, start, point, (step,))
-
-
-zeros = None  # a function of time alone has no velocity to constrain: level 0 does not apply

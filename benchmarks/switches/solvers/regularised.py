@@ -98,6 +98,3 @@ RUN = step_loop(advance)
 def events(start, point, step, v_s, k, implicit):
     """Return the changes of the state at steps of `step`."""
     return follow(RUN, start, point, (step, v_s, k, 2.0 * k**0.5, implicit))
-
-
-zeros = None  # a function of time alone has neither friction nor contact: level 0 does not apply

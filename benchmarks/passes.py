@@ -1,0 +1,111 @@
+"""Pass rates on the set of switches, read from its stored results, for tables and the chart over difficulty."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from benchmarks.switches.run import HERE, cases_of
+
+RESULTS = HERE / "results"
+
+NAMES = {
+    "vibrodrive certified": "certified (ours)",
+    "vibrodrive muller": "Muller on a grid (ours)",
+    "vibrodrive fixed": "fixed Δτ (ours)",
+    "scan + Newton": "scan + Newton",
+    "scipy brentq on a grid": "brentq on a grid",
+    "NumPy Chebyshev roots": "Chebyshev roots",
+    "RK4 + bisection": "RK4 + bisection",
+    "heyoka": "heyoka",
+    "scipy solve_ivp RK45": "scipy RK45",
+    "scipy solve_ivp DOP853": "scipy DOP853",
+    "scipy solve_ivp LSODA": "scipy LSODA",
+    "CVODE": "CVODE",
+    "diffrax Tsit5": "diffrax Tsit5",
+    "diffrax Dopri8": "diffrax Dopri8",
+    "Moreau-Jean": "time-stepping (Moreau–Jean)",
+    "regularised friction, penalty contact explicit": "regularised, explicit",
+    "regularised friction, penalty contact implicit": "regularised, implicit",
+}
+"""Methods in the order of the tables, and their labels there."""
+
+
+class Method(NamedTuple):
+    """A method of a solver: its cases, whether each is right at each setting, and the settings."""
+
+    label: str
+    program: str
+    version: str
+    cases: list[dict[str, Any]]
+    right: list[list[bool]]  # by setting, by case
+    settings: list[dict[str, Any]]
+
+    def rates(self, ids: set[str]) -> list[float]:
+        """Return the share of right answers to some cases at each setting; an empty list without such cases."""
+        chosen = [i for i, case in enumerate(self.cases) if case["id"] in ids]
+        return [sum(row[i] for i in chosen) / len(chosen) for row in self.right] if chosen else []
+
+
+def key(solver: str, setting: dict[str, Any]) -> str:
+    """Return the name of a method: the solver, and what in the setting is no number."""
+    kind = setting.get("method") or {True: "implicit", False: "explicit"}.get(setting.get("implicit", ""), "")
+    return f"{solver} {kind}".strip()
+
+
+def methods() -> list[Method]:
+    """Return all methods with stored results, in the order of NAMES."""
+    found: dict[str, Method] = {}
+    for path in sorted(RESULTS.glob("*.json")):
+        result = json.loads(path.read_text(encoding="utf-8"))
+        cases = cases_of(result["levels"])
+        for run in result["runs"]:
+            name = key(result["solver"], run["settings"])
+            method = found.setdefault(
+                name, Method(NAMES.get(name, name), result["solver"], result["version"], cases, [], [])
+            )
+            method.right.append([letter in "rR" for letter in run["verdicts"]])
+            method.settings.append(run["settings"])
+    order = {name: k for k, name in enumerate(NAMES)}
+    return [found[name] for name in sorted(found, key=lambda n: order.get(n, math.inf))]
+
+
+def cell(rates: list[float]) -> str:
+    """Return the mean and the best rate of all settings, in percent."""
+    if not rates:
+        return ""
+    mean, best = 100 * sum(rates) / len(rates), 100 * max(rates)
+    return f"{mean:.0f}" if len(rates) == 1 else f"{mean:.0f} ({best:.0f})"
+
+
+def table(levels: Sequence[int]) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the table of pass rates, method × family, for some levels."""
+    groups: dict[str, set[str]] = {}
+    for case in cases_of([*levels]):
+        family = case["family"] if len(levels) == 1 else f"{case['level']}: {case['family']}"
+        groups.setdefault(family, set()).add(case["id"])
+    sizes = [f"{family} ({len(ids)})" for family, ids in groups.items()]
+    rows = []
+    for method in methods():
+        cells = [cell(method.rates(ids)) for ids in groups.values()]
+        if any(cells):
+            rows.append([method.label, str(len(method.right)), *cells])
+    return ["method", "settings", *sizes], rows
+
+
+def over_difficulty(method: Method, edges: list[float]) -> list[list[float]]:
+    """Return the pass rates of all settings in each interval of difficulty, over the cases of level 0."""
+    bins = []
+    for low, high in pairwise(edges):
+        ids = {c["id"] for c in method.cases if c["level"] == 0 and low <= (c["difficulty"] or 0.0) < high}
+        bins.append(method.rates(ids))
+    return bins
+
+
+def dates() -> str:
+    """Return the first and the last date of the measurements."""
+    found = sorted(json.loads(p.read_text(encoding="utf-8"))["environment"]["measured"] for p in RESULTS.glob("*.json"))
+    return " to ".join(dict.fromkeys((found[0], found[-1])))

@@ -1,0 +1,70 @@
+"""Stored results of the set of switches: complete, of this version, and the source of the page's tables."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from benchmarks import passes, tables
+from benchmarks.switches import run
+
+STORED = sorted(passes.RESULTS.glob("*.json"))
+
+
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
+def test_a_result_has_a_verdict_for_each_case(path):
+    result = json.loads(path.read_text(encoding="utf-8"))
+    cases = run.cases_of(result["levels"])
+    assert path.stem in run.NAMES
+    assert result["set"] == (run.HERE / "VERSION").read_text().strip()
+    for found in result["runs"]:
+        digits = found["digits"].split()
+        assert len(found["verdicts"]) == len(digits) == len(cases)
+        assert set(found["verdicts"]) <= set(run.LETTERS.values())
+        refused = {name for names in found["refused"].values() for name in names}
+        letters = dict(zip((case["id"] for case in cases), found["verdicts"], strict=True))
+        assert refused <= {name for name, letter in letters.items() if letter == "-"}
+        assert all(letter in "rR" for letter, d in zip(found["verdicts"], digits, strict=True) if d != "-")
+
+
+def test_every_method_has_a_label_and_a_row():
+    assert {m.label for m in passes.methods()} <= set(passes.NAMES.values())
+    _, rows = passes.table([0])
+    assert len({row[0] for row in rows}) == len(rows) >= 3
+
+
+@pytest.mark.parametrize("name", [name for name in tables.TABLES if name.startswith("switches")])
+def test_the_tables_of_the_page_are_those_of_the_stored_results(name):
+    place = tables.TABLES[name]
+    text = place.page.read_text(encoding="utf-8")
+    assert re.search(f"<!-- benchmark:{name} -->", text)
+    assert tables.fill(text, name, place.make({})) == text
+
+
+CASE = {"level": 0, "family": "a", "inputs_hex": {"T": (4.0).hex()}, "zeros": ["1.0", "3.0"]}
+
+
+def test_the_summary_of_answers():
+    answers = {
+        "a": ({"zeros": [1.0, 3.0]}, 0.5),
+        "b": ({"zeros": [1.0]}, 0.25),
+        "c": ({"zeros": [3.0]}, 0.25),
+        "d": ("ValueError: no", 0.0),
+    }
+    found = run.summary([CASE | {"id": name} for name in answers], answers)
+    assert found["verdicts"] == "Rrm-"
+    assert found["digits"] == "30 30 - -"
+    assert found["seconds"] == {0: 1.0}
+    assert found["refused"] == {"ValueError: no": ["d"]}
+
+
+def test_an_error_of_a_solver_is_no_error_of_the_run():
+    class Broken:
+        @staticmethod
+        def zeros(function, T):
+            raise ZeroDivisionError("by nothing")
+
+    given, _ = run.timed(Broken, 0, run.WAVES, {}, 0.0)
+    assert given == "ZeroDivisionError: by nothing"
