@@ -34,8 +34,9 @@ from vibrodrive.version import __version__
 def cli() -> None:
     """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
 
-    By default every switching point is located with a guarantee. `vibrodrive init` lists configurations to begin with;
-    `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is given.
+    By default the program proves that it misses no switching point. `vibrodrive init` lists configurations to begin
+    with; `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is
+    given.
 
     Exit codes: 0 done; 1 failed during the work, or a file is damaged; 2 refused before any work; 130 interrupted.
     """

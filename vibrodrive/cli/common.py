@@ -49,10 +49,10 @@ SET = click.option(
 METHOD = click.option(
     "--method",
     type=click.Choice(["certified", "muller", "fixed"]),
-    help="Method of locating a switch; muller and fixed need dtau (default: as CONFIG says, else certified).",
+    help="Method of locating a switch; muller and fixed need dtau (default: that of CONFIG, or certified).",
 )
 OVERWRITE = click.option(
-    "--overwrite", is_flag=True, help="Replace an existing result file, whatever its kind, instead of resuming it."
+    "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not resume it."
 )
 THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 

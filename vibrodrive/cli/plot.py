@@ -29,13 +29,14 @@ if TYPE_CHECKING:
 @click.option(
     "--kind",
     type=click.Choice([*drawing.FIGURE_KINDS, "multipliers"]),
-    help="Kind of diagram (default: by the contents).",
+    help="Kind of diagram (default: depends on the contents).",
 )
 @click.option(
     "--quantity",
     metavar="NAME",
     type=click.Choice([*drawing.DIAGRAM_QUANTITIES, *drawing.MAP_QUANTITIES, drawing.K2]),
-    help="Quantity to draw (default: by the contents). Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
+    help="Quantity to draw (default: depends on the contents). "
+    "Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
     "Map: " + ", ".join(drawing.MAP_QUANTITIES) + f". Limits over two axes: {drawing.K2}.",
 )
 @click.option(
@@ -221,8 +222,8 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
 
     CONFIG has one value for each parameter; --set A=3.04 replaces an axis. [trajectory] selects the curves and periods.
 
-    Output: on stdout the status, the closest decision, the period, the impacts and the cycle of states; the figure, by
-    default with the phase curve ξ'(ξ) and the gap ξ(τ).
+    Output: on stdout the status, the margin, the period, the impacts and the cycle of states; the figure, by default
+    with the phase curve ξ'(ξ) and the gap ξ(τ).
     """
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)

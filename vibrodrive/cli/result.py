@@ -23,7 +23,8 @@ HELP = {
                     the motion ends on another solution
     "ku"            disturbance from which all starts end in one motion
 
-    [limits] criterion is the property that must be kept for k2: "impacts" (default), "word" or "rho < x", or several of
+    [limits] criterion is the property that must be kept for k2: "impacts" (default: the gaps and the order of the main
+    impacts), "word" (the states between main impacts) or "rho < x" (a distance from the orbit below x), or several of
     them joined by "and".
 
     Output: the result file, a table on stdout, and a figure (.png) next to the file. An existing file of the same

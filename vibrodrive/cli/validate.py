@@ -28,7 +28,8 @@ from vibrodrive.cli.common import DIRECTORY, say, working
 def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
     """Check this installation against known results.
 
-    The checks compare results with 50-digit references, identical bits, balances and other solvers.
+    The checks compare results with a reference of 50 digits, with published laws and with other solvers. They also
+    check the balance of energy, and that results which must be equal have equal bits.
 
     Output: validation.json and validation.md, with each number, its bound and a verdict. Exit code 1 if a check fails.
     """

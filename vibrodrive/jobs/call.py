@@ -49,11 +49,11 @@ def sweep(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Results:
-    """Simulate all points of the product of the axes, or of a list of points.
+    """Simulate all combinations of the values of the axes, or a list of points.
 
     Ctrl-C ends the call within a second. It also ends threads, and the tasks of an executor in threads or processes of
-    this machine; workers of Dask finish their current block, without delay for the call. A terminal or notebook shows
-    the progress of a call that takes longer than a second.
+    this machine. Workers of Dask finish their current block, but the call does not wait for them. If a call takes
+    longer than a second, it shows its progress on a terminal or in a notebook.
 
     Parameters
     ----------
@@ -63,9 +63,10 @@ def sweep(
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
     record : "section", "impacts", "summary" or "error", or several of them
-        records of each motion: its section; its main impacts; a few numbers (period, impact speeds, energies, Lyapunov
-        exponent, …) over all recorded periods; bounds of its error. Error bounds need each motion to be computed
-        separately to its end: several times the work, and many times if the motion repeats.
+        quantities to record. "section": the section points. "impacts": the main impacts. "summary": a few numbers
+        (period, impact speeds, energies, Lyapunov exponent, …) over all recorded periods. "error": bounds of the error.
+        For "error" each motion is computed separately to its end, which takes several times as long, or many times as
+        long if the motion repeats.
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name: point k has the k-th value of each. They form one axis, `point`,
         with values 0, 1, …; a pandas.DataFrame is possible.
@@ -90,9 +91,9 @@ def sweep(
     Raises
     ------
     TypeError, ValueError
-        with one sentence: key, value, allowed values; also if the results do not fit the memory or the disk; if the
-        file is of another sweep (Different, with the keys that differ), is no result file or damaged beyond reading
-        (NoResult).
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values. Also if
+        the results do not fit into memory or on the disk, if the file belongs to another sweep (Different, with the
+        keys that differ), or if it is no result file or cannot be read (NoResult).
     RuntimeError
         if another process is writing the file (Busy), or the computation failed (Failed); written blocks remain.
     OSError

@@ -102,25 +102,26 @@ conveying: mean velocity without an obstacle, negative down the incline; with th
 
 
 def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
-    """Compute the motion of a driver in SI units, also with 1 % less and more of a0, omega0, mu and alpha.
+    """Compute the motion of a driver in SI units, and its change if a0, omega0, mu or alpha changes by ±1 %.
 
     Parameters
     ----------
     scene : Scene
+        driver in SI units; its mass scales the powers.
     eps, eta : float
-        disturbance, as in `simulate`.
+        relative amplitude and frequency ratio of the disturbance, as in `simulate`.
     transient, periods : int
-        excitation periods before the record, and recorded.
+        excitation periods before the record, and in the record.
 
     Returns
     -------
     Driver
-        period, impacts per second, their speed, powers, lift and conveying velocity; it prints as a table.
+        period, impacts per second, their speed, powers, largest gap and conveying velocity; it prints as a table.
 
     Raises
     ------
     TypeError, ValueError
-        with one sentence: key, value, allowed values.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
 
     Examples
     --------

@@ -38,8 +38,8 @@ class Results(Described):
     """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
 
     The arrays are read on first access and kept. At points that are not computed yet, section and margin are NaN, the
-    switches are -1 and the status is Status.NOT_COMPUTED. The same values replace a damaged block of a file once an
-    array of it could not be read: read `status` after the array that it is to filter.
+    switches are -1 and the status is Status.NOT_COMPUTED. If an array of a block cannot be read, because the file is
+    damaged, the same values replace this block. So read an array first, and then the `status` that filters it.
 
     Further arrays depend on `record`. A summary has, over the axes, sums given per excitation period: period, sequence,
     gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work; xi_max, dxi_min,
@@ -55,8 +55,8 @@ class Results(Described):
     ----------
     axes : dict[str, float64 array]
         the swept parameters, in order: dimensionless, or quantities of a `[physical]` scene in SI units (alpha in
-        degrees); then A, or A and B, vary by point. The axis "point" counts the values of parameters that change
-        together.
+        degrees). With an axis in SI units, A, or A and B, are computed for each point. The axis "point" counts the
+        values of parameters that change together.
     points : dict[str, float64 array]
         the parameters that change together along the axis "point", each of its length; empty without this axis.
     scalars : dict[str, float]
