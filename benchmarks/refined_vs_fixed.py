@@ -1,9 +1,10 @@
 """Comparison of fixed and refined switching: cost, error, and the Δτ from which the orbital structure is wrong.
 
 For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit. The results
-are the distance ρ of the section points, and whether the structure agrees: the gaps and order of the impacts, and the
-word (sequence of states). In the range 3.0 ≤ A ≤ 3.25 the same comparison is made for each A with a periodic certified
-motion. Its result is the share of these A with the correct gaps and order of impacts.
+are the distance ρ of the section points, and whether the gaps and order of the impacts agree. `vd.limit` finds the band
+of Δτ in which these are lost, and that in which the word (sequence of states) is. In the range 3.0 ≤ A ≤ 3.25 the
+sections are compared for each A with a periodic certified motion. Its result is the share of these A with the right
+order of section points.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from vibrodrive.model.plain import plain
 from vibrodrive.stability import structure
 
 SECTION_PHASE = 2.0  # the mass slides at this phase for all A considered
-TRANSIENT, PERIODS = 1000, 500
+TRANSIENT, PERIODS = 1000, 1500
 SINGLE = (1.5, 3.04)
 RANGE = (3.0, 3.25)
 METHODS: dict[str, dict[str, Any]] = {"fixed": {"method": "fixed"}, "muller": {"method": "muller", "tol": 1e-7}}
 LABELS = {"fixed": "fixed", "muller": "Muller"}
-CRITERION = ("impacts",)
+CRITERIA = ("impacts", "word")
 
 
 def steps(quick: bool) -> np.ndarray:
@@ -36,7 +37,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return ρ and structure over Δτ at one A, the smallest Δτ with a wrong and the largest with a right structure."""
+    """Return at one A ρ and structure over Δτ, and the limits in Δτ of both criteria."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
@@ -46,12 +47,12 @@ def single(A: float, quick: bool) -> dict[str, Any]:
         rows = []
         for dtau in steps(quick):
             s = structure.compare_structure(base, vd.simulate(**window, **method, dtau=float(dtau)))
-            rows.append({"dtau": dtau, "rho": plain(s.rho), "kept": s.kept(CRITERION), "word": s.word})
+            rows.append({"dtau": dtau, "rho": plain(s.rho), "kept": s.kept(CRITERIA[:1])})
         found[name] = {"rows": rows}
-        for answer in ("kept", "word"):
-            found[name][f"{answer}_first_lost"] = min((r["dtau"] for r in rows if not r[answer]), default=None)
-            found[name][f"{answer}_last"] = max((r["dtau"] for r in rows if r[answer]), default=None)
-        say(f"A = {A:g}, {name}: structure first lost at Δτ = {found[name]['kept_first_lost']}")
+        for criterion in CRITERIA:
+            k = vd.limit(A, "dtau", criterion=criterion, transient=TRANSIENT, periods=PERIODS, **method)
+            found[name][criterion] = {"k2": k.k2 if np.isfinite(k.k2) else None, "last_kept": k.last_kept}
+            say(f"A = {A:g}, {name}, {criterion}: {k}")
     return found
 
 
@@ -129,7 +130,7 @@ def main() -> None:
         "transient": TRANSIENT,
         "periods": PERIODS,
         "section_phase": SECTION_PHASE,
-        "criterion": CRITERION,
+        "criterion": CRITERIA[0],
         "single": [single(A, options.quick) for A in SINGLE],
         "range": over_range(options.quick),
         "seconds_per_period": costs(options.quick),

@@ -54,11 +54,11 @@ PAPER = 3.04
 AMPLITUDES = tuple(round(3.0 + 0.005 * i, 3) for i in range(51))
 THREADS = os.cpu_count() or 1
 
-SMOOTH = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
-"""The values of v_s and 1/√k that are tried."""
+SMOOTH = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
+"""The values of v_s and 1/√k that are tried, as close as those of ε."""
 
-STEPS = GRIDS["dtau"]._replace(floor=1e-5)
-"""The steps h that are tried, those of Δτ; a motion of 1e-5 takes half a minute, and smaller ones are not tried."""
+STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
+"""The steps h that are tried, those of Δτ down to 1e-4. At 1e-5 a motion takes twenty seconds."""
 
 
 def lost_in_a_blow(root: float) -> float:
@@ -147,7 +147,10 @@ def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
 
 
 def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the limits in one disturbance over A, as values and as velocities; nothing where there is no orbit."""
+    """Return the limits in one disturbance over A, as values and as velocities.
+
+    An entry is empty where there is no orbit, and where the least value tried is lost.
+    """
     rows: list[dict[str, Any]] = [{} for _ in amplitudes]
     fields = ("kept_below", "last_kept", "share_kept", "searched_to")
     if name not in OWN:
@@ -162,6 +165,8 @@ def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
             if base is None:
                 continue
             b = band(way, A, base, pool)
+            if b.kept_below == 0.0:
+                continue
             rows[i] = {"k2": b.lost, **{f: getattr(b, f) for f in fields}}
             ends = zip(("velocity", "velocity_last"), (b.lost, b.last_kept), strict=True)
             rows[i] |= {key: way.velocity(x) if 0.0 < x < math.inf else x for key, x in ends}

@@ -141,9 +141,8 @@ def refined_vs_fixed(data: dict[str, Any]) -> str:
     rows = []
     for at in data["single"]:
         for name, label in (("fixed", "fixed"), ("muller", "Muller")):
-            ends = ("kept_first_lost", "kept_last", "word_first_lost", "word_last")
-            values = (at[name][end] for end in ends)
-            shown = ("never" if value is None else number(value) for value in values)
+            ends = [at[name][criterion][end] for criterion in ("impacts", "word") for end in ("k2", "last_kept")]
+            shown = ["never" if value is None else number(value) for value in ends]
             rows.append([f"A = {at['A']:g}, {label}", *shown])
     costs = [[k, duration(v)] for k, v in data["seconds_per_period"].items()]
     return table(head, rows) + "\n\n" + table(["switching, 3 ≤ A ≤ 3.25", "time a period"], costs)

@@ -1,4 +1,4 @@
-"""Show the dependence of k₂(ε) on arbitrary choices, for several criteria: the reason to use the main impacts.
+"""Show the dependence of k₂ on arbitrary choices, for several criteria: the reason to use the main impacts.
 
     python -m examples.limit_definition   # in the root of a clone
 
@@ -81,6 +81,17 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     return found
 
 
+def over_window(disturbance: str, amplitudes: Sequence[float] = A) -> dict[str, np.ndarray]:
+    """Return k₂ over the length of the record and the solution reached, with the last value kept."""
+    windows = {"1500 periods": {}, "20 000 periods": {"periods": 20_000}, "from τ0 = 2π": {"tau0": 2 * math.pi}}
+    rows = {}
+    for name, window in windows.items():
+        found = dict(each_limit({"A": list(amplitudes), "periods": 1500, **window}, disturbance))
+        for end in ("k2", "last_kept"):
+            rows[f"{name}, {end}"] = np.array([getattr(found[i], end) for i in range(len(amplitudes))])
+    return rows
+
+
 def table(name: str, rows: dict[str, np.ndarray]) -> str:
     """Return a Markdown table: a row for each entry, a column for each A, and the ratio of the largest to the least."""
     values = np.array(list(rows.values()))
@@ -102,14 +113,9 @@ def main() -> None:
     for name, criterion_of in (("prescribed", with_given_speed), ("free below the share", with_free_speed)):
         print(f"\nimpacts, the dividing speed {name}\n")
         print(table("share", {f"{share:g}": k2(criterion_of(share)) for share in SHARES}))
-    print("\nimpacts, over the record and the solution reached\n")
-    usual = with_free_speed(0.1)
-    rows_of = {
-        "1500 periods": k2(usual),
-        "20 000 periods": k2(usual, periods=20_000),
-        "from τ0 = 2π": k2(usual, tau0=2 * math.pi),
-    }
-    print(table("", rows_of))
+    for disturbance, symbol in (("eps", "ε"), ("dtau", "Δτ")):
+        print(f"\nimpacts, k₂({symbol}) over the record and the solution reached\n")
+        print(table("", over_window(disturbance)))
 
 
 if __name__ == "__main__":

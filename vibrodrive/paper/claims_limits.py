@@ -20,8 +20,8 @@ from vibrodrive.stability.limit import Limit, each_limit
 from vibrodrive.stability.questions import limit
 from vibrodrive.verdicts import NotApplicable
 
-RECORD: dict[str, Any] = {"transient": 500, "periods": 500}
-"""Number of periods of each motion in a search for a limit, as in Fig. 7."""
+RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
+"""Number of periods of each motion in a search for a limit, as in Figs. 6 and 9."""
 
 MOST = 43
 """Largest number of values of A at which the limits in ε and Δτ are compared."""

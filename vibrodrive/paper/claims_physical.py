@@ -158,7 +158,7 @@ def precision(session: Session) -> Outcome:
 def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
     B = session.results("fig07").scalars["B"]
-    points = {"A": A, "B": B, "transient": 1000, "periods": 500}
+    points = {"A": A, "B": B, "transient": 1000, "periods": 1500}
     found = {kind: dict(each_limit(points, kind, threads=session.threads)) for kind in ("eps", "dtau")}
     n = [found["eps"][i].n for i in range(len(A))]
     k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
