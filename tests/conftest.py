@@ -1,4 +1,4 @@
-"""Settings for all tests: kernels are compiled once before the workers start, two threads, and marks.
+"""Settings for all tests: compile kernels once before the workers start, use two threads, and set marks.
 
 The tests are a package, so `from tests.support.reference import reference` works from the repository root.
 """
@@ -118,7 +118,7 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
 
 
 class _Guard:
-    """Guard that stops a unit test from compiling or loading a kernel and from starting a process."""
+    """Let a unit test fail if it compiles or loads a kernel, or starts a process."""
 
     on = False
 
@@ -195,7 +195,7 @@ def run(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Replace the computation by blocks without one; return the list of computed blocks."""
+    """Replace the computation by invented values; return the list of the blocks that a test "computes"."""
     from tests.support import fake
 
     computed = []

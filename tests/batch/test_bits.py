@@ -80,7 +80,7 @@ def test_one_thread_equals_two_equals_one_by_one():
 @pytest.mark.jit
 @pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
 def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
-    """A kernel that returns after every pass, instant or piece (slices.py) gives the results of a single call."""
+    """If a kernel returns after every pass, instant or piece (slices.py), the results equal those of a single call."""
 
     def results():
         r = vd.sweep(**ARGUMENTS, **switching, threads=1)
@@ -103,7 +103,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Integers, float32, strided and Fortran-ordered input is converted before the call: there is one signature."""
+    """Inputs of integers, float32, strides or Fortran order are converted before the call: one signature is compiled."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single

@@ -84,7 +84,7 @@ def compiled():
 
 
 def prepare() -> None:
-    """Compile everything, as first calls take longer; compute a motion to compare with after each Ctrl-C."""
+    """Compile everything, because first calls take longer. Compute a motion to compare with after each Ctrl-C."""
     global MOTION
     MOTION = motion()
     MOTION.sample(1)
@@ -129,7 +129,7 @@ def test_ctrl_c_is_answered(name):
 
 
 def test_processes_of_an_executor_end_their_tasks_too():
-    """Both running and queued blocks end, so that the executor is free."""
+    """Running and queued blocks end, so that the executor can be used again."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(abs, [1, 2]))
         interrupt(sweep(executor=pool))

@@ -1,4 +1,4 @@
-"""A sweep is a loop over `numba.prange`; it runs on every threading layer, from several threads, in forked children."""
+"""A sweep is a loop over `numba.prange`. It runs on every threading layer, in threads, and in forked children."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def test_a_block_is_submitted_again_three_times():
 
 
 def test_an_error_behind_ctrl_c_is_not_that_of_the_next_call():
-    """The thread is used again; an error in it after Ctrl-C does not appear in the next call."""
+    """The thread is used again. If it raises an error after Ctrl-C, the next call does not raise this error."""
 
     class Pressed(Halt):
         @property

@@ -1,4 +1,4 @@
-"""Records of a sweep besides sections equal, point by point, those of single motions and of other sweeps."""
+"""The other records of a sweep than sections equal, point by point, those of single motions and of other sweeps."""
 
 from __future__ import annotations
 

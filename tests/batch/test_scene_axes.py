@@ -1,4 +1,4 @@
-"""A sweep over a scene in SI units equals bitwise that over the same A and B, and is drawn over its own axes."""
+"""A sweep over a scene in SI units equals bitwise a sweep over the same A and B. Figures show its axes in SI units."""
 
 from __future__ import annotations
 

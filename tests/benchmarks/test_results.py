@@ -1,4 +1,4 @@
-"""Stored results of the set of switches: complete, of this version, and the source of the page's tables."""
+"""Stored results of the problem set "switches" are complete and of this version; the page's tables come from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The set of switches: cases satisfy the schema and are made again to the byte, and score.py gives each verdict."""
+"""The problem set "switches": cases satisfy the schema and are made again to the byte; score.py gives each verdict."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def values(case):
     return {name: float.fromhex(value) for name, value in case["inputs_hex"].items()}
 
 
-# The form of a case.
+# the form of a case
 
 TYPES = {"object": dict, "array": list, "string": str, "null": type(None), "number": (int, float)}
 NOTES = {"$schema", "$defs", "title", "description", "then", "else"}
@@ -174,7 +174,7 @@ def test_the_sizes_of_the_set_are_those_of_its_readme():
     assert f"Version {make.VERSION}." in text
 
 
-# The answers.
+# the answers
 
 
 def test_zeros_are_in_order_and_their_slopes_fit():
@@ -291,7 +291,7 @@ def test_the_certified_method_agrees(name):
     assert verdict["digits"] > 10
 
 
-# The score.
+# the score
 
 FAR, PAIR = ["1.0", "3.0"], ["1.0", "1.0000003"]
 

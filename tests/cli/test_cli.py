@@ -338,7 +338,7 @@ def test_a_real_sweep_equals_the_one_in_memory(run):
 
 @pytest.mark.jit
 def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
-    """The writer computes it and so writes the same bytes as HDF5."""
+    """The program computes the checksum, and writes the same bytes as HDF5."""
     from vibrodrive.jit.fletcher import fletcher32
 
     random = np.random.default_rng(2)
@@ -503,7 +503,7 @@ def test_a_file_that_is_moved_while_it_is_written_ends_a_sweep(run, quick, monke
                 os.rename("small.h5", "elsewhere.h5")
 
     monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    # the block is committed behind the rename, however long the kernels take to load
+    # the block is committed after the rename, however long the kernels take to load
     monkeypatch.setattr(import_module("vibrodrive.store.writer"), "GROUP_SECONDS", np.inf)
     code, _, err = run("sweep", "small.toml")
     assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")

@@ -1,4 +1,4 @@
-"""Files of every kind are not replaced by mistake, describe their contents, and are refused if unusable."""
+"""Files of every kind are not replaced by mistake, describe their contents, and are refused if they cannot be used."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     def each(*arguments, **options):
-        """Stand in for `each_of`, which computes limits during the iteration only."""
+        """Replace `each_of`, which computes limits during the iteration only."""
         yield begun()
 
     for name in (
@@ -377,7 +377,7 @@ def test_verify_finds_a_flipped_bit_in_any_kind(copied, command, name):
 
 @pytest.mark.jit
 def test_verify_finds_a_changed_word(copied):
-    """HDF5 has no checksums for texts of variable length; so the file has a checksum of all contents."""
+    """HDF5 has no checksums for texts of variable length, so the file has a checksum of all its contents."""
     path = Path("orbits.h5")
     path.write_bytes(path.read_bytes().replace(b"UP DOWN IMPACT", b"UP DOWM IMPACT"))
     code, _, err = copied("verify", str(path))
@@ -393,7 +393,7 @@ def test_a_kind_of_a_later_version_is_named(tmp_path):
             read(path)
 
 
-# links without a target, pipes, places that cannot be written
+# links without a target, pipes, folders that cannot be written to
 
 
 def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):

@@ -1,4 +1,4 @@
-"""Commands for sweeps with parameters that change together: compute, describe, draw or refuse."""
+"""Commands compute, describe, draw or refuse sweeps with parameters that change together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The audit of switches from another program: certified ones pass, and each error is named at its place."""
+"""The audit of switches from another program: certified switches pass, and each error is reported at its switch."""
 
 from __future__ import annotations
 

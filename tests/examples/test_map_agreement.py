@@ -26,7 +26,7 @@ def test_pixels_off_the_curves_agree_with_the_list():
 
 @pytest.mark.jit
 def test_what_does_not_agree_is_followed_on_for_its_reason(monkeypatch):
-    """A = 3.0554 settles slowly, 2e-3 below a doubling; the list is falsified for another pixel."""
+    """The motion at A = 3.0554, 2e-3 below a doubling, settles slowly. At another pixel the list is falsified."""
     A, B = np.array([2.8, 3.0554]), np.array([0.1, 0.3])
     true = map_agreement.stable_orbits
 

@@ -1,4 +1,4 @@
-"""The steps in the figure of docs/certified.md: parabolas stay below the function, the last ends at its zero."""
+"""The steps in the figure of docs/certified.md: parabolas are below the function, the last step ends at its zero."""
 
 from __future__ import annotations
 

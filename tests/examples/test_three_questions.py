@@ -24,14 +24,14 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""Longest period up to which all orbits are searched; an orbit that rests is followed for any period."""
+"""Longest period up to which the test searches all orbits. It follows an orbit with a rest for any period."""
 
 
 TRANSIENT = 1500
 
 
 def follows(points: np.ndarray, orbit: Orbit) -> bool:
-    """Return True if section points (n, 2) are on the orbit, to 1e-7 and the remainder of the transient."""
+    """Return True if section points (n, 2) are on the orbit, up to 1e-7 and the remainder of the transient."""
     left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
     apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
     visited = np.argmin(apart, axis=1)
@@ -63,7 +63,7 @@ def test_every_attractor_of_brute_force_is_among_the_orbits():
 
 @pytest.mark.jit
 def test_no_chaos_between_3_15_and_3_19():
-    """98 % of A is superstable; the others are windows of stable orbits: every exponent is negative."""
+    """98 % of the values of A have a superstable orbit, the others a stable orbit: every exponent is negative."""
     answer = chaos(num=1001)
     assert answer.shares["irregular"] == 0.0
     assert answer.shares["superstable"] == pytest.approx(0.98, abs=0.01)

@@ -39,7 +39,7 @@ def test_every_value_has_its_spot_and_the_one_above():
         there = counts > 0
         there[1:] |= counts[:-1] > 0
         assert ((image[:, column] > 0) == there).all()
-    assert image[:, columns[4]].max() == SHADES - 1  # all values on one spot: the darkest shade
+    assert image[:, columns[4]].max() == SHADES - 1  # all values at one pixel: the darkest shade
     assert not image[:, np.setdiff1d(np.arange(40), columns)].any()
 
 
@@ -72,7 +72,7 @@ def test_what_is_not_there_yet_repeats_what_is_left_of_it():
 
 @pytest.mark.jit
 def test_a_motion_that_was_given_up_is_not_drawn():
-    """Its values before the end of the budget are not drawn either: a shortened record gives a different picture."""
+    """The values before the end of the budget are not drawn either, because a shorter record gives another picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
     kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
     assert (given_up.status == vd.Status.BUDGET).all()

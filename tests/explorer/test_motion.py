@@ -1,4 +1,4 @@
-"""Curves of one motion: a curve for each state, fine enough for a disturbance; motions that are not computed."""
+"""Curves of one motion: one for each state, with enough points for a disturbance; and motions that are not computed."""
 
 from __future__ import annotations
 

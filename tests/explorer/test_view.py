@@ -61,7 +61,7 @@ def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
 
 
 def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
-    """Blue are the stable ones, vermilion the others."""
+    """Stable orbits are blue, unstable orbits vermilion."""
     drawn = SimpleNamespace(stable=SimpleNamespace(), unstable=SimpleNamespace(), marks=SimpleNamespace())
     session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, laid_over=lambda overlay: None)
     A, low, high = np.array([2.0, 3.0]), np.array([[1.0], [2.0]]), np.array([[5.0], [6.0]])
@@ -122,7 +122,7 @@ def test_a_configuration_is_shown_as_it_is(name):
 
 @pytest.mark.parametrize(("values", "scale"), [("[2, 4]", "linear"), ("[2, 3, 4]", "linear"), ("[1, 2, 4]", "log")])
 def test_an_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
-    """Two values are as even as they are geometric: what is usual holds."""
+    """Two values are evenly and geometrically spaced, so the default scale applies."""
     assert view_of(config.parse(f"[sweep]\nA = {values}\n")).scale == scale
 
 

@@ -1,4 +1,4 @@
-"""The worker: one computation at a time, the latest request first; and its second process."""
+"""The worker runs one computation at a time, the latest request first. It also has a second process."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ def test_a_pause_ends_with_the_next_request(worker):
 
 
 def test_a_request_takes_the_place_of_other_ranks_too(worker, failures):
-    """Requests of the same page are replaced in one step; a halted one cannot add another request."""
+    """A new request of a page replaces the older one in one step, so a cancelled request cannot add another one."""
     begun, ended, done = threading.Event(), threading.Event(), []
 
     def exact(halt):
@@ -249,7 +249,7 @@ def test_a_search_that_is_given_up_ends_with_its_process(aside):
 
 
 def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
-    """Warming up lasts until the gate, a named pipe, is opened, which is after the first request was halted."""
+    """Warming up lasts until the test opens a named pipe, which it does after the first request was cancelled."""
     gate, there = tmp_path / "gate", tmp_path / "there"
     os.mkfifo(gate)
     aside, halt = Aside(gate.read_bytes), Halt()

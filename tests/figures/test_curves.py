@@ -1,4 +1,4 @@
-"""Curves of trajectories: the periods shown, the note, and the ink of an irregular motion."""
+"""Curves of trajectories: the periods shown, the note, and the shading of an irregular motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 
 def motion(periods, irregular=False, **arguments):
-    """Motion ξ = 2 + sin τ; an irregular motion has another amplitude in each period."""
+    """Motion ξ = 2 + sin τ. If it is irregular, each period has another amplitude."""
     size = 1.0 + (np.arange(periods) * math.sqrt(2) % 1 if irregular else np.zeros(periods))
     switches = np.zeros(2 * periods, SWITCH)
     switches["period"] = np.repeat(np.arange(periods), 2)
@@ -56,7 +56,7 @@ def test_only_what_does_not_repeat_and_is_long_is_drawn_as_ink(periods, irregula
 
 
 def test_a_spot_counts_each_period_once():
-    """A horizontal line, passed forth and back in period 0, and half of it once in period 1."""
+    """A horizontal line, traversed forwards and backwards in period 0, and half of it once in period 1."""
     points = np.array([[0.0, 1.0], [4.0, 1.0], [0.0, 1.0], [np.nan, np.nan], [0.0, 1.0], [2.0, 1.0]])
     counts = count_passes(points, np.array([0, 0, 0, 0, 1, 1]), np.array([0.0, 0.0]), np.array([4.0, 2.0]))
     (row,) = np.flatnonzero(counts.any(axis=1))

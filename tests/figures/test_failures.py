@@ -1,4 +1,4 @@
-"""Figure of a failure map: colours of no failure, of few failures, and of points without switches."""
+"""Figure of a failure map: the colours of points without a failure, with few failures, and without switches."""
 
 from __future__ import annotations
 

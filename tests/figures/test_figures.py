@@ -1,4 +1,4 @@
-"""Figures show the data: ink at the values, corners at the switches."""
+"""Figures show the data: dark pixels at the values, corners of lines at the switches."""
 
 import math
 import subprocess
@@ -44,7 +44,7 @@ def two_regimes():
 
 
 def image(ax):
-    """Return the ink (rows from below, columns) of a bifurcation panel, and the ordinates of the rows."""
+    """Return the shades (rows from below, columns) of a bifurcation panel, and the ordinates of the rows."""
     (drawn,) = ax.get_images()
     _, _, low, high = drawn.get_extent()
     return np.asarray(drawn.get_array()), low + (np.arange(PANEL_ROWS) + 0.5) / PANEL_ROWS * (high - low)

@@ -90,7 +90,7 @@ def lightness(colour):
 
 @pytest.mark.parametrize(("style", "apart"), [("screen", 0.0), ("print", 10.0)])
 def test_classes_stay_apart_in_grey(style, apart):
-    """Each class is darker than the previous one; in print, which has only greys, by a clearly visible step."""
+    """Each class is darker than the previous one. In print, which has only greys, each step is clearly visible."""
     light = np.array([lightness(c) for c in LOOKS[style].classes])
     assert (-np.diff(light) > apart).all()
     assert lightness(APART) - light[0] > apart

@@ -1,4 +1,4 @@
-"""Curves in the plane (A, B): the lines drawn, on axes that keep their limits."""
+"""Curves in the plane (A, B): the lines drawn; the limits of the axes do not change."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from vibrodrive.model.plan import make_plan
 
 @pytest.fixture
 def swept():
-    """Sweep of irregular motions over 40 values of A and two of ε; one point is out of budget."""
+    """Sweep of irregular motions over 40 values of A and two of ε. At one point the budget is exhausted."""
     plan = make_plan({"A": np.linspace(3.0, 3.2, 40), "eps": [0.0, 1e-4], "periods": 200})
     section = np.random.default_rng(3).uniform(0.0, 1.0, (40, 2, 200, 2))
     status = np.zeros(plan.shape, np.int8)
@@ -203,7 +203,7 @@ def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_note_is_smaller_than_the_name_of_its_panel(width):
-    """The ratio of the sizes is the same for both widths."""
+    """The ratio of the font sizes is the same for both widths."""
     with drawn_as(width=width):
         ax = new(height=2.0)[1][0, 0]
         letter(ax, 0, "name")

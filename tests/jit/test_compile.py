@@ -178,7 +178,7 @@ def test_imports_are_followed_into_packages_of_packages(copy):
             deaf.append(name)
         (copy.root / name).write_text(source)
     assert hash_of_all() == first
-    # no kernel uses these: a package that only contains an imported module does not count by itself
+    # no kernel uses these: a package does not count only because it contains an imported module
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
 
@@ -221,7 +221,7 @@ print(CACHE.name, compilation.seconds > 0)
 
 @pytest.mark.jit
 def test_unlike_processors_with_one_home_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
-    """Each processor compiles the kernels that it lacks, and reports it."""
+    """Each processor compiles the kernels that its cache does not contain, and reports this."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "kernel.py").write_text(KERNEL)
@@ -267,7 +267,7 @@ print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc
 @pytest.mark.jit
 @pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
 def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_path, numba, private):
-    """Without Numba's private parts the kernels are the same; formulas also run from Python after a kernel."""
+    """Without Numba's private interfaces the kernels give the same results. Python can still call their formulas."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "pieces.py").write_text(PIECES)

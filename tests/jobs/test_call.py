@@ -1,4 +1,4 @@
-"""`vd.sweep` into a file does the same as `vibrodrive sweep`; progress appears only where a user sees it."""
+"""`vd.sweep` into a file does the same as `vibrodrive sweep`. Progress appears on terminals and in notebooks only."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
         m.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", some)
         with pytest.raises(KeyboardInterrupt):
             vd.sweep(**SWEEP, path="x.h5")
-    Lock(Path("x.h5")).release()  # otherwise Busy would report an active writer
+    Lock(Path("x.h5")).release()  # otherwise the error is Busy, which reports an active writer
     assert vd.load("x.h5").computed == pytest.approx(1024 / 3000)
     vd.sweep(**SWEEP, path="x.h5")
     assert quick == [1, 2]
@@ -277,7 +277,7 @@ def test_a_long_call_is_shown_to_be_under_way(monkeypatch, place, call):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
 
     def work(*arguments, **options):
-        """Run until the line appears, or for one minute."""
+        """Wait until the line appears, or for one minute."""
         for _ in range(600):
             if "under way: " in terminal.getvalue():
                 raise InterruptedError

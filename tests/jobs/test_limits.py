@@ -1,4 +1,4 @@
-"""Limits over one or two axes in a file: a stopped run resumes and gives the same file as an uninterrupted one."""
+"""Limits over one or two axes in a file. A stopped run resumes and gives the same file as an uninterrupted run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Replace the computation by invented limits that all differ; return the arguments of each call."""
+    """Replace the computation by invented limits, which all differ. Return the arguments of each call."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):
@@ -235,7 +235,7 @@ def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, so
 
 
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
-    """k₁ and k_u by the command for k₂."""
+    """The command for k₂ also computes k₁ and k_u."""
     config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"
     starts = computed(config, tmp_path / "starts.h5", quantity="k1")
     assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]

@@ -38,7 +38,7 @@ def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
 
 @pytest.mark.jit
 def test_structure_is_lost_where_the_limit_says_so():
-    """The gaps of one record show the loss at k₂, which another search finds from single impacts."""
+    """The gaps in a short record show the loss at k₂, which a separate search has found from single impacts."""
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2
         eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])

@@ -147,7 +147,7 @@ def test_error_bars_of_muller_reach_the_certified_motion(tol, eps):
 
 @pytest.mark.jit
 def test_bounds_grow_with_the_tolerance_of_muller():
-    """Of the second switch, with tol = 0.1 and 1e-9. The finer motion is certain: ||H| - 1| > 1.5 at the ends of UP."""
+    """Bounds of the second switch, tol = 0.1 and 1e-9. With 1e-9 it is certain: ||H| - 1| > 1.5 at the ends of UP."""
     motion = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=0.1)
     fine = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=1e-9)
     assert fine.status == vd.Status.OK
@@ -157,7 +157,7 @@ def test_bounds_grow_with_the_tolerance_of_muller():
 
 @pytest.mark.jit
 def test_a_tolerance_may_turn_a_decision_at_H_near_minus_1():
-    """H falls through -1 where UP ends: before that instant the mass sticks, after it the mass slides down."""
+    """H falls through -1 where UP ends. At a slightly earlier end the mass sticks, at a later end it slides down."""
     scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)
     fine, coarse = (vd.simulate(**scene, tol=tol) for tol in (1e-9, 1e-2))
     assert (fine.switches["after"][0], fine.status) == (vd.State.STICK, vd.Status.OK)
@@ -173,7 +173,7 @@ def test_a_fixed_grid_has_no_bounds():
 
 
 def test_nothing_is_certain_where_the_start_is_undecided():
-    """H falls through 1 at τ0 = 4π + …: rounding decides if the mass is thrown up there."""
+    """H falls through 1 at τ0 = 4π + …: rounding decides if the mass leaves the obstacle there."""
     start = 4 * math.pi + math.pi - math.asin(1.1 / 3.0)
     motion = vd.simulate(3.0, tau0=start, transient=0, periods=2)
     assert motion.status == TOO_CLOSE
@@ -182,7 +182,7 @@ def test_nothing_is_certain_where_the_start_is_undecided():
 
 
 def test_a_record_may_end_with_a_rest():
-    """The motion begins at the end of a rest and its record ends at the end of another; the next slide begins there."""
+    """The motion begins at the end of a rest. Its record ends at the end of another rest, where a slide begins."""
     start = math.asin(1.1 / 1.5)
     motion = vd.simulate(1.5, tau0=start, dxi0=1e-14, transient=0, periods=3, section_phase=start)
     assert motion.status == vd.Status.OK
@@ -192,7 +192,7 @@ def test_a_record_may_end_with_a_rest():
 
 @mp.workdps(50)
 def test_an_impact_at_the_end_of_the_record_may_have_been():
-    """The record ends while the mass falls from a stick, within rounding of the obstacle: ξ' is its speed, or 0."""
+    """The record ends within rounding of an impact, after a fall from a stick: ξ' is the speed of the fall, or 0."""
     A, B, end = 1.05, 0.1, 5.4
     begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
     h = end - begin
@@ -208,7 +208,7 @@ def test_an_impact_at_the_end_of_the_record_may_have_been():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
-    """H barely falls to -1: an error in the last bit of 1 - B shifts that instant far more than one in the phase."""
+    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant more than one of the phase."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))

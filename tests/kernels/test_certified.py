@@ -59,7 +59,7 @@ def test_switches_beyond_the_paper(name):
 def test_clocks_stay_right_for_a_million_periods():
     """H = 1 where REST ends: evaluated in 50 digits at the recorded instant, after a million periods.
 
-    H depends on η (2π n + φ). An error of 1e-12 in the phase of either clock would show as 1e-11 in H.
+    H depends on η (2π n + φ). An error of 1e-12 in the phase of τ or of ητ would change H by 1e-11.
     """
     eps = 1e-6
     t = vd.simulate(A=1.5, eps=eps, transient=1_000_000, periods=5)

@@ -77,7 +77,7 @@ def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> li
 
 @pytest.mark.parametrize("sign", [1, -1], ids=["up", "down"])
 def test_tangency_of_a_velocity(sign):
-    """ξ' nearly touches 0 during a slide: its sign there decides if the slide ends, or the motion is flagged."""
+    """ξ' nearly touches 0 during a slide. Its sign there decides if the slide ends, or the motion is flagged."""
     scene = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5 if sign > 0 else 0.3}
     mp.dps = 60
     model = Oscillator(scene["A"], scene["B"], scene["eps"], ETA)
@@ -138,7 +138,7 @@ TWO_ZEROS = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5, "xi0": 50.0}
 
 
 def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
-    """Return a slide up whose ξ' falls below zero by `depth` and would rise again, and the time of that dip."""
+    """Return a slide up whose ξ' would fall below zero by `depth` and then rise again, and the time of this dip."""
     mp.dps = 60
     model = Oscillator(TWO_ZEROS["A"], TWO_ZEROS["B"], TWO_ZEROS["eps"], ETA)
     tau = mp.mpf(TWO_ZEROS["tau0"])
@@ -150,7 +150,7 @@ def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
 
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step(method):
-    """Both zeros are between two grid points: fixed and Muller slide on, as their literal loops do; certified stops."""
+    """Both zeros are between two grid points. With fixed and Muller the slide continues, with certified it ends."""
     scene, h = brief_reversal(1e-6)
     exact = reference(**scene, periods=1, max_switches=1).switches[0]
     assert float(exact.tau) - scene["tau0"] == pytest.approx(h, abs=1e-4)
@@ -164,7 +164,7 @@ def test_two_zeros_in_one_step(method):
 
 
 def test_three_zeros_in_one_step():
-    """One step spans the dip and the end of the slide: Muller sees one sign change, which is not at the first zero."""
+    """One step contains the dip and the end of the slide. Muller finds one sign change, which is not the first zero."""
     scene, _ = brief_reversal(1e-3)
     first = reference(**scene, periods=1, max_switches=1).switches[0].tau - mp.mpf(scene["tau0"])
     dtau = 2.0
@@ -186,7 +186,7 @@ def test_which_side_ends_a_stick(tau0):
 
 
 def test_both_conditions_of_a_slide_down():
-    """ξ < 0 and ξ' > 0 at the same grid point is an impact, in whatever order they are tested."""
+    """ξ < 0 and ξ' > 0 at the same grid point are an impact, independent of the order of the tests."""
     thrown = {"A": 3.04, "dxi0": -0.5, "tau0": 2.9}
     grazing = -lowest(thrown, 1e6)
     both = 0
@@ -218,7 +218,7 @@ def test_start_where_the_force_is_one(A, B):
 
 @pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-300, 1e-160, 1e-80, 1e-30, 1e-16])
 def test_slide_with_hardly_any_speed(speed):
-    """A slide that ends almost immediately, and close to its start: the search ends, the order of states is valid."""
+    """The slide ends almost immediately, close to its start. The search ends, and the order of states is valid."""
     for xi0 in (0.0, 1e-300, 1e-24, 1.0):
         for sign in (1, -1):
             for tau0 in (0.0, 2.0, 4.7):
@@ -252,7 +252,7 @@ def test_amplitude_that_just_suffices():
     for B in (0.0, 0.1, 0.7):
         over = check_decisions({"A": 1 + B + 1e-9, "B": B}, most=12)
         assert over.agrees
-        # on the level the mass slides down exactly as far as it went up: that is too close to call
+        # on the level the mass slides down exactly as far as it slid up, so the decision is within rounding error
         assert over.ours.status == (Status.OK if B else Status.TOO_CLOSE)
         under = vd.simulate(A=1 + B - 1e-9, B=B, transient=0, periods=5)
         assert under.status == Status.NEVER_LEAVES
@@ -263,7 +263,7 @@ def test_amplitude_that_just_suffices():
 
 @pytest.mark.parametrize("B", [1.0, 1.05, 1.7])
 def test_incline_too_steep_to_stick(B):
-    """B >= 1: the mass slides down by gravity; STICK can only end downwards while H stays below 1."""
+    """For B >= 1 gravity moves the mass down. If H stays below 1, STICK can only end in DOWN."""
     for xi0, dxi0, tau0 in ((3.0, 0.0, 0.0), (0.5, 2.0, 4.0), (30.0, -1.0, 1.0), (0.0, 0.0, 0.0)):
         for A in (0.3, 1.7, 3.2):
             check_decisions({"A": A, "B": B, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=20, periods=40)
@@ -273,7 +273,7 @@ def test_incline_too_steep_to_stick(B):
 
 
 def test_contact_for_ten_thousand_periods():
-    """At least one impact in three periods and rests in between: the mass never falls through the floor."""
+    """At least one impact in three periods, and rests in between: the mass never passes through the obstacle."""
     t = vd.simulate(A=3.04, transient=0, periods=10_000)
     assert t.status == Status.OK
     assert (t.switches["after"] == State.IMPACT).sum() >= 3000
@@ -323,12 +323,12 @@ def test_start_shifted_by_whole_periods(k):
     ],
 )
 def test_faint_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
-    """A series up to the fourth derivative misses the only zero: the fifth and higher derivatives are not small."""
+    """A series up to the fourth derivative misses the only zero: the fifth and higher derivatives are large."""
     check_decisions({"A": A, "B": B, "eps": eps, "eta": eta, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=8, periods=4)
 
 
 def test_zero_where_a_long_slide_is_continued():
-    """A slide of more than 4π ends within rounding of the point where it is restarted: it ends without a search."""
+    """A slide of more than 4π ends within rounding of the point at which it is split: it ends without a search."""
     incline = {"A": 1.3810559874528507, "B": 0.22576944812017585, "eps": 0.00012271886836946676, "eta": 100.995}
     speed = float.fromhex("0x1.ece8f9bcde60bp+3")
     t = vd.simulate(**incline, xi0=1.0, dxi0=speed, transient=0, periods=8, budget=500)
@@ -338,7 +338,7 @@ def test_zero_where_a_long_slide_is_continued():
 
 @pytest.mark.parametrize("A", [1.5, 2.2])
 def test_vanishing_disturbance(A):
-    """ε → 0 tends to ε = 0, linearly and then up to the last bits; nothing is lost where ε underflows."""
+    """For ε → 0 results tend to those of ε = 0, linearly and then up to the last bits, also if ε underflows."""
     undisturbed = vd.simulate(A=A, transient=20, periods=20)
     for eps in (1e-9, 1e-12, 1e-15, 1e-20, 1e-100, 1e-300, 5e-324):
         t = vd.simulate(A=A, eps=eps, transient=20, periods=20)
@@ -356,7 +356,7 @@ def test_vanishing_disturbance(A):
 def test_throw_reversed_in_time(A, speed, tau0):
     """τ → π - τ keeps sin τ and turns a slide up at B into a slide down at B + 2.
 
-    The mass lands at the mirrored time of the throw, with the speed of the throw.
+    The mass lands at the mirrored time of its start, with the speed of its start.
     """
     B = 0.25
     up = vd.simulate(A=A, B=B, dxi0=speed, tau0=tau0, transient=0, periods=8)
@@ -371,7 +371,7 @@ def test_throw_reversed_in_time(A, speed, tau0):
     assert landed["dxi"] == pytest.approx(-speed, rel=1e-13)
 
 
-# --- what cannot be ------------------------------------------------------------------------------------------------
+# --- impossible values ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("key", ["A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "dtau", "tol", "section_phase"])
@@ -401,7 +401,7 @@ EXTREMES: dict[str, dict[str, float]] = {
 
 @pytest.mark.parametrize("name", EXTREMES)
 def test_extremes_end(name):
-    """Each ends quickly, as the budget limits every search."""
+    """Each call ends quickly, because the budget limits every search."""
     t = vd.simulate(**EXTREMES[name], transient=0, periods=3, budget=2000)
     check_order(t)
     check_above_obstacle(t)

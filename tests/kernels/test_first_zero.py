@@ -100,7 +100,7 @@ def test_awkward_roots(name):
 @pytest.mark.parametrize("e", [10.0**-k for k in range(1, 15)])
 @pytest.mark.parametrize("scale", [1.0, 1e-9, 1e9])
 def test_simple_root_behind_two_close_ones(e, scale):
-    """((t - 1)² - e)(1.2 - t): 1 - √e is found, however close it is to 1 + √e, down to a dip of 2e-15."""
+    """((t - 1)² - e)(1.2 - t): the search finds 1 - √e, even if 1 + √e is very close, down to a dip of 2e-15."""
     p = Polynomial([1 - e, -2, 1]) * Polynomial([1.2, -1]) * scale
     function, bound = prepare(p, 1.5)
     first = 1 - math.sqrt(e)
@@ -118,7 +118,7 @@ def test_simple_root_behind_a_pair_that_is_not_there(e):
 
 @pytest.mark.parametrize("order", [2, 3])
 def test_multiple_root_is_met_and_not_passed(order):
-    """(1 - t)ⁿ(1.2 - t) touches zero at 1: the search ends at 1 or, by rounding, at 1.2, and nowhere in between."""
+    """(1 - t)ⁿ(1.2 - t) touches zero at 1. The search ends at 1 or, by rounding, at 1.2, but not in between."""
     p = product([1.0] * order + [1.2])
     function, bound = prepare(p, 1.5)
     found = search(function, bound, 1.5)[-1]
@@ -150,7 +150,7 @@ def test_ripple_on_a_slope(frequency):
     span=st.floats(1e-9, 1e3),
 )
 def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3, span):
-    """The steepest fall allowed, g''' = -m3 throughout, stays positive up to the end of the step."""
+    """The function with the steepest allowed fall, g''' = -m3 everywhere, is positive up to the end of the step."""
     step, _ = safe_step(g, dg, ddg, m3, span)
     assert 0 <= step <= span
     s = np.linspace(0, step, 400)
@@ -166,7 +166,7 @@ def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3,
     m3=st.floats(1e-3, 1e4),
 )
 def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
-    """g(0) = 0, g' = rise, g" = bend: the steepest fall allowed returns to zero exactly where the search begins."""
+    """g(0) = 0, g' = rise, g" = bend: in the steepest allowed fall g is zero exactly where the search begins."""
     free = zero_free_span(rise, bend, m3)
     s = np.linspace(0, free, 400)
     worst = rise * s + bend * s**2 / 2 - m3 * s**3 / 6
@@ -185,7 +185,7 @@ def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
     rate=st.floats(1e-3, 1e3),
 )
 def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, rate):
-    """A step beyond the safe one, or back from below zero, covers only a span on which g' hardly changes."""
+    """On a step longer than the safe one, or on a step back from below zero, g' hardly changes."""
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
     ahead, _ = advance(h, Taylor(g, dg, ddg, share * m3, -share * m3 * rate), m3, 1 / rate, rate, step, 1e9)
@@ -205,7 +205,7 @@ def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, r
     phase=st.floats(0, 6.28),
 )
 def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase):
-    """1 - Vt + bt²/2 + a sin(ωt + φ) with a small third derivative and large higher ones: the first zero is found."""
+    """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ): g''' is small, higher derivatives are large."""
     a, b, limit = speed * rate**-2 * 10**share, bend * speed**2 / 4, 3 / speed
 
     def function(t: float) -> tuple[float, ...]:
@@ -223,7 +223,7 @@ def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase)
 
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(
-    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # smaller ones underflow in places: late by up to 1e-23
+    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # smaller ones underflow: the zero is up to 1e-23 late
     dg=st.floats(-1e3, 1e3),
     m=st.floats(1e-3, 1e6),
 )
@@ -242,7 +242,7 @@ def test_parabola_ends_at_its_first_root(g, dg, m):
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(st.lists(st.floats(0.01, 10.0), min_size=1, max_size=4), st.floats(-6, 6))
 def test_first_of_any_roots(roots, exponent):
-    """The result is past the first root by no more than rounding(g)/slope, and before it only where g is rounding."""
+    """The result exceeds the first root by rounding(g)/slope at most. If it is below the root, g is rounding there."""
     limit = 11.0
     p = product(roots, 10.0**exponent)
     function, bound = prepare(p, limit)
