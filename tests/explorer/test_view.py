@@ -17,7 +17,11 @@ from bokeh.document import Document
 from PIL import Image
 
 import vibrodrive as vd
+from vibrodrive.cli.sweep import sweep
+from vibrodrive.errors import TooLarge
 from vibrodrive.explorer import export
+from vibrodrive.explorer.controls import part_shown
+from vibrodrive.explorer.engine import LARGEST, Engine
 from vibrodrive.explorer.exact import Line
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import motion_at
@@ -52,7 +56,9 @@ def test_a_value_lies_in_the_middle_of_its_column(scale):
 
 def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
     some = {"columns": 9, "transient": 3, "periods": 4}
-    session = SimpleNamespace(work=None, made_from=[], engine=SimpleNamespace(threads=1))
+    session = SimpleNamespace(
+        work=None, made_from=[], engine=SimpleNamespace(threads=1, make_room=lambda *arguments: None)
+    )
     work = work_of(session, View.read(some))
     assert work_of(session, View.read(some | {"bottom": -1.0, "top": 1.0, "at": 2.0})) is work
     for name, value in {"transient": 4, "periods": 5, "section_phase": 1.0, "B": 0.2, "columns": 8}.items():
@@ -157,7 +163,8 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
     assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
     limited, free = (painted(level, "energy", limits).key for limits in (view.limits, None))
-    assert [limited.numbers[0], limited.numbers[-1]] == ["1.5", "2.5"]
+    assert len(limited.numbers) > 2
+    assert [share for share, _ in limited.numbers] == pytest.approx([float(t) - 1.5 for _, t in limited.numbers])
     assert {"less", "more"} & {name for _, name in free.swatches} == set()
     assert {"less", "more"} <= {name for _, name in limited.swatches}
     assert adapted(view.state(), "shade").limits is None
@@ -349,6 +356,51 @@ def test_the_lines_of_python_compute_the_bits_of_the_exported_configuration(chos
     elif view.quantity == "dxi":
         assert np.array_equal(found.section, expected.section, equal_nan=True)
     assert (tmp_path / export.file_name(view, "png")).exists()
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        {"columns": 5, "eps": 1e-4},
+        {"x": "eps", "columns": 4, "quantity": "impact_speed"},
+        {"mode": "map", "columns": 4, "rows": 3, "periods": 64},
+    ],
+    ids=str,
+)
+def test_saved_data_are_the_file_of_the_exported_configuration(chosen, tmp_path):
+    view = View.read({"transient": 20, "periods": 16} | chosen)
+    *_, level = Work([view.plan()], 1).levels(Pace(), Halt())
+    (tmp_path / "view.toml").write_text(view.toml())
+    sweep.main([str(tmp_path / "view.toml"), "-o", str(tmp_path / "view.h5")], standalone_mode=False)
+    assert export.result_file(view, level.sweep.results[0]) == (tmp_path / "view.h5").read_bytes()
+
+
+def test_results_of_all_pages_take_at_most_half_of_the_memory(monkeypatch):
+    monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 700)
+    first, second, third = (SimpleNamespace(work=work and SimpleNamespace(bytes=work)) for work in (200, 100, None))
+    engine = SimpleNamespace(pages={1: first, 2: second, 3: third})
+    Engine.make_room(engine, 150, "periods = 5")  # of (700 + 300) / 2 together
+    assert (first.work is None, second.work is None) == (False, False)
+    Engine.make_room(engine, 250, "periods = 5")
+    assert (first.work is None, second.work is None) == (True, False)
+    with pytest.raises(TooLarge, match=r"^periods = 5: must be small enough for the memory"):
+        Engine.make_room(engine, 401, "periods = 5")
+    monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 10**12)
+    with pytest.raises(TooLarge, match=r"2\.0 GB are allowed"):
+        Engine.make_room(engine, LARGEST + 1, "periods = 5")
+
+
+@pytest.mark.parametrize(
+    ("axes", "shown"),
+    [
+        ("A = [3.0, 3.1, 3.2]\neps = [0.0, 1e-4]", "ξ′ over A, ε = 0, the first of 2 values"),
+        ("A = 3.0\neps = [0.0, 1e-4]", "ξ′ over ε"),
+    ],
+)
+def test_the_part_of_a_configuration_that_is_shown_is_named(axes, shown):
+    settings = config.parse("[sweep]\n" + axes)
+    assert part_shown(view_of(settings), settings.plan()) == shown
 
 
 def test_a_scene_in_si_units_has_no_lines_of_python():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -28,7 +27,8 @@ def explore(
 ) -> None:
     """Show interactive diagrams in the browser.
 
-    The first diagram is that of CONFIG, if it is given. This command needs the extra `explore`.
+    The first picture is that of CONFIG, if it is given: a configuration, or a link to a view that an explorer has
+    saved. This command needs the extra `explore`.
 
     Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """
@@ -36,17 +36,24 @@ def explore(
         raise click.ClickException("explore needs the extra: pip install 'vibrodrive[explore]'")
     if config is None and (overrides or method):
         raise click.ClickException("--set and --method change a configuration: give CONFIG, or leave them out")
-    gc.disable()  # imports create no garbage, and collection takes a tenth of the time to the first picture
+    from vibrodrive.explorer.controls import part_shown
+    from vibrodrive.explorer.session import read_address
     from vibrodrive.explorer.view import View, view_of
 
     try:
-        view = View() if config is None else view_of(read(config, overrides, method))
+        view = View()
+        if config is not None and "?" in config.name and not config.exists():
+            view = read_address(config.name.partition("?")[2])
+        elif config is not None:
+            settings = read(config, overrides, method)
+            view = view_of(settings)
+            click.echo(f"shows {part_shown(view, settings.plan())}", err=True)
     except ValueError as error:
         raise click.ClickException(str(error)) from None
     from vibrodrive.explorer.server import Explorer
 
     try:
-        explorer = Explorer(view, port, threads, _collect_garbage)
+        explorer = Explorer(view, port, threads)
     except ValueError as error:
         raise click.ClickException(f"--{error}") from None
     except OSError as error:
@@ -58,10 +65,3 @@ def explore(
 
         webbrowser.open(explorer.address)
     explorer.run()
-
-
-def _collect_garbage() -> None:
-    """Enable garbage collection again, without the objects that exist now."""
-    if not gc.isenabled():
-        gc.freeze()
-        gc.enable()

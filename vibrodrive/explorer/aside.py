@@ -8,22 +8,18 @@ still loading or compiling is not killed: otherwise each click would restart the
 from __future__ import annotations
 
 import os
-import pickle
-import queue
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from multiprocessing.connection import Connection, Pipe
 from time import sleep
-from typing import Any, BinaryIO
+from typing import Any
 
 from vibrodrive.jit.slices import Halt, Halted
 
 LOOK_SECONDS = 0.02  # interval between checks of the flag while the other process computes
-
-Answer = tuple[bool, Any]
-"""(True, result of a call) or (False, its exception)."""
 
 
 class Aside:
@@ -32,7 +28,7 @@ class Aside:
     def __init__(self, warm: Callable[[], object]) -> None:
         self._warm = warm
         self._process: subprocess.Popen[bytes] | None = None
-        self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+        self._pipe: Connection | None = None
         self._warming = self._closed = False
 
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -42,11 +38,11 @@ class Aside:
         """
         self.start()
         if self._warming:
-            self._next_answer(halt)
+            self._answer(halt)
             self._warming = False
         self._send(function, arguments)
         try:
-            good, value = self._next_answer(halt)
+            good, value = self._answer(halt)
         except Halted:
             self._kill()
             self.start()
@@ -55,17 +51,18 @@ class Aside:
             raise value
         return value
 
-    def _next_answer(self, halt: Halt) -> Answer:
-        while not halt.called:
-            try:
-                answer = self._answers.get(timeout=LOOK_SECONDS)
-            except queue.Empty:
-                continue
-            if answer is not None:
-                return answer
+    def _answer(self, halt: Halt) -> tuple[bool, Any]:
+        """Wait for (True, result of a call) or (False, its exception)."""
+        try:
+            while self._pipe is not None and not halt.called:
+                if self._pipe.poll(LOOK_SECONDS):
+                    answer: tuple[bool, Any] = self._pipe.recv()
+                    return answer
+        except (EOFError, OSError):
             self._kill()
             if not halt.called and not self._closed:
-                raise RuntimeError("the process for exact results has ended unexpectedly; the next request restarts it")
+                again = "the next request restarts it"
+                raise RuntimeError(f"the process for exact results has ended unexpectedly; {again}") from None
         raise Halted
 
     def start(self) -> None:
@@ -73,15 +70,16 @@ class Aside:
         if self._process is not None and self._process.poll() is not None:
             self._kill()
         if self._process is None and not self._closed:
+            self._pipe, other = Pipe()
             self._process = subprocess.Popen(
-                [sys.executable, "-c", f"from {__name__} import serve; serve()"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
+                [sys.executable, "-c", f"from {__name__} import serve; serve({other.fileno()})"],
+                stdin=subprocess.DEVNULL,
+                stdout=2,  # prints of libraries go to stderr
+                pass_fds=[other.fileno()],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
                 start_new_session=True,  # so that Ctrl-C reaches the parent only
             )
-            self._answers = queue.SimpleQueue()
-            threading.Thread(target=_receive, args=(self._process.stdout, self._answers), daemon=True).start()
+            other.close()
             self._warming = True
             self._send(self._warm, ())
 
@@ -95,41 +93,25 @@ class Aside:
         if process is not None:
             process.kill()
             process.wait()
-            with suppress(OSError):  # from data still in the buffer
-                process.stdin.close()  # type: ignore[union-attr]
 
     def _send(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        process = self._process
-        if process is not None and process.stdin is not None:
-            with suppress(OSError, ValueError):  # the process has ended; `call` gets None from `_receive`
-                pickle.dump((function, arguments), process.stdin)
-                process.stdin.flush()
+        if self._pipe is not None:
+            with suppress(OSError):  # the process has ended, as `_answer` will notice
+                self._pipe.send((function, arguments))
 
 
-def _receive(stream: BinaryIO, answers: queue.SimpleQueue[Answer | None]) -> None:
-    """Put the answers of the process into the queue, and None when it has ended."""
-    with stream, suppress(EOFError, OSError, pickle.UnpicklingError):
-        while True:
-            answers.put(pickle.load(stream))
-    answers.put(None)
-
-
-def serve() -> None:
-    """Main function of the separate process: answer calls from standard input until it closes or the parent ends."""
+def serve(file: int) -> None:
+    """Main function of the separate process: answer calls from a pipe until it closes or the parent ends."""
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # redirect the prints of libraries to stderr
-    with suppress(EOFError):
+    pipe = Connection(file)
+    with suppress(EOFError, OSError):
         while True:
+            function, arguments = pipe.recv()
             try:
-                function, arguments = pickle.load(calls)
-                outcome: Answer = True, function(*arguments)
-            except EOFError:
-                raise
+                outcome = True, function(*arguments)
             except Exception as error:
                 outcome = False, error
-            pickle.dump(outcome, answers)
-            answers.flush()
+            pipe.send(outcome)
 
 
 def _end_with(parent: int) -> None:

@@ -26,6 +26,10 @@ const page = {
   file: null, // the last file downloaded
   words: "", // description of the selected motion
   followed: NaN, // coordinate of that motion on the abscissa
+  marks: [], // coordinates of the marks on the abscissa
+  odd: {}, // columns whose status is not OK, by the words of the status
+  pinged: 0, // time of a question whether the server answers, until it does
+  played: "", // field whose slider runs
   fit: false, // the ordinate follows the values, until it is moved
   refused: "", // error message of the last request
   good: {}, // values of fields that the server has accepted, used in place of a refused one
@@ -39,6 +43,7 @@ const PATIENCE = 250; // value of `patience` at the start and after each painted
 page.patience = PATIENCE;
 const COMPILING = "computing …; the first use of a kernel after an installation compiles it (up to a minute)";
 const SLOW = 1500; // ms without an answer until COMPILING is shown
+const SILENCE = 8000; // ms without an answer of the server until that is reported
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 
 // If the mouse rests after the button is pressed, or the page is busy then, Bokeh would detect a "press" gesture. The
@@ -47,7 +52,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-[only, axes, symbols, formatters] = [only, axes, symbols, formatters].map(plain);
+[only, axes, symbols, scaled, about] = [only, axes, symbols, scaled, about].map(plain);
 starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
@@ -134,7 +139,7 @@ const release = () => {
 const but_for_motion = (view) => JSON.stringify({...view, at: null, pixels: page.pixels});
 
 const tell = (message) => {
-  if (!("file" in message)) page.seq += 1; // a file request does not replace the running one
+  if (!("file" in message || message.ping)) page.seq += 1; // these do not replace the running request
   const asked = JSON.stringify({seq: page.seq, ...message});
   page.document._trigger_on_change(new MessageSentEvent(page.document, "asked", asked));
 };
@@ -142,6 +147,7 @@ const tell = (message) => {
 page.ask = (again) => {
   page.changed = performance.now();
   if (page.refused && !Object.values(fields).some(refuses)) say(page.refused = "", "notice");
+  element("follow").setAttribute("aria-pressed", page.over_plane ? page.extra.bottom === null : page.fit);
   request_picture(again);
 };
 
@@ -207,6 +213,7 @@ page.enter = (field) => {
   const {name, value} = field;
   if (!is_new(name, value)) return;
   accept(field);
+  if (name === "mode") say("", "story"); // it describes another picture
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();
@@ -229,8 +236,8 @@ page.apply = (view) => {
   if (over_plane !== page.over_plane) clear_pictures();
   page.over_plane = over_plane;
   page.scales = {scale: view.scale, y_scale: view.y_scale};
-  formatters.x.args = {scale: view.scale};
-  formatters.y.args = {scale: over_plane ? view.y_scale : "linear"};
+  for (const model of scaled.x) model.args = {scale: view.scale};
+  for (const model of scaled.y) model.args = {scale: over_plane ? view.y_scale : "linear"};
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
   point_at(view.at === null ? NaN : drawn(view.at, "scale"));
@@ -263,6 +270,7 @@ const arrange = () => {
   for (const axis of axes.x) axis.axis_label = symbols[across];
   for (const axis of axes.y) axis.axis_label = symbols[up];
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
+  say(about[mode], "about");
   second.visible = two;
   element("second").hidden = !two;
   mirror(x_range, x2);
@@ -308,8 +316,9 @@ page.paint = (sent) => {
     put_span(y_range, "", ...head.fit);
   }
   page.patience = PATIENCE;
-  [first, second].forEach((plot, k) => { if (data.images[k]) draw_picture(plot, data.images[k], data); });
-  Object.assign(page, {answered: head.seq, status: head.status, data});
+  [first, second].forEach((plot, k) => { if (data.images[k]) draw_picture(plot, data.images[k], data, head.odd); });
+  Object.assign(page, {answered: head.seq, status: head.status, data, odd: head.odd});
+  say(head.note, "note");
   say(head.title, "title");
   for (const [name, field] of Object.entries(fields)) if (!refuses(field)) page.good[name] = field.value;
   if (head.seq === page.asked) remember(head.address);
@@ -327,6 +336,7 @@ page.paint = (sent) => {
 const settle = () => {
   const latest = page.last === but_for_motion(page.state()); // also of the present size
   page.settled = page.whole === page.asked && !page.pending && latest;
+  if (page.settled && page.played) play_on();
 };
 
 const said = {};
@@ -346,9 +356,7 @@ const remember = (address) => {
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
 
-const download = ({name, base64}) => {
-  page.file = {name, base64};
-  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+const download = (name, bytes) => {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([bytes]));
   link.download = name;
@@ -356,16 +364,35 @@ const download = ({name, base64}) => {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 };
 
+// Show a text to copy or to save.
+const offer = (name, text) => {
+  const dialog = element("text");
+  dialog.querySelector("textarea").value = text;
+  dialog.onclose = () => {
+    if (dialog.returnValue === "copy") navigator.clipboard.writeText(text);
+    if (dialog.returnValue === "keep") download(name, text);
+  };
+  dialog.returnValue = "";
+  dialog.showModal();
+};
+
+const take = ({name, base64}) => {
+  page.file = {name, base64};
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  if (/\.(py|toml|txt)$/.test(name)) offer(name, new TextDecoder().decode(bytes));
+  else download(name, bytes);
+};
+
 page.hear = (news) => {
   const item = JSON.parse(news);
+  page.pinged = 0;
+  page.lost(false);
   if (item.apply) page.apply(item.apply);
-  if (item.file) download(item.file);
+  if (item.file) take(item.file);
   if (item.refused) refuse(item.refused);
-  if (item.picture === page.answered) {
-    page.status = item.status;
-    if (!page.busy) say(page.status);
-  }
+  if (item.note !== undefined) say(item.note, "note");
   if (item.words !== undefined) show_words(page.words = item.words);
+  if (item.column !== undefined) point_at(item.column);
   if (item.done === page.seq) {
     if (item.address !== undefined) remember(item.address);
     free();
@@ -376,7 +403,7 @@ page.hear = (news) => {
 const WAITING = "The motion is being computed …";
 const show_words = (text) => {
   say(text, "words");
-  element("motion").hidden = !text;
+  element("motion").hidden = element("player").hidden = !text;
 };
 
 const point_at = (x) => {
@@ -384,7 +411,16 @@ const point_at = (x) => {
   for (const plot of [first, second]) if (pictures[plot.id]) move_picture(plot);
 };
 
+// Select the next motion with a status other than OK.
+element("status").addEventListener("click", ({target}) => {
+  const {x, dw, images} = page.data ?? {}, columns = page.odd[target.dataset.odd];
+  if (!columns) return;
+  const places = columns.map((column) => x + (column + 0.5) * dw / images[0].shape[1]);
+  page.tap({x: places.find((u) => u > page.followed + 1e-9 * dw) ?? places[0]});
+});
+
 page.tap = (event) => {
+  if (reading.on) return set_mark(event.x);
   if (fields.mode.value === "map") {
     page.extra.at = shown(event.x, "scale");
     return page.command({dive: shown(event.y, "y_scale")});
@@ -396,10 +432,24 @@ page.tap = (event) => {
   page.ask(true);
 };
 
+const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints; "
+  + "this page continues as soon as it answers.";
 page.lost = (gone) => {
-  say(gone ? "The explorer no longer answers. Restart it and open the address that it prints." : "", "notice");
-  if (!gone) { page.busy = false; page.ask(true); }
+  if ((said.notice === GONE) !== gone) say(gone ? GONE : page.refused, "notice");
 };
+page.back = () => {
+  page.busy = false;
+  page.pinged = 0;
+  page.lost(false);
+  page.ask(true);
+};
+
+// The server answers in milliseconds, also while it computes.
+setInterval(() => {
+  if (page.pinged) return page.lost(performance.now() - page.pinged > SILENCE);
+  page.pinged = performance.now();
+  tell({ping: true});
+}, SILENCE / 4);
 
 // A browser may keep a page that was left, for "back", with an open or closed connection. On return the page is
 // reloaded, and its address restores the view.
@@ -424,10 +474,41 @@ page.moved = (range) => {
 
 const press = (id, act) => element(id).addEventListener("click", act);
 press("back", () => history.back());
-press("reset", () => page.command({reset: true}));
+press("reset", () => KEYS.Home());
 press("follow", page.fit_now);
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
-element("save").addEventListener("change", ({target}) => { page.command({file: target.value}); target.value = ""; });
+element("save").addEventListener("change", ({target}) => {
+  if (target.value === "link") offer("link.txt", location.href.replace(/token=[^&]*&?/, ""));
+  else page.command({file: target.value});
+  target.value = "";
+});
+press("grid", ({currentTarget}) => {
+  const on = toggle(currentTarget);
+  for (const plot of [first, second]) for (const grid of plot.center) grid.visible = on;
+});
+const toggle = (button) => {
+  const on = button.getAttribute("aria-pressed") !== "true";
+  button.setAttribute("aria-pressed", on);
+  return on;
+};
+
+// Let a slider run from its least value to its largest, one complete picture for each step.
+const STEPS = 50;
+const play_on = () => {
+  const slider = sliders[page.played], {min, max} = slider, step = (max - min) / STEPS;
+  if (Number(slider.value) >= max) return page.played = "";
+  slider.value = Number(slider.value) + step;
+  page.slide(page.played);
+};
+for (const button of document.querySelectorAll("[data-play]")) {
+  button.addEventListener("click", () => {
+    const name = button.dataset.play;
+    if (page.played) return page.played = "";
+    sliders[name].value = sliders[name].min;
+    page.played = name;
+    page.slide(name);
+  });
+}
 
 // Move a range by a share of its width, and make it wider by a factor.
 const shift = (range, share, factor = 1) => {
@@ -439,11 +520,14 @@ const KEYS = {
   ArrowLeft: () => shift(x_range, -0.1), ArrowRight: () => shift(x_range, 0.1),
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
-  Backspace: () => history.back(), Home: () => page.command({reset: true}), f: () => page.fit_now(),
+  Backspace: () => history.back(), Home: () => page.command({reset: true}, say("", "story")), f: () => page.fit_now(),
   x: () => element("full").click(), Escape: () => page.forget(), " ": () => page.play(), n: () => page.step(),
+  m: () => element("mark").click(), g: () => element("grid").click(),
 };
 window.addEventListener("keydown", (event) => {
-  if (event.target.matches?.("input, select, textarea, summary") || (event.key === " " && event.target.matches?.("button")) || event.ctrlKey || event.metaKey || event.altKey) return;
+  const on = (kinds) => event.target.matches?.(kinds);
+  if (event.ctrlKey || event.metaKey || event.altKey || on("input, select, textarea, summary")) return;
+  if (on("button") && event.key === " ") return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
@@ -457,7 +541,7 @@ page.forget = () => {
 
 element("start").addEventListener("change", () => {
   const {name, text, address} = starts[element("start").value];
-  say(`<b>${name}.</b> ${text}`, "about");
+  say(`<b>${name}.</b> ${text}`, "story");
   page.command({address});
 });
 

@@ -14,9 +14,11 @@ from vibrodrive.explorer.view import (
     OF_MAPS,
     RANGES,
     SI,
+    View,
 )
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
+from vibrodrive.model.plan import Plan
 
 EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
 SLIDER_STEPS = 400  # of a slider that has the range of an axis
@@ -45,6 +47,16 @@ def symbol(name: str, with_unit: bool = True) -> str:
         return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
     written = NAMES[name].symbol.replace("_s", "ₛ")
     return f"{written} ({unit(name)})" if with_unit and unit(name) else written
+
+
+def part_shown(view: View, plan: Plan) -> str:
+    """Return the part of a sweep that a view shows: its axes, and the values of the other axes."""
+    shown = view.shade.replace("_", " ") if view.mode == MAP else symbol(view.quantity)
+    rest = [(name, axis) for name, axis in plan.axes.items() if name not in view.axes]
+    others = [
+        f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest if len(axis) > 1
+    ]
+    return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
 
 
 def _sentence(meaning: str) -> str:

@@ -1,7 +1,6 @@
 """Resources that all pages of a server share: the worker thread, the process for exact results, and the pace.
 
-Numba is imported after the first page has been built. While the browser loads that page, the worker loads Numba and the
-kernels, which takes less time.
+Numba is imported after the first page has been built: while the browser loads that page, the worker loads the kernels.
 """
 
 from __future__ import annotations
@@ -9,17 +8,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from vibrodrive.errors import TooLarge
 from vibrodrive.explorer.aside import Aside
 from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.worker import Rank, Slot, Worker
-from vibrodrive.jit.slices import Halt
+from vibrodrive.model.size import available_memory, human
 
 WARMING = Slot(-1, Rank.EXPORT)  # page -1 does not exist
-OPENING_SECONDS = 1.0  # wait before the kernels are loaded, so that the first page can be opened and built
+
+
+LARGEST = 2 * 10**9  # bytes of the results of one view
 
 
 class Client(Protocol):
-    """Interface of a page to the engine."""
+    """Interface of a page to the engine. `work`: its results."""
+
+    work: Any
 
     def failed(self, rank: Rank, error: BaseException) -> None:
         """Handle the failure of a task of this page."""
@@ -28,36 +32,37 @@ class Client(Protocol):
 class Engine:
     """Computation for all pages. `tasks` imports the module with `TASKS` and `warm_picture`, and thereby Numba."""
 
-    def __init__(
-        self, threads: int | None, tasks: Callable[[], Any], imported: Callable[[], object] | None = None
-    ) -> None:
+    def __init__(self, threads: int | None, tasks: Callable[[], Any]) -> None:
         self.threads = threads
         self.tasks = tasks
-        self.imported = imported
         self.worker = Worker(self._failed)
         self.aside = Aside(_warm_exact)
         self.pace = Pace()
         self.pages: dict[int, Client] = {}
-        self.worker.request(WARMING, self._warm_unasked)
 
     def warm(self) -> None:
-        """Load everything for the first picture without further delay."""
-        self.worker.request(WARMING, self._warm)
-
-    def _warm_unasked(self, halt: Halt) -> None:
-        self.worker.pause(halt, OPENING_SECONDS)
-        self._warm(halt)
-
-    def _warm(self, halt: Halt) -> None:
-        tasks = self.tasks()
-        if self.imported is not None:
-            self.imported()
-        tasks.warm_picture(self, halt)
+        """Load everything for the first picture."""
+        self.worker.request(WARMING, lambda halt: self.tasks().warm_picture(self, halt))
 
     def _failed(self, slot: Slot, error: BaseException) -> None:
         page = self.pages.get(slot.page)
         if page is not None:
             page.failed(slot.rank, error)
+
+    def make_room(self, need: int, what: str) -> None:
+        """Free results of other pages, the oldest first, until all use at most half of the memory with `need` bytes.
+
+        Raises TooLarge, with `what` as the first words, if one view needs more than half of the memory or LARGEST.
+        """
+        holders = [page for page in self.pages.values() if page.work is not None]
+        used = sum(page.work.bytes for page in holders)
+        most = (available_memory() + used) // 2
+        if need > min(most, LARGEST):
+            allowed = f"{human(need)}, {human(min(most, LARGEST))} are allowed"
+            raise TooLarge(f"{what}: must be small enough for the memory: the results of this view take {allowed}")
+        for page in holders:
+            if used + need > most:
+                used, page.work = used - page.work.bytes, None
 
     def close(self) -> None:
         """End the thread and the process."""

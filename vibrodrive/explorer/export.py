@@ -22,12 +22,17 @@ from vibrodrive.model import config
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR, LOG
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.results import Results
+from vibrodrive.model.size import file_bytes, human
 from vibrodrive.model.states import State
+from vibrodrive.store.layout import Origin
+from vibrodrive.store.writer import open_writer
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 POINTS = 100  # of the motion in a CSV file, per excitation period
+LARGEST_FILE = 200_000_000  # bytes of data that a page downloads
 
 
 def file_name(view: View, kind: str) -> str:
@@ -95,7 +100,8 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
         if picture.key.scale:
             bar = axes(LEFT + width + 25, top - height - BELOW - ABOVE, 20, height)
             bar.imshow(_rgb(picture.key.scale)[:, None], origin="lower", aspect="auto", extent=(0, 1, 0, 1))
-            bar.set(xticks=[], yticks=np.linspace(0, 1, len(picture.key.numbers)), yticklabels=picture.key.numbers)
+            shares, numbers = zip(*picture.key.numbers, strict=True)
+            bar.set(xticks=[], yticks=shares, yticklabels=numbers)
             bar.yaxis.tick_right()
         if moving:
             third = (width - LEFT) // 3
@@ -152,6 +158,23 @@ def _lay_over(ax: Axes, view: View, page: Page) -> None:
         marks = page.marks.data
         ax.scatter(marks["x"], marks["y"], s=30, c="white", edgecolors=marks["colour"], lw=1.2, zorder=3)
     ax.axis(window)
+
+
+def result_file(view: View, results: Results) -> bytes:
+    """Return the file of `vibrodrive sweep` for the exported configuration. Raises ValueError if it is too large."""
+    plan, text = view.plan(), view.toml()
+    if (size := file_bytes(plan)) > LARGEST_FILE:
+        allowed = (
+            f"a file of {human(LARGEST_FILE)}, not {human(size)}: save the configuration, and use vibrodrive sweep"
+        )
+        raise ValueError(bad("periods", view.periods, allowed))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "view.h5"
+        writer = open_writer(path, plan, Origin(text, title=config.parse(text).title))
+        for k, (start, stop) in enumerate(plan.blocks()):
+            writer.write(results.block(k, start, stop))
+        writer.close()
+        return path.read_bytes()
 
 
 def python(view: View) -> str:

@@ -9,12 +9,12 @@ from typing import Any
 from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.events import DoubleTap, Tap
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTicker, CustomJSTickFormatter, HoverTool, Range1d
 from bokeh.plotting import figure
 
 from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
-from vibrodrive.explorer.starts import STARTS
-from vibrodrive.explorer.view import BESIDE, RANGES, View
+from vibrodrive.explorer.starts import ABOUT, STARTS
+from vibrodrive.explorer.view import RANGES, View
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.states import LASTING
 
@@ -29,9 +29,12 @@ KINDS = {
     "svg": "figure for drawing programs (SVG)",
     "toml": "configuration (TOML)",
     "py": "lines of Python",
+    "link": "link to this view",
+    "h5": "data (HDF5)",
     "csv": "selected motion (CSV)",
 }
 OPENED = ("Parameters", "Method")  # groups of controls that are open at first
+PLAYED = ("eps", "dtau")  # sliders that can run by themselves
 
 
 @dataclass
@@ -56,10 +59,9 @@ def build(document: Document, view: View, token: str) -> Page:
     """Fill a document with the models for a view, and with the scripts that join them in the browser."""
     # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
-    formatters = {name: _ticks() for name in ("x", "y")}
-    one, two = (
-        _diagram(name, *ranges, formatters) for name, ranges in (("first", (x_range, y_range)), ("second", (x2, y2)))
-    )
+    formatters, tickers = ({name: make() for name in ("x", "y")} for make in (_numbers, _ticks))
+    pairs = ("first", (x_range, y_range)), ("second", (x2, y2))
+    one, two = (_diagram(name, *ranges, formatters, tickers) for name, ranges in pairs)
     stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
     lines = [
         *(one.multi_line("x", "y", source=source, color=colour, width=width, dash=dashes)
@@ -73,17 +75,10 @@ def build(document: Document, view: View, token: str) -> Page:
     phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
     time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
     only: dict[str, list[Any]] = {MAP: [named], "diagram": [*lines]}
-    # as the scripts will arrange all that: each later change of it would lay out the page again
-    for name, items in only.items():
-        for item in items:
-            item.visible = name == view.mode
-    two.visible = view.compared and view.compare == BESIDE
-    for p in (one, two):
-        p.xaxis.axis_label = symbol(view.x)
-        p.yaxis.axis_label = symbol(view.y if view.mode == MAP else view.quantity)
     args = {
         "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
-        "second": two, "only": only, "token": token, "formatters": formatters,
+        "second": two, "only": only, "token": token, "about": ABOUT,
+        "scaled": {name: [formatters[name], tickers[name]] for name in formatters},
         "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
         "small": [phase, time], "x2": x2, "y2": y2, "first": one,
         "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
@@ -94,9 +89,16 @@ def build(document: Document, view: View, token: str) -> Page:
     for shown in (one, two, x_range, y_range, x2, y2):
         shown.syncable = False  # the server receives a view as a whole
     document.title = "vibrodrive explore"
+    document.config.notify_connection_status = False  # browser.js reports a lost connection
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
     document.template_variables.update(
-        groups=GROUPS, opened=OPENED, starts=STARTS, kinds=KINDS, loading=LOADING, style=(HERE / "page.css").read_text()
+        groups=GROUPS,
+        opened=OPENED,
+        starts=STARTS,
+        played=PLAYED,
+        kinds=KINDS,
+        loading=LOADING,
+        style=(HERE / "page.css").read_text(),
     )
     for root in (one, two, phase, time):
         document.add_root(root)
@@ -105,10 +107,10 @@ def build(document: Document, view: View, token: str) -> Page:
 
 def _join(document: Document, args: dict[str, Any]) -> None:
     """Pass the models to the scripts, by the names used there, and connect every change to them."""
-    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js", "mechanism.js"))
+    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js", "reading.js", "mechanism.js"))
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     document.js_on_event("connection_lost", _call("lost(true)"))
-    document.js_on_event("client_reconnected", _call("lost(false)"))
+    document.js_on_event("client_reconnected", _call("back()"))
     moved, tapped = map(_call, ("moved(cb_obj)", "tap(cb_obj)"))
     for axis in (args[name] for name in ("x_range", "y_range", "x2", "y2")):
         for end in ("start", "end"):
@@ -124,20 +126,31 @@ def _call(call: str) -> CustomJS:
     return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
 
 
-def _ticks() -> CustomJSTickFormatter:
+def _numbers() -> CustomJSTickFormatter:
     """Return the formatter of an axis; browser.js sets its scale."""
-    return CustomJSTickFormatter(args={"scale": "linear"}, code=(HERE / "ticks.js").read_text())
+    return CustomJSTickFormatter(args={"scale": "linear"}, code=(HERE / "numbers.js").read_text())
 
 
-def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str, Any]) -> Any:
+def _ticks() -> CustomJSTicker:
+    """Return the ticker of an axis; browser.js sets its scale."""
+    code = (HERE / "ticks.js").read_text()
+    return CustomJSTicker(args={"scale": "linear"}, major_code=code, minor_code=code.replace("MOST = 8", "MOST = 40"))
+
+
+def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str, Any], tickers: dict[str, Any]) -> Any:
     p = figure(
         name=name, sizing_mode="stretch_both", x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom",
         active_drag="pan", active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=70,
         min_border_right=20, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.center.clear()  # a grid would be drawn again with every frame, under the image
+    p.stylesheets = [":host(:focus), .bk-events:focus { outline: none }"]  # a click gives a figure the focus
+    p.grid.visible = False  # a grid is drawn again with every picture
+    p.grid.grid_line_alpha = 0.6
     p.xaxis.formatter, p.yaxis.formatter = formatters["x"], formatters["y"]
+    p.xaxis.ticker, p.yaxis.ticker = tickers["x"], tickers["y"]
+    for grid, ticker in zip(p.grid, tickers.values(), strict=True):
+        grid.ticker = ticker
     return p
 
 

@@ -1,4 +1,4 @@
-// The mass on the shaking incline: a drawing with labels where no motion is selected, else the selected motion.
+// The mass on the shaking incline: a drawing with labels if no motion is selected, else the selected motion.
 const SLOPE = 0.22; // radians, for the eye: the angle of the incline is not drawn to scale
 const drawn_motion = {canvas: element("mechanism"), at: 0, playing: false, last: 0, time: [], xi: [], state: [], most: 1};
 
@@ -42,7 +42,7 @@ const draw_mechanism = () => {
   c.font = `${size}px sans-serif`;
   c.fillStyle = c.strokeStyle = ink;
   c.lineWidth = 1.5;
-  c.translate(0.1 * width, 0.86 * height);
+  c.translate(0.1 * width, 0.76 * height);
   c.rotate(-SLOPE);
   const line = (...points) => { c.beginPath(); points.forEach(([x, y], k) => (k ? c.lineTo(x, y) : c.moveTo(x, y))); c.stroke(); };
   line([-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]); // ground at rest
@@ -63,7 +63,7 @@ const draw_mechanism = () => {
     c.fillText("gap ξ", 0.2 * length, -0.65 * block);
     c.fillText("mass", left, -1.25 * block);
     c.fillText("obstacle", 0, -1.6 * block);
-    c.fillText("incline, shaken: A sin τ", 0.45 * length, 0.35 * block + 1.3 * size);
+    c.fillText("shaken incline: A sin τ", 0.2 * length, 0.35 * block + 1.3 * size);
   }
   mark_time();
 };

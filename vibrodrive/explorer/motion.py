@@ -12,6 +12,7 @@ import numpy as np
 
 from vibrodrive.batch.describe import sentences, summary_of
 from vibrodrive.batch.trajectory import Trajectory, follow
+from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan, make_plan
@@ -91,7 +92,7 @@ def warm() -> None:
 def words(motion: Motion, view: View) -> list[str]:
     """Return the description of a motion, as lines of HTML."""
     t = motion.trajectory
-    said = [f"<b>{html.escape(view.x)} = {motion.x!r}</b>"]
+    said = [f"<b>{symbol(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:
         said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
     return said + [html.escape(line) for line in sentences(t.status, t.margin, motion.summary, motion.plan)]

@@ -6,24 +6,28 @@ const picture_of = (plot) => {
   if (pictures[plot.id]) return pictures[plot.id];
   const view = Bokeh.index.find_one_by_id(plot.id);
   if (!view) return null;
-  const [box, canvas, line] = ["div", "canvas", "div"].map((kind) => document.createElement(kind));
+  const [box, canvas, line, odd] = ["div", "canvas", "div", "canvas"].map((kind) => document.createElement(kind));
   canvas.style.cssText = "position: absolute; left: 0; top: 0; transform-origin: 0 0";
+  odd.style.cssText = `${canvas.style.cssText}; height: 8px`; // ticks at columns whose status is not OK
   line.style.cssText = "position: absolute; left: 0; top: 0; height: 100%; border-left: 1px dotted #888";
-  box.append(canvas, line);
+  box.append(canvas, line, odd);
   view.canvas_view.underlays_el.append(box);
   view.repainted.connect(() => {
     page.due = false;
     move_picture(plot);
     if (plot === first) measure();
   });
-  return pictures[plot.id] = {view, box, canvas, line, context: canvas.getContext("2d", {alpha: false}), drawn: null, frame: ""};
+  const context = canvas.getContext("2d", {alpha: false});
+  return pictures[plot.id] = {view, box, canvas, lines: [line], odd, context, drawn: null, frame: ""};
 };
 
-// Move each picture to its data coordinates in the window shown, and the line to the x of the selected motion.
+// Move each picture to its data coordinates in the window shown, and the lines to the selected motion and the marks.
 const move_picture = (plot) => {
-  const picture = picture_of(plot), {view, box, canvas, line, drawn} = picture;
-  canvas.hidden = !drawn;
-  line.hidden = !drawn || page.over_plane || !Number.isFinite(page.followed);
+  const picture = picture_of(plot), {view, box, canvas, lines, odd, drawn} = picture;
+  const places = [page.over_plane ? NaN : page.followed, ...page.marks];
+  while (lines.length < places.length) box.append(lines[lines.length] = lines[0].cloneNode());
+  canvas.hidden = odd.hidden = !drawn;
+  lines.forEach((line, k) => { line.hidden = !drawn || !Number.isFinite(places[k]); });
   if (!drawn) return;
   const {left, top, width, height} = view.frame.bbox, {x_range, y_range} = plot;
   const frame = `left: ${left}px; top: ${top}px; width: ${width}px; height: ${height}px`;
@@ -32,11 +36,12 @@ const move_picture = (plot) => {
   const right = (drawn.x - x_range.start) * across, down = (y_range.end - drawn.y - drawn.dh) * up;
   const wider = drawn.dw * across / canvas.width, taller = drawn.dh * up / canvas.height;
   canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${taller})`;
-  line.style.transform = `translate(${(page.followed - x_range.start) * across}px)`;
+  odd.style.transform = `translate(${right}px) scale(${wider}, 1)`;
+  lines.forEach((line, k) => { line.style.transform = `translate(${(places[k] - x_range.start) * across}px)`; });
 };
 
 // Each pixel of a picture is an index into its RGBA palette; the first row is the lowest.
-const draw_picture = (plot, image, data) => {
+const draw_picture = (plot, image, data, odd) => {
   const picture = picture_of(plot);
   if (!picture) return;
   const {canvas, context} = picture, [rows, columns] = image.shape;
@@ -50,13 +55,18 @@ const draw_picture = (plot, image, data) => {
     for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[image[spot++]];
   }
   context.putImageData(picture.pixels, 0, 0);
+  Object.assign(picture.odd, {width: columns, height: 1});
+  const ticks = picture.odd.getContext("2d");
+  ticks.fillStyle = "#CC3311";
+  for (const column of Object.values(odd).flat()) ticks.fillRect(column, 0, 1, 1);
   picture.drawn = data;
   move_picture(plot);
 };
 
 const clear_pictures = () => {
-  for (const picture of Object.values(pictures)) {
-    picture.drawn = null;
-    picture.canvas.hidden = picture.line.hidden = true;
+  for (const plot of [first, second]) {
+    if (!pictures[plot.id]) continue;
+    pictures[plot.id].drawn = null;
+    move_picture(plot);
   }
 };

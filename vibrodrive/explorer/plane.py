@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibrodrive.explorer.image import palette_of
 from vibrodrive.explorer.work import STRIDES, Level
 
+if TYPE_CHECKING:
+    from matplotlib.colors import Normalize
+
 
 class Key(NamedTuple):
-    """Key of colours, "#rrggbb": `swatches` with a name each, and a `scale` with evenly spaced `numbers` along it."""
+    """Key of colours, "#rrggbb": `swatches` with a name each, and a `scale` with numbers at shares of its length."""
 
     swatches: Sequence[tuple[str, str]] = ()
     scale: Sequence[str] = ()
-    numbers: Sequence[str] = ()
+    numbers: Sequence[tuple[float, str]] = ()
 
     def html(self) -> str:
-        """Return the key for a page: the numbers of the scale with its colours between them, and the swatches."""
-        steps, bar = max(1, len(self.numbers) - 1), ""
-        for k, number in enumerate(self.numbers):
-            bar += f"{number} "
-            if k < steps:
-                part = self.scale[k * len(self.scale) // steps : (k + 1) * len(self.scale) // steps + 1]
-                bar += f"<span class='colours bar' style='background:linear-gradient(90deg,{','.join(part)})'></span> "
+        """Return the key for a page: the scale with its numbers, and the swatches."""
+        bar = "".join(f"<span style='left:{100 * share:.1f}%'>{number}</span>" for share, number in self.numbers)
+        if self.scale:
+            bar = f"<span class='bar'><i style='--scale:{','.join(self.scale[::8])}'></i>{bar}</span>"
         swatch = "<span class='colours swatch' style='background:{}'></span> {}"
         return bar + " ".join(swatch.format(colour, name) for colour, name in self.swatches)
 
@@ -39,7 +39,16 @@ class Plane(NamedTuple):
     key: Key
 
 
-NUMBERS = 5  # along the scale of a continuous quantity
+def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
+    """Return round numbers of a scale (1, 2 or 5 times a power of ten), each with its share of the length."""
+    from matplotlib.colors import LogNorm
+    from matplotlib.ticker import Locator, LogLocator, MaxNLocator
+
+    low, high = (float(norm.inverse(end)) for end in (0.0, 1.0))
+    few: Locator = MaxNLocator(6, steps=[1, 2, 5, 10])
+    if isinstance(norm, LogNorm):
+        few = LogLocator(subs=(1.0, 2.0, 5.0) if high < 1e3 * low else (1.0,))
+    return [(float(norm(v)), f"{v:.4g}") for v in few.tick_values(low, high) if low <= v <= high]
 
 
 def painted(level: Level, quantity: str, limits: tuple[float, float] | None = None) -> Plane:
@@ -61,7 +70,7 @@ def painted(level: Level, quantity: str, limits: tuple[float, float] | None = No
     scale, numbers = [], []
     if not found.labels:
         scale = colours[:SHADES]
-        numbers = [f"{float(found.norm.inverse(share)):.3g}" for share in np.linspace(0.0, 1.0, NUMBERS)]
+        numbers = round_numbers(found.norm)
         ends = (("max", "more", SHADES + 1), ("min", "less", SHADES))
         swatches = [(colours[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
     palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))

@@ -15,7 +15,6 @@ import hmac
 import logging
 import secrets
 import socket
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 from urllib.parse import urlencode
@@ -143,25 +142,18 @@ class Explorer:
     """Running explorer. `address` is its URL; `run` serves until `close` is called or the program is interrupted.
 
     A page shows `view` unless its address contains another one. `port` 0 means any free port; None means PORT, or any
-    free port if PORT is in use. `imported` is called from another thread, possibly several times, after the numerical
-    code has been imported. Raises OSError if the port is not available, ValueError for too many threads.
+    free port if PORT is in use. Raises OSError if the port is not available, ValueError for too many threads.
     """
 
-    def __init__(
-        self,
-        view: View,
-        port: int | None = None,
-        threads: int | None = None,
-        imported: Callable[[], object] | None = None,
-    ) -> None:
-        for chatty in ("bokeh", "tornado"):  # messages for users appear on the page
-            logging.getLogger(chatty).setLevel(logging.ERROR)
+    def __init__(self, view: View, port: int | None = None, threads: int | None = None) -> None:
+        for chatty in ("bokeh", "tornado"):  # errors appear on the page; a traceback here would contain the token
+            logging.getLogger(chatty).setLevel(logging.CRITICAL)
         if threads is not None:
             from vibrodrive.batch.sweep import check_threads  # imports Numba; the page does not wait for it
 
             check_threads(threads)
         listening = _listening(port)
-        self.engine = Engine(threads, _tasks, imported)
+        self.engine = Engine(threads, _tasks)
         self.token = secrets.token_urlsafe(24)
         self.view = view
         application = Application(FunctionHandler(self._open))

@@ -44,7 +44,6 @@ class Session:
         self.refused = ""
         self.unpainted = 0
         self.overlay: Overlay | None = None
-        self.status = 0, ""  # number of the view in the last picture, and its status line
         if address:
             try:
                 self.view = read_address(address)
@@ -71,12 +70,14 @@ class Session:
             self.pixels = checked_pixels(asked["pixels"])
         try:
             self._answer(asked)
-        except ValueError as error:
+        except Exception as error:  # otherwise the page would wait for an answer
             self.tell({"refused": _one_line(error), "done": self.seq})
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("hello"):
             self.tell({"apply": self.view.state(), "refused": self.refused})
+        elif asked.get("ping"):
+            self.tell({})
         elif asked.get("left"):
             self._left()
         elif asked.get("reset"):
@@ -160,9 +161,8 @@ class Session:
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
     def nothing_sought(self) -> None:
-        """Remove the note that exact curves are being computed from the status line."""
-        number, status = self.status
-        self.tell({"status": status, "picture": number})
+        """Remove the note that exact curves are being computed."""
+        self.tell({"note": ""})
 
     def _clear(self) -> None:
         self.overlay = None

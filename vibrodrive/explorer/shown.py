@@ -16,6 +16,7 @@ from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LOG, SCENE
 
 INK = ink_palette()
+DOTS = ("#000000", "values that the motion takes often"), ("#b3b3b3", "values that it takes rarely")
 
 STATUS_WORDS = {
     Status.TOO_CLOSE: "undecided by rounding",
@@ -52,7 +53,7 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
         cells, palette, key = painted(level, view.shade, view.limits)
         images = [cells]
     else:
-        palette, key, low, high = INK, Key(), view.bottom, view.top
+        palette, key, low, high = INK, Key(DOTS), view.bottom, view.top
         fit = low != low
         if fit:
             low, high = fitting_range(level, view.quantity)
@@ -66,11 +67,13 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
     return Picture(images, palette, left, right - left, low, high - low, fit, key, {k: v for k, v in odd.items() if v})
 
 
-def count_of_motions(level: Level) -> str:
-    """Return the number of motions, and how many of them have a status other than OK."""
+def counted(level: Level, odd: dict[str, list[int]]) -> str:
+    """Return the number of motions, and how many have a status other than OK: as buttons if `odd` has their columns."""
     status = level.sweep.results[0].status
     counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
-    return ", ".join([f"{status.size} motions", *(f"{count} {words}" for words, count in counts.items() if count)])
+    said = {words: f"{count} {words}" for words, count in counts.items() if count}
+    button = '<button class="odd" data-odd="{}" title="Show such a motion, or the next one">{}</button>'
+    return ", ".join([f"{status.size} motions", *(button.format(*i) if i[0] in odd else i[1] for i in said.items())])
 
 
 def title_of(view: View) -> tuple[str, str]:

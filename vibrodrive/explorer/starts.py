@@ -4,6 +4,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+ABOUT = {
+    "diagram": "A mass on a shaken incline slides, sticks, and hits an obstacle without rebound. Each column of the "
+    "picture is one motion: black dots for its values, once in each period of the shaking. One dot: the motion repeats "
+    "in each period. Where the line forks into two dots, period 2 begins. A grey band: the motion does not repeat. "
+    "Click a column to see its motion and k₂, the ripple ε at which its structure is lost; ▶ beside ε shows the loss. "
+    "Drag and turn the wheel to look closer.",
+    "map": "A mass on a shaken incline slides, sticks, and hits an obstacle without rebound. Each point of the map is "
+    "one motion, and its colour one number of this motion: see the key below the map. Period 1: the motion repeats in "
+    "each period of the shaking. Click a point to see the diagram through it.",
+}
+"""Text beside a picture, for each mode."""
+
 
 class Start(NamedTuple):
     """A view with the text that the page shows beside it."""
@@ -24,30 +36,46 @@ STARTS = (
           "At A = 1.5 a disturbance ε = 5e-4 keeps the impacts, although its force is five times the excitation. "
           "Set ε to 0 and compare the curves.",
           "low=1.2&high=1.8&eps=5e-4&at=1.5&transient=500&periods=100"),
+    Start("Fig. 6: two points that grow into clouds",
+          "At A = 3.04 and ε = 0 the motion has period 2, two points. They grow with ε; the paper gives 1.7e-4 as the "
+          "limit. Click a column to compare with k₂.",
+          f"x=eps&low=0&high=3e-4&scale=linear&A=3.04&transient=500&periods=300&{_HALF_PI}"),
     Start("Fig. 7: a ripple that destroys the structure",
           "The diagram between A = 3 and 3.25 with ε = 2e-4: branches become bands. "
           "Move ε to 0 slowly, and look where the windows return.",
           f"low=3.0&high=3.25&eps=2e-4&transient=500&periods=500&{_HALF_PI}"),
+    Start("Fig. 8: steps too large for the structure",
+          "At A = 1.5 the paper finds the structure kept by fixed steps of Δτ = 0.5, destroyed by 0.7. "
+          "Click a column: the text gives the period, and the states one after another.",
+          f"x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100&{_HALF_PI}"),
     Start("Fig. 10: a coarse time step does the same",
           "Fixed steps of Δτ = 0.1 without any disturbance: the step alone changes the picture. "
           "Choose Certified motions: as a difference, then reduce Δτ until little colour remains.",
           f"low=3.0&high=3.25&method=fixed&dtau=0.1&transient=500&periods=500&{_HALF_PI}"),
     Start("Fig. 12: one motion with steps of 0.1",
           "At A = 3.04 the certified motion has period 2; fixed steps of Δτ = 0.1 scatter it. "
-          "The text below the diagram gives both, and the limit k₂.",
+          "The text below the diagrams describes the selected motion, and gives the limit k₂.",
           "low=2.95&high=3.1&method=fixed&dtau=0.1&compare=beside&at=3.04&transient=500&periods=300"),
     Start("First doubling, with the exact orbits",
           "Blue lines are stable periodic orbits, dashed ones unstable; a circle marks each bifurcation. "
           "Point at a circle to see its kind and its A.",
           f"low=2.4&high=3.25&orbits=4&{_HALF_PI}"),
-    Start("A window in the chaotic band",
-          "Between A = 3.1531 and 3.1536 the motion is periodic amid bands. "
-          "Zoom further: the picture is computed again at each scale, and numbers keep all digits.",
-          f"low=3.15&high=3.165&transient=2000&periods=500&{_HALF_PI}"),
-    Start("Map: the period over A and B",
-          "Each colour is a period of the motion. A click shows the diagram through that point; "
-          "exact orbits up to period 2 add the curves of the bifurcations.",
-          "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&periods=64&shade=period"),
+    Start("A window of period 5",
+          "Between A = 3.161 and 3.169 the motion has period 5, amid bands; then the period doubles to 10. "
+          "Zoom into an end: further windows appear, and numbers keep all digits.",
+          f"low=3.155&high=3.178&transient=2000&periods=500&{_HALF_PI}"),
+    Start("Windows of periods 7 and 8",
+          "Period 7 from A = 3.1786 to 3.1831, period 8 from 3.1837 to 3.1847, narrower ones between them. "
+          "Press Mark and click the ends of a window to read its width.",
+          f"low=3.176&high=3.187&transient=2000&periods=500&{_HALF_PI}"),
+    Start("The last band before period 3",
+          "At A = 3.1893 the irregular motion ends: from there up to 3.25 the period is 3. "
+          "Click a column on either side and compare the cycles of states.",
+          f"low=3.186&high=3.192&transient=2000&periods=500&{_HALF_PI}"),
+    Start("Map: the period over A and B, with exact curves",
+          "Each colour is a period of the motion. The lines, exact bifurcations, appear after up to a minute. "
+          "A click shows the diagram through that point.",
+          "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&periods=64&shade=period&orbits=1"),
     Start("A machine in SI units: the power of its impacts",
           "A driver with μ = 0.6 on an incline of 3.4° over frequency and amplitude; the colour is the power in W. "
           "Look for the ridges just before a period is lost.",

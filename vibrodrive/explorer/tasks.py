@@ -21,7 +21,7 @@ from vibrodrive.explorer.image import fitting_range, pictures
 from vibrodrive.explorer.layout import CURVE_COLOURS, key_of_curves
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.session import Session, overlay_of
-from vibrodrive.explorer.shown import count_of_motions, picture_of, place, title_of
+from vibrodrive.explorer.shown import counted, picture_of, place, title_of
 from vibrodrive.explorer.view import BESIDE, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
@@ -29,11 +29,12 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
+from vibrodrive.model.size import result_bytes
 from vibrodrive.periodic.search import kind_of
 
 REST_SECONDS = 0.12  # pause between the first picture and finer ones; a moving mouse makes the next request earlier
 PENDING = "multiplier and k₂ are being computed …"
-SOUGHT = " · exact curves are being computed"
+SOUGHT = "exact curves are being computed"
 
 
 def work_of(session: Session, view: View) -> Work:
@@ -42,9 +43,11 @@ def work_of(session: Session, view: View) -> Work:
     made_from = [v.toml().partition("\n[figure]")[0] for v in views]
     work = session.work
     if work is None or made_from != session.made_from:
-        work = session.work = None  # free the old arrays before new ones are allocated
+        session.work = None  # free the old arrays before new ones are allocated
         session.made_from = made_from
-        work = session.work = Work([v.plan() for v in views], session.engine.threads)
+        plans = [v.plan() for v in views]
+        session.engine.make_room(sum(map(result_bytes, plans)), f"periods = {view.periods}")
+        work = session.work = Work(plans, session.engine.threads)
     return work
 
 
@@ -64,11 +67,11 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     # address of the latest view: either it differs only by `at`, or the page ignores this address
-    head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address()}
+    head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address(), "odd": {}}
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"
     p = picture_of(view, level, session.rows)
-    said, meaning = count_of_motions(level), _legend(view)
+    said, meaning = counted(level, p.odd), _legend(view)
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None:
@@ -81,10 +84,9 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     if view.mode != MAP and not any(image.any() for image in p.images):
         said = "No value lies in this window: press Follow. " + said
     meaning += f"<br>{p.key.html()}"
-    session.status = seq, said + meaning
-    if level.complete and overlay_of(view) not in (None, session.overlay):
-        said += SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
     head["status"] = said + meaning
+    sought = level.complete and overlay_of(view) not in (None, session.overlay)
+    head["note"] = SOUGHT + (", which takes up to a minute" if view.mode == MAP else "") if sought else ""
     session.unpainted += 1
     place = {"x": p.x, "dw": p.dw, "y": p.y, "dh": p.dh}
     picture = {"head": json.dumps(head), "images": p.images, "palette": p.palette, **place}
@@ -92,12 +94,8 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
 
 
 def _legend(view: View) -> str:
-    """Return the legend of the colours of a diagram."""
+    """Return the legend of the parts of a diagram."""
     said = f" · above: {view.method}, below: certified" if view.compared and view.compare == BESIDE else ""
-    if view.mode == MAP:
-        said += " · a click shows the diagram through a point"
-    elif not view.follows:
-        said += " · a click shows the motion of a column"
     if view.orbits and view.mode != MAP:
         said += " · orbits of the undisturbed motion (blue: stable, dashed vermilion: unstable), circles: bifurcations"
     return said
@@ -118,7 +116,8 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
         if not session.view.follows:  # the view has changed since
             return
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
-        session.tell({"words": "<br>".join([*said, PENDING]), "address": session.view.address(), "done": seq})
+        news = {"words": "<br>".join([*said, PENDING]), "column": float(place(motion.x, view.scale))}
+        session.tell({**news, "address": session.view.address(), "done": seq})
 
     session.later(show)
     session.follow(halt, Rank.EXACT, view, motion, said)
@@ -199,7 +198,10 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
         content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
     else:
         *_, level = work_of(session, view).levels(session.engine.pace, halt)
-        content = export.drawn(view, picture_of(view, level, session.rows), session.page, kind)
+        if kind == "h5":
+            content = export.result_file(view, level.sweep.results[0])
+        else:
+            content = export.drawn(view, picture_of(view, level, session.rows), session.page, kind)
     file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
     session.later(partial(session.tell, {"file": file}))
 

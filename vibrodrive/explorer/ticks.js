@@ -1,16 +1,14 @@
-// Format the numbers of an axis. On a wide axis every number is complete. On a narrow axis the first number is complete
-// and the others are differences from it, because there is no space for all digits.
-const log = scale === "log";
-const value = (u) => (log ? Math.pow(10, u) : u);
-const plain = (v, digits) => {
-  const n = Math.min(17, Math.max(1, digits));
-  const text = Math.abs(v) < 1e-3 ? v.toExponential(n - 1) : v.toPrecision(n);
-  if (v === 0) return "0";
-  return text.includes("e") ? text.replace(/\.?0+e/, "e") : text.includes(".") ? text.replace(/\.?0+$/, "") : text;
+// Places of the ticks of an axis: round numbers (1, 2 or 5 times a power of ten). A logarithmic axis of more than half a
+// decade has 1, 2 and 5 of each decade, or 1 only, of every decade or of every other; its coordinates are logarithms.
+const MOST = 8, {start, end} = cb_data.range, log = scale === "log";
+const round = (low, high) => {
+  const rough = (high - low) / MOST, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough), from = Math.ceil(low / step);
+  return Array.from({length: Math.max(0, Math.floor(high / step) - from + 1)}, (_, k) => (from + k) * step);
 };
-if (ticks.length < 2) return plain(value(tick), 12);
-const step = Math.abs(value(ticks[1]) - value(ticks[0])), size = Math.max(...ticks.map((u) => Math.abs(value(u))));
-const first = Math.abs(value(ticks[0])); // the steps of a logarithmic axis are proportional to the numbers
-const digits = (v) => Math.ceil(Math.log10(Math.max(log ? first : Math.abs(v), step) / step)) + (log ? 3 : 2);
-if (log || step > 1e-5 * size || index === 0) return plain(value(tick), digits(value(tick)));
-return "+" + plain(value(tick) - value(ticks[0]), 3);
+if (!log) return round(start, end);
+if (end - start < 0.7) return round(10 ** start, 10 ** end).map(Math.log10);
+const decades = round(start, end).filter(Number.isInteger);
+const within = (factors) => Array.from({length: Math.ceil(end) - Math.floor(start) + 1}, (_, k) => Math.floor(start) + k)
+  .flatMap((d) => factors.map((f) => d + Math.log10(f))).filter((u) => u >= start && u <= end);
+return [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1]].map(within).find((places) => places.length <= 1.5 * MOST) ?? decades;

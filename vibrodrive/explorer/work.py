@@ -19,6 +19,7 @@ from vibrodrive.explorer.pace import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
+from vibrodrive.model.size import result_bytes
 
 FRAME_SECONDS = 0.03  # time for the first level; with the drawing it allows about 15 frames per second
 LEVEL_SECONDS = 0.15  # time for each later level
@@ -64,6 +65,10 @@ class Work:
         plan = self.plans[0]
         self.order, self.steps = coarse_first(plan.shape)
         self.part = Part([Results.uncomputed(p) for p in self.plans], np.zeros(plan.n_points, bool))
+
+    @property
+    def bytes(self) -> int:
+        return sum(map(result_bytes, self.plans))
 
     def levels(self, pace: Pace, halt: Halt) -> Iterator[Level]:
         """Compute the missing points and yield a Level after each step. Raises Halted."""

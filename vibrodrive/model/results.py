@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.described import Described, numbers, share_computed, span
 from vibrodrive.model.kinds import above
@@ -174,6 +175,13 @@ class Results(Described):
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
+
+    def block(self, index: int, start: int, stop: int) -> Block:
+        """Return the points start..stop as a block, for a file."""
+        section, status, margin, switches = self.rows(start, stop)
+        arrays = {q.name: self._array(q.name) for q in quantities(self.record)}
+        records = {name: a.reshape(-1, *a.shape[len(self.axes) :])[start:stop] for name, a in arrays.items()}
+        return Block(index, start, stop, section, status, margin, switches, records)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name.startswith("_") or name not in _WHERE:
