@@ -1,4 +1,4 @@
-"""One digest over all switching paths: a change that should not change results must not change it.
+"""One digest over all switching paths. A change of the code that keeps all results keeps the digest.
 
 Sines, roots and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same on
 every machine. A correction that changes results changes the digest; the commit says which results, and why. See

@@ -1,4 +1,4 @@
-"""Examples in the docstrings of the public names run, and give the output shown."""
+"""Examples in the docstrings of public names run, and print the output that they show."""
 
 from __future__ import annotations
 

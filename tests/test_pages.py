@@ -97,7 +97,7 @@ def test_commands_can_be_typed(page):
 
 
 def _parse(line, name, *arguments):
-    """Assert that the command accepts these arguments; a name without arguments, or with options only, is a mention."""
+    """Assert that the command accepts these arguments. A name without arguments, or with options only, is no full command."""
     if name.startswith("--"):
         return
     assert name in cli.commands, line

@@ -103,7 +103,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Inputs of integers, float32, strides or Fortran order are converted before the call: one signature is compiled."""
+    """Integers, float32, strided and Fortran-ordered input is converted before the call: one signature is compiled."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single

@@ -11,7 +11,7 @@ from vibrodrive.kernels.arguments import SWITCH
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
 def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
-    """The buffer of the computation is larger, as the number of switches is unknown before. Row 0 precedes the record."""
+    """The buffer of the computation is larger, as the number of switches is unknown. Row 0 precedes the record."""
     dtau = None if method == "certified" else 0.1
     motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
     n = 1 + len(motion.switches)

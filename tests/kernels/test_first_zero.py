@@ -205,7 +205,7 @@ def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, r
     phase=st.floats(0, 6.28),
 )
 def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase):
-    """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ): g''' is small, higher derivatives are large."""
+    """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ): g''' is small, higher derivatives large."""
     a, b, limit = speed * rate**-2 * 10**share, bend * speed**2 / 4, 3 / speed
 
     def function(t: float) -> tuple[float, ...]:

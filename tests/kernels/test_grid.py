@@ -77,7 +77,7 @@ def test_skipping_equals_the_literal_scan(method, eps):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize(("A", "B", "blocks"), [(3.0, 0.5, 1), (3.0, 0.5, 4), (3.5, 0.75, 1)])
 def test_the_last_grid_point_of_a_block_is_judged_by_the_exact_form(A, B, blocks, method):
-    """The first rest ends there, within rounding: the tables of the literal scan cannot tell on which side."""
+    """The first rest ends there, within rounding. The tables of the literal scan do not resolve on which side."""
     scene = dict(A=A, B=B, method=method, dtau=math.asin((1 + B) / A) / (blocks * BLOCK), transient=0, periods=3)
     literal, skip = (vd.simulate(**scene, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.switches, skip.switches)
@@ -123,7 +123,7 @@ def test_fixed_grid_is_never_accumulated():
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
-    """The literal scan tests blocks first: ξ and ξ' may both change sign within a block, and change back."""
+    """The literal scan tests blocks of grid points first. Within a block ξ and ξ' may change sign, and change back."""
     sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
     literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.section, skipping.section)
@@ -151,7 +151,7 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
 def test_a_leap_sees_what_the_scan_sees(name, method):
-    """Sweeps leap over scans at ε = 0; a single motion is scanned."""
+    """At ε = 0 sweeps go directly to the grid points next to a zero; a single motion is scanned."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
     assert _same(swept, 0, vd.simulate(**scene))
@@ -194,7 +194,7 @@ def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_a_leap_costs_the_same_for_every_step(method):
-    """The evaluations with leaps do not depend on Δτ; those of a scan do. No motion here repeats within the record."""
+    """The number of evaluations of a sweep does not depend on Δτ, that of a scan does. No motion here repeats."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
@@ -218,7 +218,7 @@ def test_a_leap_costs_the_same_for_every_step(method):
     ],
 )
 def test_a_grid_coarser_than_half_a_period(scene):
-    """ξ' is positive for some time between two grid points at which it is not."""
+    """ξ' is positive between two grid points, but not at these points."""
     literal, skip = (
         vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan) for scan in ("literal", "skip")
     )
@@ -256,7 +256,7 @@ def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
-    """The literal scan visits all points that skipping leaps over, after a start from rest and before a zero."""
+    """The literal scan visits all points that skipping leaves out, after a start from rest and before a zero."""
     sweep = dict(points=disturbed_points(method, 9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
     skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))
     assert np.array_equal(skipping.section, literal.section, equal_nan=True)

@@ -1,4 +1,4 @@
-"""The main impacts recorded by the kernels, against those selected by a plain loop over the recorded switches."""
+"""The main impacts that the kernels record, compared with those that a plain loop selects from the switches."""
 
 import math
 
@@ -27,7 +27,7 @@ PATHS = {
 
 
 def picked(switches):
-    """Return the main impacts: within π after a main impact, a faster one replaces it and others are dropped."""
+    """Return the main impacts. Within π after a main impact, a faster impact replaces it and others are dropped."""
     found = []
     for row, switch in enumerate(switches):
         if switch["after"] != State.IMPACT:

@@ -1,4 +1,4 @@
-"""Each row of a lane is written by one module; rows with more writers are listed here with the reason."""
+"""One module writes each row of a lane. Rows that several modules write are listed here with the reason."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHARED = {
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],
     "margins.py sets TOO_CLOSE and NEVER_LEAVES, event.py BUDGET": ["STATUS"],
 }  # fmt: skip
-"""In addition, setup.py writes the first value of any row."""
+"""setup.py writes the first value of each row, and is not listed."""
 
 
 def rows_written(path: Path):

@@ -44,7 +44,7 @@ SCENES = st.fixed_dictionaries(
         "tau0": st.one_of(st.just(0.0), st.floats(0, 7), st.floats(-1e9, 1e9)),
     }
 )
-"""Any scene: amplitudes of interest, level, moderate and too steep inclines, all disturbances and starts."""
+"""Any scene: the usual amplitudes, level, moderate and too steep inclines, all disturbances and starts."""
 
 UNDISTURBED = SCENES.map(lambda scene: scene | {"eps": 0.0})
 
@@ -68,7 +68,7 @@ FAINT = st.fixed_dictionaries(
         "tau0": st.floats(-3, 3),
     }
 )
-"""Disturbances that only the high derivatives of a switching function reveal."""
+"""Disturbances that are large only in the high derivatives of a switching function."""
 
 
 def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
@@ -95,7 +95,7 @@ def test_never_below_the_obstacle(scene):
 @given(SCENES)
 @example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
 def test_every_switch_satisfies_its_switching_function(scene):
-    """Its value is within rounding of zero, evaluated in 50 digits from the switch before."""
+    """The value of the switching function, evaluated in 50 digits from the switch before, is zero within rounding."""
     t = motion(scene)
     model = oscillator(t)
     mp.dps = 60
@@ -128,7 +128,7 @@ def test_faint_disturbance(scene):
 @bounded
 @given(SCENES)
 def test_energy_never_rises_at_an_impact(scene):
-    """The loss is the kinetic energy on arrival: ξ' < 0 before the impact, 0 after it, and ξ = 0 on both sides."""
+    """An impact loses all kinetic energy: ξ' < 0 before the impact, 0 after it, and ξ = 0 before and after it."""
     t = motion(scene)
     rows = t.switches
     before = np.flatnonzero(rows["after"] == State.IMPACT)
@@ -166,7 +166,7 @@ def test_work_is_what_the_forces_do(scene):
 @given(MODEST)
 def test_certified_is_the_reference(scene):
     """400 scenes: the states of the 50-digit reference if all margins exceed 1e-9; otherwise the same or a flag."""
-    assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # else a fall of a million periods
+    assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # otherwise the mass falls for a million periods
     try:
         found = follow(scene, most=16, periods=12)
     except ArithmeticError:  # a zero of order three: no number of digits decides it
@@ -195,7 +195,7 @@ def test_skipping_is_visiting(scene, dtau):
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(MODEST, powers(-2, 0.3))
 def test_fixed_is_the_literal_loop(scene, dtau):
-    """The states and grid points of the plain loop, up to the first value of that loop within 1e-11 of zero."""
+    """States and grid points equal those of the plain loop, until a value in that loop is within 1e-11 of zero."""
     assume(scene["xi0"] <= 1e3)
     theirs = naive.fixed(**scene, dtau=dtau, periods=3).switches
     ours = vd.simulate(**scene, method="fixed", dtau=dtau, transient=0, periods=3).switches

@@ -19,7 +19,7 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
-"""Amplitudes of a motion that rests in each period, and of one that does not but converges to the last bit."""
+"""Amplitudes of a motion that rests in each period, and of one that never rests but converges to the last bit."""
 
 
 def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
@@ -94,7 +94,7 @@ def test_what_repeats_costs_nothing(A):
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_after_a_billion_periods(A):
-    """Cycles are skipped in the transient as well: only its length modulo the cycle matters."""
+    """Cycles are skipped in the transient, too: the result depends on its length modulo the cycle only."""
     late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
     assert np.array_equal(late.section, early.section)
     assert np.array_equal(late.switches, early.switches)
@@ -111,7 +111,7 @@ def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
 @pytest.mark.jit
 @pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
 def test_the_budget_of_a_period_is_kept(budget):
-    """A budget that is too small for a later period ends the motion there, although its first period was cheaper."""
+    """If the budget is too small for a later period, the motion ends there, although the first period needed less."""
     A = [RESTS, DRAWN_IN, 3.17]
     swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)
     for k, a in enumerate(A):

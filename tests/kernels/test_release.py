@@ -1,4 +1,4 @@
-"""φ_up and φ_down: one formula for the event loop and the map of orbits, exact to two units in the last place."""
+"""φ_up and φ_down: the event loop and the impact-phase map use one formula, exact to two units in the last place."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_the_engine_and_the_map_agree_to_the_bit():
 
 @pytest.mark.jit
 def test_the_mass_moves_from_onset_on():
-    """At A = 1 + B static friction just holds, and at the next double it does not; simulated motions agree."""
+    """At A = 1 + B static friction just holds the mass, at the next double it does not. Simulated motions agree."""
     for B in (0.0, 0.1, 1.0, 3.7):
         assert not moves(onset(B), B)
         assert moves(np.nextafter(onset(B), np.inf), B)

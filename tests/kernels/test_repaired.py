@@ -1,4 +1,4 @@
-"""Certified motions that were once wrong or stuck, and similar ones, against closed forms in 50 digits."""
+"""Certified motions that were once wrong or never ended, and similar motions, against closed forms in 50 digits."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_fast_impact(scene):
     ],
 )
 def test_strong_ripple_over_a_long_slide(scene):
-    """ξ falls below 0 by 1e-10 where the mass would turn: η h is of the order 10⁶ there."""
+    """ξ is -1e-10 at the zero of ξ', so there is an impact before it. η h is of the order 10⁶ there."""
     motion = vd.simulate(**scene, transient=0, periods=86)
     impact = motion.switches[0]
     assert (impact["before"], impact["after"]) == (DOWN, IMPACT)
@@ -120,7 +120,7 @@ BOUNDARIES = [
 @pytest.mark.parametrize("eps", [0.0, 1e-9])
 @pytest.mark.parametrize("gap", [0.0, 1.0])
 def test_start_where_the_force_falls_to_one(gap, eps):
-    """Rounding decides if the mass lifts off there; that slide is negligible, and the motion after it is right."""
+    """Rounding decides if the mass leaves the obstacle there. This slide is negligible; the later motion is right."""
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)
         for off in range(-3, 4):
@@ -145,7 +145,7 @@ def test_impact_where_the_force_falls_to_one():
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
 def test_a_slow_impact_where_the_force_falls_to_one(speed):
-    """H misses 1 by more than its own rounding, but the rounding of ξ shifts so slow an impact by as much.
+    """H misses 1 by more than its rounding error, but the rounding of ξ shifts this slow impact by as much.
 
     A sweep computes no bounds of errors: the margin must flag this case.
     """
@@ -161,7 +161,7 @@ def test_a_slow_impact_where_the_force_falls_to_one(speed):
 
 
 def test_no_gap_is_too_small():
-    """Under a disturbance, a gap too small to change any sum closes as soon as the mass begins to fall."""
+    """With a disturbance, a gap that is too small to change any sum closes as soon as the mass begins to fall."""
     scene = dict(A=6.640823138230711, B=2.0, eps=4.481376927180557e-06, eta=147.8154875011132, tau0=-78.81932951798649)
     seen = vd.simulate(**scene, xi0=1e-20, transient=0, periods=2)
     for gap in (1e-29, 1e-31, 1e-60, 1e-80, 1e-200, 5e-324):
@@ -194,7 +194,7 @@ def test_no_gap_is_too_small():
     ],
 )  # fmt: skip
 def test_graze_after_a_stick_under_ripple(scene):
-    """The mass grazes after falling through its gap, with a relative distance of 1e-14.
+    """The mass falls through its gap and grazes, with a relative distance of 1e-14.
 
     The rounding of the end of the stick enters multiplied by η.
     """
@@ -230,7 +230,7 @@ def test_skipping_equals_visiting_under_strong_ripple(scene):
 
 
 STARTS = [
-    # -π < τ0 < 0, with bits that no phase in [0, 2π) has
+    # -π < τ0 < 0, with more bits than a phase in [0, 2π) holds
     dict(A=3.0, eps=1e-5, eta=3000.0, xi0=0.5, dxi0=-0.3, tau0=-0.1921264721053357),
     dict(A=1.895957175637014, eps=3.373121021471122e-05, eta=1000.0, xi0=1.4463205615846848, dxi0=-0.5487352769550277,
          tau0=-1.362319856741268),
@@ -238,7 +238,7 @@ STARTS = [
     # H rounds to ±1 but differs from it
     dict(A=2.093, xi0=6.858203428851564e-10, dxi0=-1e-6, tau0=5.8386872381702055),
     dict(A=1.1000000075206713, xi0=1.9329026367943846e-11, dxi0=1e-17, tau0=1.5706793911393189),
-    # H rounds to more than 1 but is less, and the mass turns immediately
+    # H rounds to more than 1 but is less, and the motion reverses immediately
     dict(A=1.825864922378041, dxi0=3.333302917989881e-43, tau0=0.6465724070261151),
     dict(A=3.7119619166298983, xi0=7.53164536378848e-17, dxi0=1.1134871069022562e-44, tau0=0.3008574458121069),
     # the first gap is below the smallest double

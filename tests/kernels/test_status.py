@@ -27,7 +27,7 @@ def test_ok():
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
 def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
-    """A throw turns back just above the obstacle: the margin is ξ there, as no other decision is closer."""
+    """A slide down ends just above the obstacle: the margin is ξ there, because no other decision is closer."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=gap - drop)
@@ -38,7 +38,7 @@ def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
 def test_margin_is_how_far_an_impact_would_have_dipped(depth):
-    """The same throw from slightly lower: the free flight would have gone `depth` below the obstacle."""
+    """The same motion from slightly lower: without the obstacle it would reach `depth` below it."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=-depth - drop)
@@ -47,7 +47,7 @@ def test_margin_is_how_far_an_impact_would_have_dipped(depth):
 
 
 def test_margin_of_a_start():
-    """The only decision is that of the start: its distance is |H - 1| at the obstacle and ||H| - 1| above it."""
+    """The start is the only decision. Its distance is |H - 1| at the obstacle and ||H| - 1| above it."""
     rest = vd.simulate(A=0.0, B=0.25, transient=0, periods=2)
     assert rest.margin == pytest.approx(1.25)
     stick = vd.simulate(A=0.0, B=0.25, xi0=1.0, transient=0, periods=2)
@@ -56,7 +56,7 @@ def test_margin_of_a_start():
 
 @pytest.mark.parametrize("eps", [0.0, 1e-5])
 def test_margin_of_a_wait_without_end(eps):
-    """The margin is the least distance of H from its limit; the disturbance may add its amplitude."""
+    """The margin is the smallest distance of H from its limit; the disturbance changes it by up to its amplitude."""
     scene = dict(A=0.4, B=0.25, eps=eps, eta=100.0, transient=0, periods=2)
     reach = 0.4 * (1.0 + eps * 1e4)
     assert vd.simulate(**scene).margin == vd.sweep(**scene).margin == pytest.approx(1.25 - reach)
@@ -82,7 +82,7 @@ def test_never_leaves_is_an_answer():
 
 
 def test_budget_is_per_period_and_configurable():
-    """The motion has 83 switches a period: 100 suffice for any number of periods, 50 for none."""
+    """The motion has 83 switches a period. A budget of 100 suffices for any number of periods, 50 for none."""
     scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}
     assert vd.simulate(**scene, budget=200).status == Status.OK
     spent = vd.simulate(**scene, budget=50)
@@ -97,7 +97,7 @@ def test_budget_is_per_period_and_configurable():
 @pytest.mark.jit
 @pytest.mark.parametrize("scene", [dict(A=1.5), dict(A=1.5, eps=5e-4), dict(A=3.04, method="fixed", dtau=0.1)], ids=str)
 def test_the_budget_of_a_point_is_its_own(scene):
-    """A lane takes many points in turn; each begins with a full budget, the least that suffices here."""
+    """A lane computes many points one after the other. Each begins with a full budget, here one that just suffices."""
     run = dict(transient=0, periods=2)
     enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
     swept = vd.sweep(**(scene | {"A": [scene["A"]] * 200}), **run, budget=enough, threads=1)
@@ -118,7 +118,7 @@ def test_samples_end_with_the_last_switch_that_was_computed():
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])
 def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
-    """Visited grid points count: a literal scan of 6e10 points ends by budget, and skipped points cost nothing."""
+    """Visited grid points count: the budget ends a literal scan of 6e10 points. Skipped points do not count."""
     t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
     assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
 
@@ -168,7 +168,7 @@ def test_sweep_goes_on_past_every_kind_of_point():
 
 
 def test_too_close_goes_on():
-    """The motion before a decision too close to call remains valid, and one branch of it is followed to the end."""
+    """The motion before a decision within rounding error is valid; the program then follows one branch to the end."""
     t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
     assert t.status == Status.TOO_CLOSE
     assert t.margin < 1e-14
@@ -177,7 +177,7 @@ def test_too_close_goes_on():
 
 
 def test_first_of_two_reasons_is_kept():
-    """A decision too close to call followed by rest for the remaining time: the status is TOO_CLOSE."""
+    """If the mass rests permanently after a decision within rounding error, the status is TOO_CLOSE."""
     t = vd.simulate(A=1.0, B=0.0, transient=0, periods=3)
     assert t.status == Status.TOO_CLOSE
     assert t.margin == 0.0
@@ -192,7 +192,7 @@ def test_first_of_two_reasons_is_kept():
     ],
 )
 def test_a_tangency_met_once_is_not_held_against_later_switches(start):
-    """A first slide that hardly moves passes close to a zero that it does not have; later margins ignore it."""
+    """A first, very short slide comes close to a zero, but has none there. Later margins do not depend on it."""
     window = dict(dxi0=1e-14, transient=0, periods=3)
     alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)
     assert alone.margin == swept.margin

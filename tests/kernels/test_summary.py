@@ -164,7 +164,7 @@ def test_periods_and_exponents_are_those_of_the_orbits():
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
 def test_an_exponent_is_the_growth_of_a_small_difference(number):
-    """An irregular motion is restarted from each impact slightly earlier and later; the next impacts move apart."""
+    """An irregular motion is restarted slightly before and after each impact; the next impacts diverge."""
     run = dict(transient=500, periods=60)
     many = vd.sweep(A=np.linspace(6.0, 8.0, 401), **run, record="summary")
     A = float(many.axes["A"][(many.period == 0) & (many.lyapunov > 0.1)][number])

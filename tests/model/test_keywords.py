@@ -1,6 +1,6 @@
 """Keywords of the public functions.
 
-They are written out with their real defaults, checked by type checkers and at run time, and keep the caller's order.
+They are written out with their true defaults, checked by type checkers and at run time, and keep the caller's order.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def test_dimensionless_numbers_of_a_scene():
 
 
 def test_lengths_velocities_times_and_forces_fit_together():
-    """The free flight of the model, ξ'' = H ∓ 1, is Newton's law in SI units."""
+    """A slide of the model, ξ'' = H ∓ 1, obeys Newton's law in SI units."""
     scene = Scene(**SCENE)
     h = 1e-3
     xi = scene.A * math.sin(0.5) * h**2 / 2

@@ -72,7 +72,7 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
 
 
 def test_blocks_are_smaller_the_longer_their_points_take():
-    """The sizes of blocks follow from counts: a long block would be lost when the run is stopped."""
+    """The sizes of blocks follow from counts of work, because a run that is stopped loses its unfinished blocks."""
     long = {"A": np.linspace(3.0, 3.25, 100_000), "transient": 10_000, "periods": 10, "record": "summary"}
 
     def sizes(**changes):

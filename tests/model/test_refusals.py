@@ -129,7 +129,7 @@ def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
 
 @pytest.mark.jit
 def test_too_few_periods_to_judge_are_refused():
-    """The first and the last impact of a record are not judged; the others must contain the orbit twice."""
+    """The comparison omits the first and the last impact of a record. The others must contain the orbit twice."""
     with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4, 4 times the period .* at A = 1.5$"):
         vd.limit(A=1.5, periods=1, transient=10)
     with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16, 4 times the period .* at A = 3.1$"):

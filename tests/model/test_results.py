@@ -59,7 +59,7 @@ def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
 
 
 def test_a_value_is_met_within_rounding(plan):
-    """0.1 · 3 exceeds 0.3 in doubles; the decimal number selects its value of a linspace."""
+    """0.1 · 3 exceeds 0.3 in doubles, but 0.3 selects this value of a linspace."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
     axis = np.linspace(3.0, 3.25, 251)

@@ -86,7 +86,7 @@ def test_numbers_in_the_table_of_axes_are_a_scene_like_another():
     other = parse("[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
     assert one.physical == other.physical
     assert one.arguments == other.arguments
-    assert parse(text("omega0")).physical is None  # it has no single scene
+    assert parse(text("omega0")).physical is None  # the sweep has no single scene
 
 
 def test_options_move_a_quantity_between_the_tables():

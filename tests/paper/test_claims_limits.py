@@ -104,14 +104,14 @@ def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
     some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
     found = outcome("interruptions-and-limit", session(fig03=some))
     assert found.record["numbers"]["stick_vanishes"] == pytest.approx(1.945)
-    assert found.verdict == Verdict.CORRECTED  # seen in Δτ, not in ε
+    assert found.verdict == Verdict.CORRECTED  # the interruption has an effect in Δτ, not in ε
     none = session(fig03={axis("fig03"): "A = [1.5, 1.6]"})
     assert "never vanishes" in outcome("interruptions-and-limit", none).text
 
 
 @pytest.mark.jit
 def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches(session, monkeypatch):
-    """The times are prescribed: measured ones depend on other programs on the machine."""
+    """The test prescribes the times, because measured times depend on other programs on the machine."""
     monkeypatch.setattr(claims_limits, "_seconds_per_period", lambda arguments: 1e-7 / arguments.get("dtau", 1.0))
     found = outcome("computing-time", session())
     assert found.record["numbers"]["seconds"] == pytest.approx(

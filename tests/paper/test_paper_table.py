@@ -88,7 +88,7 @@ def test_fig03_one_impact_in_two_periods():
 
 
 def test_fig03_windows_of_every_period_from_5_to_36():
-    found = periods(np.linspace(3.156, 3.190, 4001))  # the narrowest windows are a few steps wide
+    found = periods(np.linspace(3.156, 3.190, 4001))  # the narrowest periodic windows have a width of a few steps in A
     assert set(range(5, 37)) <= set(found)
 
 
@@ -144,7 +144,7 @@ def diagrams():
 
 
 def structure_kept(n, undisturbed, disturbed):
-    """Return where the disturbed motion follows the undisturbed orbit; False if that has no period."""
+    """Return True where the disturbed motion follows the undisturbed orbit, False if this orbit has no period."""
     return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, undisturbed, disturbed, strict=True)])
 
 
@@ -211,7 +211,7 @@ def test_fig09_near_the_limit():
     assert np.linalg.norm(near - shifted, axis=-1).max() == pytest.approx(0.87, abs=0.005)
 
 
-# Figs. 11 and 12: one motion of 6×2π pieces
+# Figs. 11 and 12: a single motion that consists of pieces of 6×2π
 
 
 def test_fig11_the_motion_does_not_depend_on_the_start():

@@ -1,4 +1,4 @@
-"""Bifurcations: their conditions in 50 digits, the values of the paper, and completeness compared with a finer grid."""
+"""Bifurcations: their conditions in 50 digits, the values of the paper, and a finer grid that finds no others."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
         assert none == []
         assert one.multiplier * other.multiplier == pytest.approx(1.0, abs=1e-3)
         assert {one.kind, other.kind} == {"stable", "unstable"}
-        # a square root: at a quarter of the distance in A the orbits are half as far apart
+        # square root: at a quarter of the distance in A the distance of the orbits is half as large
         closer = [o for o in orbits(b.A + 0.25e-7, b.B, b.orbit.period) if o.name == b.orbit.name]
         apart = np.abs(one.phases - other.phases)
         assert np.abs(closer[0].phases - closer[1].phases) == pytest.approx(0.5 * apart, rel=1e-2)
@@ -73,7 +73,7 @@ def gap_at_closest(A, b):
 
 
 def test_borders_grazings_and_sticks_in_the_reference(found):
-    """At the bifurcation the margin of one decision of the orbit is zero; close to it no margin is."""
+    """At the bifurcation the margin of one decision of the orbit is zero; close to it all margins are above zero."""
     for kind in ("border", "grazing", "stick"):
         for b in of_kind(found, kind):
             here = gap_at_closest(b.A, b)
@@ -124,7 +124,7 @@ def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
 
 
 def test_phases_are_as_far_apart_as_on_the_circle():
-    """An impact just before the end of a period is close to one just after its beginning."""
+    """An impact just before the end of a period is close to an impact just after the beginning of a period."""
     (orbit,) = orbits(1.5, 0.1, 1)
     one, other, two = (
         replace(orbit, phases=np.array(phases)) for phases in ([0.01], [2 * math.pi - 0.02], [3.0, 2 * math.pi - 0.02])
@@ -179,7 +179,7 @@ def test_far_out_distances_grow_with_A(step):
 
 
 def test_a_wide_range_has_a_grid_that_follows_it():
-    """Values 1/256 apart would not fit in memory."""
+    """Values of A with a spacing of 1/256 would not fit into memory."""
     values = spread(1.05, 1e9, None)
     assert len(values) < 25_000
     assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))

@@ -1,4 +1,4 @@
-"""Curves of bifurcations compared with the search at one B, closed forms, 50 digits and a limit from the literature."""
+"""Curves of bifurcations, compared with the search at one B, closed forms, 50 digits and a published limit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def agree(found, A, B, max_period, atol=1e-12):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
 def test_at_one_B_they_are_the_bifurcations_there(found, B):
-    """The curves give exactly the bifurcations at B, at a B from which curves were followed and between such values."""
+    """The curves give exactly the bifurcations at B, both at a start value of curves and between such values."""
     assert agree(found, (1.5, 3.2), B, 3) >= 5
 
 
@@ -59,7 +59,7 @@ def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
     assert {m.what for c in there for m in c.meets} == {"end"}
     assert sorted(c.at(0.0048).size for c in there) == [0, 0, 0, 0, 1]
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
-    for B in (0.0048, 0.0056):  # just above the point the search at one B finds the fold and the border as one
+    for B in (0.0048, 0.0056):  # just above the point the search at one B merges the fold and the border
         agree(found, A, B, 4)
     # at the point the flight after a rest touches: rounding determines if it lands, with the root of a gap as its speed
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
@@ -156,7 +156,7 @@ def test_grazings_and_sticks_in_the_reference(found):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.02, 1.7])
 def test_the_stick_in_closed_form(B):
-    """One slide begins from rest at H = 1 and ends with ξ' = 0 exactly at H = -1."""
+    """The first slide begins from rest at H = 1 and ends with ξ' = 0 exactly at H = -1."""
     b = mp.mpf(B)
 
     def velocity(A):
@@ -190,7 +190,7 @@ def test_every_bifurcation_is_recognised():
 
 @pytest.mark.jit
 def test_an_orbit_that_halves_its_period_has_no_margin_left():
-    """At the period doubling the orbit, taken twice, is no separate orbit: a fold must not be followed beyond it."""
+    """At the period doubling the orbit passed twice is not a second orbit, so the curve of a fold must end there."""
     (b,) = bifurcations((2.6, 2.61), 0.1, 1)
     once, u = recognise(b)
     again = once.slides

@@ -15,7 +15,7 @@ from vibrodrive.periodic.impact_map import ImpactMap, impact_map
 
 PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.02), (3.3, 0.5), (2.5, 1.0),
           (3.0, 1.3), (9.0, 2.0)]  # fmt: skip
-"""(A, B) in the range of the paper and beyond; for B >= 1 the mass slides down without excitation."""
+"""(A, B) inside and outside the range of the paper. For B >= 1 the mass slides down without excitation."""
 
 
 def inner(system, count: int, seed: int) -> np.ndarray:
@@ -119,7 +119,7 @@ def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
-    """For B = 0 the boundary is A cos ψ = π/2; only there the result depends on the last bits of ψ."""
+    """For B = 0 the boundary is A cos ψ = π/2. Only at this boundary the result depends on the last bits of ψ."""
     system = impact_map(A, 0.0)
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
@@ -136,7 +136,7 @@ def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
 
 @pytest.mark.jit
 def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
-    """Each possible number of periods of a flight has a breakpoint: tens of thousands, which are not all computed."""
+    """Each possible number of periods of a flight has a breakpoint. These are tens of thousands; not all are computed."""
     points = impact_map(3.0, 1e-5).breakpoints
     assert 90 < len(points) < 220
     assert np.all(np.diff(points) > 0)
@@ -174,7 +174,7 @@ def test_a_million_evaluations_are_a_few_calls_of_the_kernel(monkeypatch):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once(tmp_path):
-    """A separate process with an empty cache excludes what other tests have compiled."""
+    """A separate process with an empty cache contains no kernels that other tests have compiled."""
     script = (
         "from vibrodrive.periodic import fixed_points, flight, impact_map, itineraries, search\n"
         "search.orbits(3.04); search.orbits(3, 0, 2)\n"

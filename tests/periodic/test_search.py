@@ -69,7 +69,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE)
 def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
-    """Also no orbit is found that the sampling excludes. The sampling misses branches narrower than its spacing."""
+    """The search finds no orbit that the sampling excludes. The sampling misses branches narrower than its spacing."""
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
     for period in (1, 2, 3):
@@ -134,7 +134,7 @@ def test_on_the_level_one_orbit_touches(A):
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
 def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
-    """In the reference the orbit with an added gap returns to it; a later launch lands, an earlier one does not."""
+    """In the reference a start above the orbit returns to its gap. A later launch lands, an earlier one does not."""
     (orbit,) = orbits(A, 0.0, 1)
     phase, gap = float(orbit.phases[0]), 1e-3
     run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)

@@ -21,7 +21,7 @@ def plan(method, **arguments):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_fine_grid_fails_nowhere(method):
-    """Two zeros of the undisturbed motion are more than 0.001 apart, and no margin of a decision is that small."""
+    """Zeros of the undisturbed motion are more than 0.001 apart, and all margins are larger than 0.001."""
     verdict = count_failures(plan(method, A=3.04, dtau=1e-3))
     assert verdict.judged > 15
     assert verdict[1:] == (0, 0, 0)
@@ -58,7 +58,7 @@ def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
 
 @pytest.mark.jit
 def test_restart_meets_the_switch_of_the_motion_itself():
-    """The certified path, restarted at one of its own switches, finds the next switch."""
+    """The certified method, restarted at a switch that it has found, finds the next switch."""
     from vibrodrive.batch.trajectory import simulate
 
     p = plan("fixed", A=3.04, dtau=1.0)

@@ -1,4 +1,4 @@
-"""The limit k₂: the search for known results, then the orbits of the paper."""
+"""The limit k₂: searches with known results, then the orbits of the paper."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from vibrodrive.stability.questions import limit
 
 
 def find(kind, kept):
-    """Run a search for a function that returns True for the values that are kept."""
+    """Run a search. The argument is a function that returns True for the values that count as kept."""
     search = search_band(GRIDS[kind])
     requested = next(search)
     while True:
@@ -120,7 +120,7 @@ def test_what_became_of_gaps(usual, now, said):
 @pytest.mark.parametrize(
     ("A", "periods", "how"),
     [
-        (2.8416, 1500, "gaps 2 became 1, 2"),  # additional impacts; the others keep their distances
+        (2.8416, 1500, "gaps 2 became 1, 2"),  # additional impacts; the gaps of the other impacts are the same
         (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
     ],
 )

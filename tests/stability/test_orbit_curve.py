@@ -69,7 +69,7 @@ def orbit():
 
 
 def test_an_orbit_lies_on_its_own_curve(orbit):
-    """At the instants of the vertices, also one period later, ϱ is rounding; between them it is the chord error."""
+    """At the instants of the vertices, and one period later, ϱ is within rounding. In between it is the chord error."""
     curve = closed(orbit)
     assert curve_distance(curve, orbit) < 1e-12
     assert curve_distance(curve, simulate(3.04, tau0=2 * math.pi, transient=1001, periods=8)) < 1e-12

@@ -61,7 +61,7 @@ def test_against_naive_loops(dtau, one):
 
 
 def test_only_on_a_fixed_grid_no_difference_at_all_is_allowed():
-    """Two motions high in the air keep their distance; impacts, at grid points, would make them equal to the bit."""
+    """Without impacts two motions keep their distance. Impacts, at grid points, would make them equal to the bit."""
     starts = np.array([100.0, 100.0 + 1e-7]), np.array([0.0])
     short = {"A": 1.5, "transient": 0, "periods": 3}
     assert ends_on_one(short, "dtau", [0.1], starts).tolist() == [False]

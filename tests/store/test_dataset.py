@@ -1,4 +1,4 @@
-"""`Results.to_xarray` equals the Dataset that xarray reads from the file; without xarray it fails with one line."""
+"""`Results.to_xarray` equals the Dataset that xarray reads from the file. Without xarray the error is one line."""
 
 from __future__ import annotations
 

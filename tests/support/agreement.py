@@ -28,7 +28,7 @@ __all__ = [
 
 
 def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) -> Agreement:
-    """Assert that the states agree, or that the motion reports a decision too close to call."""
+    """Assert that the states agree, or that the status is TOO_CLOSE."""
     found = follow(scene, most, periods)
     assert found.agrees or flagged(found.ours), (scene, found.same, found.ours.status, found.ours.margin)
     check_above_obstacle(found.ours)

@@ -1,4 +1,4 @@
-"""A headless Chromium, controlled like a user does: mouse, keys, and the state that the page reports."""
+"""A headless Chromium, controlled as by a user: mouse, keys, and the state that the page reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks without a computation, for tests of the store and of the command line.
+"""Invented blocks for tests of the store and of the command line.
 
 Their values depend on the point only, as those of the kernels do; `delay` is their duration.
 """

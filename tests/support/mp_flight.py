@@ -10,7 +10,7 @@ NAMES = {UP: "UP", DOWN: "DOWN", STICK: "STICK", REST: "REST", IMPACT: "IMPACT"}
 
 DIGITS = 50
 
-SMALL = 1e-12  # step of a difference: its error is of second order, far below the tolerance of comparisons
+SMALL = 1e-12  # step of a central difference: its error, of second order, is far below the tolerance of comparisons
 
 
 class Landing(NamedTuple):

@@ -1,4 +1,4 @@
-"""The paper's two methods to find a switch as plain loops: slow and literal; they import nothing of vibrodrive.
+"""The paper's two methods to find a switch as plain, slow loops, which import nothing of vibrodrive.
 
 They visit every grid point and evaluate the closed forms (4), (5), (9) from the last switch, in doubles.
 """
@@ -15,7 +15,7 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Switch(NamedTuple):
-    """One switch, with ξ and ξ' before ξ' (and at an impact ξ) is set to zero."""
+    """One switch. ξ and ξ' are the values before ξ', and at an impact also ξ, is set to zero."""
 
     tau: float
     period: int

@@ -63,7 +63,7 @@ def test_fixed_step_makes_the_two_periodic_motion_unique():
     assert set(gaps) == {2, 3}
     threes = [i for i, gap in enumerate(gaps) if gap == 3]
     assert threes
-    assert all(b - a > 3 for a, b in pairwise(threes))  # each one isolated between many twos
+    assert all(b - a > 3 for a, b in pairwise(threes))  # each 1 is between many 2s
 
 
 @pytest.mark.parametrize(("dtau", "kept"), [(0.5, True), (0.65, True), (0.7, False)])

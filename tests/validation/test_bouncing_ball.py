@@ -1,4 +1,4 @@
-"""For B → ∞ the mass is the inelastic bouncing ball: laws against a plain ball, and the program against the laws."""
+"""For B → ∞ the mass is the inelastic bouncing ball: laws compared with a plain ball, and with the program."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def found():
 
 
 def ball(phase, gamma):
-    """Return (phase of the next impact, its speed) of the completely inelastic ball for a launching phase."""
+    """Return (phase, speed) of the next impact of the completely inelastic ball that is launched at a phase."""
 
     def gap(h):
         return gamma * math.cos(phase) * h - 0.5 * h * h - gamma * (math.sin(phase + h) - math.sin(phase))
