@@ -97,7 +97,7 @@ def test_commands_can_be_typed(page):
 
 
 def _parse(line, name, *arguments):
-    """Assert that the command accepts these arguments. A name without arguments, or with options only, is no full command."""
+    """Assert that the command accepts these arguments. Without arguments, or with options only, it is incomplete."""
     if name.startswith("--"):
         return
     assert name in cli.commands, line
@@ -206,7 +206,7 @@ def test_every_page_is_in_the_menu():
 
 
 def test_every_dependency_has_its_reason():
-    table = (DOCS / "installing.md").read_text().split("## What it depends on")[1].split("\n## ")[0]
+    table = (DOCS / "installing.md").read_text().split("## Dependencies")[1].split("\n## ")[0]
     rows = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")][1:]
     named = {"": set()}
     for row in rows:

@@ -136,7 +136,7 @@ def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
 
 @pytest.mark.jit
 def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
-    """Each possible number of periods of a flight has a breakpoint. These are tens of thousands; not all are computed."""
+    """Each possible number of periods of a flight has a breakpoint. Not all of these tens of thousands are computed."""
     points = impact_map(3.0, 1e-5).breakpoints
     assert 90 < len(points) < 220
     assert np.all(np.diff(points) > 0)

@@ -44,7 +44,7 @@ def test_a_clean_edge_is_found_to_the_last_bits(edge, bit):
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
 def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, share):
-    """Above the edge kept and lost values alternate at geometrically decreasing distances, as near an unstable orbit."""
+    """Above the edge kept and lost values alternate; their distances fall geometrically, as near an unstable orbit."""
 
     def same(d):
         place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)

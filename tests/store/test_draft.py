@@ -87,7 +87,7 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_no_draft_is_left_behind(error, tmp_path):
-    """Whatever ends the block that writes it, Ctrl-C, too."""
+    """No draft remains if an error or Ctrl-C ends the block that writes it."""
 
     def half_a_file():
         with drafted(tmp_path / "x.txt") as draft:
