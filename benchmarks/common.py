@@ -1,7 +1,7 @@
 """Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
 
-Speeds are compared as ratios measured in one run: each repetition runs all contestants in turn, every second one in the
-opposite order. The median of the ratios over all repetitions is reported. Compilation is not timed.
+Speeds are compared as ratios measured in one run. Each repetition runs all contestants in turn, every second repetition
+in the opposite order. The result is the median of the ratios over all repetitions. Compilation is not timed.
 """
 
 from __future__ import annotations

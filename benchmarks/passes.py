@@ -51,7 +51,7 @@ class Method(NamedTuple):
 
 
 def key(solver: str, setting: dict[str, Any]) -> str:
-    """Return the name of a method: the solver, and what in the setting is no number."""
+    """Return the name of a method: the solver, and the parts of its setting that are not numbers."""
     kind = setting.get("method") or {True: "implicit", False: "explicit"}.get(setting.get("implicit", ""), "")
     return f"{solver} {kind}".strip()
 

@@ -4,8 +4,8 @@
 
 `mine.csv` has a line of titles, then one switch a line: tau, xi, dxi, state. `state` is the state that begins at this
 switch (UP, DOWN, STICK or REST), with ξ and ξ' at its beginning: 0 and 0 after an impact. Each line is judged
-separately: the certified motion starts from the state of the previous line, so that an error counts once, where it
-was made.
+separately: the certified motion starts from the state of the previous line, so that each error counts only at the line
+where it occurs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RIGHT, MISSED, OTHER = "right", "missed", "another state"
 
 @dataclass(frozen=True)
 class Switch:
-    """The begin of a state: its time τ, and ξ and ξ' there (dimensionless)."""
+    """The beginning of a state: its time τ, and ξ and ξ' there (dimensionless)."""
 
     tau: float
     xi: float
