@@ -106,7 +106,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
-    """List slow tests, each reason once: `pytest -m slow --collect-only`."""
+    """List the slow tests by reason (`pytest -m slow --collect-only`)."""
     if not config.option.collectonly:
         return []
     reasons: dict[str, int] = {}

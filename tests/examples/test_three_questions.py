@@ -1,4 +1,4 @@
-"""Attractors by brute force and by the map, and the answers to the three questions."""
+"""Attractors found by brute force equal those found by the map; and the answers to the three questions."""
 
 from __future__ import annotations
 

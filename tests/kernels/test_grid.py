@@ -1,4 +1,4 @@
-"""The fixed and Muller paths against plain loops over every grid point, and skipping against the literal scan."""
+"""The methods fixed and muller compared with plain loops over every grid point, and skipping with the literal scan."""
 
 from __future__ import annotations
 
