@@ -19,10 +19,9 @@ from vibrodrive.explorer.image import (
     shades_of,
     values_of,
 )
-from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import _nearest
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import Level, Part, Work
+from vibrodrive.explorer.work import Level, Pace, Part, Work
 from vibrodrive.jit.slices import Halt
 
 

@@ -22,17 +22,16 @@ from vibrodrive.errors import TooLarge
 from vibrodrive.explorer import export
 from vibrodrive.explorer.controls import part_shown
 from vibrodrive.explorer.engine import LARGEST, Engine
-from vibrodrive.explorer.exact import Line
+from vibrodrive.explorer.exact import STABLE, UNSTABLE, Curve
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import motion_at
-from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
 from vibrodrive.explorer.shown import _edges, picture_of, place
 from vibrodrive.explorer.starts import STARTS
-from vibrodrive.explorer.tasks import _show_orbits, work_of
+from vibrodrive.explorer.tasks import _lay_over, work_of
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
-from vibrodrive.explorer.work import Work
+from vibrodrive.explorer.work import Pace, Work
 from vibrodrive.figures.colours import _CLASSIFY
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import config
@@ -68,12 +67,14 @@ def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
 
 def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
     """Stable orbits are blue, unstable orbits vermilion."""
-    drawn = SimpleNamespace(stable=SimpleNamespace(), unstable=SimpleNamespace(), marks=SimpleNamespace())
+    drawn = SimpleNamespace(lines=SimpleNamespace(), marks=SimpleNamespace())
     session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, laid_over=lambda overlay: None)
-    A, low, high = np.array([2.0, 3.0]), np.array([[1.0], [2.0]]), np.array([[5.0], [6.0]])
-    _show_orbits(session, View.read({"orbits": 1}), [Line(A, low, True, 1), Line(A, high, False, 1)], [])
-    assert [y.tolist() for y in drawn.stable.data["y"]] == [[1.0, 2.0]]
-    assert [y.tolist() for y in drawn.unstable.data["y"]] == [[5.0, 6.0]]
+    A, low, high = np.array([2.0, 3.0]), np.array([1.0, 2.0]), np.array([5.0, 6.0])
+    found = [Curve(A, low, STABLE, 1), Curve(A, high, UNSTABLE, 1)]
+    _lay_over(session, View.read({"orbits": 1}), found, [Curve(2.5, 1.5, "fold", 1)])
+    assert [y.tolist() for y in drawn.lines.data["y"]] == [[1.0, 2.0], [5.0, 6.0]]
+    assert drawn.lines.data["dash"] == ["solid", "dashed"]
+    assert (drawn.marks.data["A"], drawn.marks.data["y"]) == (["2.5"], [1.5])
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
@@ -162,7 +163,7 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
     assert (view.mode, view.shade, view.limits) == ("map", "energy", (1.5, 2.5))
     assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
-    limited, free = (painted(level, "energy", limits).key for limits in (view.limits, None))
+    limited, free = (painted(level, "energy", limits)[2] for limits in (view.limits, None))
     assert len(limited.numbers) > 2
     assert [share for share, _ in limited.numbers] == pytest.approx([float(t) - 1.5 for _, t in limited.numbers])
     assert {"less", "more"} & {name for _, name in free.swatches} == set()
@@ -322,10 +323,12 @@ def test_a_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chose
         (height, width, _), left = wanted.shape, export.LEFT + 2
         columns = saved[:, left : left + width]
         assert any(np.array_equal(columns[top : top + height], wanted) for top in range(len(saved) - height))
-    page.curves.data = page.stable.data = {
+    page.lines.data = {
         "x": [[3.0, 3.2]],
         "y": [[picture.y, picture.y + picture.dh]],
         "colour": ["blue"],
+        "width": [1.5],
+        "dash": ["dashed"],
     }
     assert export.drawn(view, picture, page, "png") != files["png"]
 

@@ -8,9 +8,8 @@ import pytest
 pytest.importorskip("bokeh")
 
 import vibrodrive as vd
-from vibrodrive.explorer.pace import Pace
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import STRIDES, Work, coarse_first
+from vibrodrive.explorer.work import STRIDES, Pace, Work, coarse_first
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 

@@ -102,6 +102,7 @@ class Aside:
 
 def serve(file: int) -> None:
     """Main function of the separate process: answer calls from a pipe until it closes or the parent ends."""
+    os.nice(10)  # pictures come first
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     pipe = Connection(file)
     with suppress(EOFError, OSError):

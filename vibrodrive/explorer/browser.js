@@ -52,7 +52,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-[only, axes, symbols, scaled, about] = [only, axes, symbols, scaled, about].map(plain);
+[axes, symbols, scaled, about] = [axes, symbols, scaled, about].map(plain);
 starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
@@ -275,7 +275,6 @@ const arrange = () => {
   element("second").hidden = !two;
   mirror(x_range, x2);
   mirror(y_range, y2);
-  for (const [name, items] of Object.entries(only)) for (const item of items) item.visible = name === mode;
   for (const [name, {control, input, hint}] of Object.entries(fields)) {
     const where = control.dataset.only, reason = why[name];
     control.hidden = where !== undefined && !shown_now.includes(where);

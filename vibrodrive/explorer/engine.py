@@ -6,11 +6,11 @@ Numba is imported after the first page has been built: while the browser loads t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from vibrodrive.errors import TooLarge
 from vibrodrive.explorer.aside import Aside
-from vibrodrive.explorer.pace import Pace
+from vibrodrive.explorer.work import Pace
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.model.size import available_memory, human
 
@@ -20,17 +20,8 @@ WARMING = Slot(-1, Rank.EXPORT)  # page -1 does not exist
 LARGEST = 2 * 10**9  # bytes of the results of one view
 
 
-class Client(Protocol):
-    """Interface of a page to the engine. `work`: its results."""
-
-    work: Any
-
-    def failed(self, rank: Rank, error: BaseException) -> None:
-        """Handle the failure of a task of this page."""
-
-
 class Engine:
-    """Computation for all pages. `tasks` imports the module with `TASKS` and `warm_picture`, and thereby Numba."""
+    """Computation for all pages, by their numbers. `tasks` imports the module tasks, and thereby Numba."""
 
     def __init__(self, threads: int | None, tasks: Callable[[], Any]) -> None:
         self.threads = threads
@@ -38,7 +29,7 @@ class Engine:
         self.worker = Worker(self._failed)
         self.aside = Aside(_warm_exact)
         self.pace = Pace()
-        self.pages: dict[int, Client] = {}
+        self.pages: dict[int, Any] = {}
 
     def warm(self) -> None:
         """Load everything for the first picture."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.periodic.curves import curves
-from vibrodrive.periodic.family import Branch, family, section, traces
+from vibrodrive.periodic.family import family, phase_traces, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.questions import limit
@@ -21,20 +21,14 @@ VALUES = 60  # number of A in a window at which orbits are computed; more are ad
 SAME = 1e-6  # largest difference in impact phase between a motion and an orbit that count as equal
 
 
-class Line(NamedTuple):
-    """Orbit over A. Each column of `values` (n, several) is a curve."""
-
-    A: np.ndarray
-    values: np.ndarray
-    stable: bool
-    period: int
+STABLE, UNSTABLE = "stable orbit", "unstable orbit"
 
 
-class Mark(NamedTuple):
-    """Bifurcation, with the values of the orbit at its A."""
+class Curve(NamedTuple):
+    """Curve of orbits over A, or of a bifurcation over A and B; or the point (x, y) of a bifurcation over A."""
 
-    A: float
-    values: np.ndarray
+    x: Any
+    y: Any
     kind: str
     period: int
 
@@ -47,7 +41,7 @@ def warm() -> None:
 
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
-) -> tuple[list[Line], list[Mark]]:
+) -> tuple[list[Curve], list[Curve]]:
     """Return all orbits and bifurcations between two values of A, in terms of a quantity of diagrams."""
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
@@ -60,33 +54,18 @@ def orbit_lines(
 
     lines = []
     for b in found.branches():
-        curves = phase_traces(b) if quantity == "impact_phase" else traces(b, values)
-        lines.append(Line(b.A, curves, not b.unstable, b.orbits[0].period))
-    marks = [
-        Mark(b.A, values(b.orbit) if len(b.orbit.phases) else np.empty(0), b.kind, b.orbit.period)
-        for b in found.bifurcations
-    ]
-    return lines, marks
-
-
-def phase_traces(branch: Branch) -> np.ndarray:
-    """Return the phases of the impacts over A. Each curve follows one impact and is cut where it passes 2π."""
-    rows = [branch.orbits[0].phases]
-    for orbit in branch.orbits[1:]:
-        turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]
-        n = min(len(orbit.phases), len(rows[-1]))
-        rows.append(min(turned, key=lambda row: float(np.abs(np.sin(0.5 * (row[:n] - rows[-1][:n]))).sum())))
-    width = max(map(len, rows))
-    curves = np.array([np.pad(row, (0, width - len(row)), constant_values=math.nan) for row in rows])
-    curves[1:][np.abs(np.diff(curves, axis=0)) > math.pi] = math.nan
-    return curves
+        columns = phase_traces(b) if quantity == "impact_phase" else traces(b, values)
+        lines += [Curve(b.A, y, UNSTABLE if b.unstable else STABLE, b.orbits[0].period) for y in columns.T]
+    known = [b for b in found.bifurcations if len(b.orbit.phases)]
+    return lines, [Curve(b.A, y, b.kind, b.orbit.period) for b in known for y in values(b.orbit).tolist()]
 
 
 def plane_curves(
-    A: tuple[float, float], B: tuple[float, float], max_period: int
-) -> list[tuple[str, int, np.ndarray, np.ndarray]]:
-    """Return the bifurcation curves of these orbits in a plane, each as kind, period, A and B along it."""
-    return [(c.kind, c.period, c.A, c.B) for c in curves(A=A, B=B, max_period=max_period)]
+    A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
+) -> tuple[list[Curve], list[Curve]]:
+    """Return the bifurcation curves of these orbits in a plane with the abscissa `across`, and no points."""
+    found = curves(A=A, B=B, max_period=max_period)
+    return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []
 
 
 def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.explorer.controls import symbol
-from vibrodrive.explorer.layout import ODD, STABLE, UNSTABLE, Page
+from vibrodrive.explorer.layout import ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
 from vibrodrive.explorer.view import BESIDE, DIFFERENCE, SI, View
 from vibrodrive.model import config
@@ -91,7 +91,7 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
             ax = axes(LEFT, top, width, height)
             _show(ax, view, picture, np.kron(image, np.ones((block, block), image.dtype)))
             if index == 0:
-                _lay_over(ax, view, page)
+                _lay_over(ax, page)
             if len(picture.images) > 1:
                 ax.set_title("certified" if index else view.method, size=10)
             if moving:
@@ -145,18 +145,14 @@ def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
         ax.plot(at, np.full(len(at), 1.0), "|", color=ODD, ms=8, transform=ax.get_xaxis_transform(), label=words)
 
 
-def _lay_over(ax: Axes, view: View, page: Page) -> None:
+def _lay_over(ax: Axes, page: Page) -> None:
     """Draw the exact orbits, curves and bifurcations that the page shows."""
     window = ax.axis()
-    if view.mode == MAP:
-        for x, y, colour in zip(*(page.curves.data[name] for name in ("x", "y", "colour")), strict=True):
-            ax.plot(x, y, color=colour, lw=1.5)
-    else:
-        for source, (colour, width, dashes) in ((page.stable, STABLE), (page.unstable, UNSTABLE)):
-            for x, y in zip(source.data["x"], source.data["y"], strict=True):
-                ax.plot(x, y, color=colour, lw=0.75 * width, ls=dashes)
-        marks = page.marks.data
-        ax.scatter(marks["x"], marks["y"], s=30, c="white", edgecolors=marks["colour"], lw=1.2, zorder=3)
+    names = "x", "y", "colour", "width", "dash"
+    for x, y, colour, width, dashes in zip(*(page.lines.data[name] for name in names), strict=True):
+        ax.plot(x, y, color=colour, lw=0.75 * width, ls=dashes)
+    marks = page.marks.data
+    ax.scatter(marks["x"], marks["y"], s=30, c="white", edgecolors=marks["colour"], lw=1.2, zorder=3)
     ax.axis(window)
 
 

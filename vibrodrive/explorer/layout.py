@@ -15,13 +15,17 @@ from bokeh.plotting import figure
 from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
 from vibrodrive.explorer.starts import ABOUT, STARTS
 from vibrodrive.explorer.view import RANGES, View
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
+from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES
 from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
 CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
-STABLE, UNSTABLE = ("#0072B2", 1.5, "solid"), ("#D55E00", 1.2, "dashed")  # orbits
+LOOKS = {"stable orbit": ("#0072B2", 1.5, "solid"), "unstable orbit": ("#D55E00", 1.2, "dashed")} | {
+    kind: (b.colour, 2.0, "solid") for kind, b in BIFURCATIONS.items()
+}
+"""Colour, width and dashes of exact curves."""
 ODD = "#CC3311"  # of ticks at columns whose status is not OK
 KINDS = {
     "png": "picture (PNG)",
@@ -42,16 +46,12 @@ class Page:
     """Models that the server changes."""
 
     motion: ColumnDataSource
-    stable: ColumnDataSource
-    unstable: ColumnDataSource
+    lines: ColumnDataSource
     marks: ColumnDataSource
-    curves: ColumnDataSource
 
 
 LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
-NO_LINES: dict[str, list[Any]] = {"x": [], "y": []}
-NO_MARKS: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "A": [], "period": [], "colour": []}
-NO_CURVES: dict[str, list[Any]] = {"x": [], "y": [], "kind": [], "period": [], "colour": []}
+NO_CURVES: dict[str, Any] = {name: [] for name in ("x", "y", "A", "kind", "period", "colour", "width", "dash")}
 NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour")}
 
 
@@ -59,25 +59,22 @@ def build(document: Document, view: View, token: str) -> Page:
     """Fill a document with the models for a view, and with the scripts that join them in the browser."""
     # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
-    formatters, tickers = ({name: make() for name in ("x", "y")} for make in (_numbers, _ticks))
+    numbers, ticks = ((HERE / name).read_text() for name in ("numbers.js", "ticks.js"))
+    minor, scale = ticks.replace("MOST = 8", "MOST = 40"), {"scale": "linear"}  # browser.js sets the scale
+    formatters = {name: CustomJSTickFormatter(args=scale, code=numbers) for name in ("x", "y")}
+    tickers = {name: CustomJSTicker(args=scale, major_code=ticks, minor_code=minor) for name in ("x", "y")}
     pairs = ("first", (x_range, y_range)), ("second", (x2, y2))
     one, two = (_diagram(name, *ranges, formatters, tickers) for name, ranges in pairs)
-    stable, unstable, marks, curves = (ColumnDataSource(d) for d in (NO_LINES, NO_LINES, NO_MARKS, NO_CURVES))
-    lines = [
-        *(one.multi_line("x", "y", source=source, color=colour, width=width, dash=dashes)
-          for source, (colour, width, dashes) in ((stable, STABLE), (unstable, UNSTABLE))),
-        one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5),
-    ]  # fmt: skip
-    named = one.multi_line("x", "y", source=curves, color="colour", width=2)
+    lines, marks, motion = (ColumnDataSource(nothing) for nothing in (NO_CURVES, NO_CURVES, NO_MOTION))
+    curves = one.multi_line("x", "y", source=lines, color="colour", line_width="width", line_dash="dash")
+    points = one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5)
     tips = [("", "@kind, period @period"), ("A", "@A")]
-    one.add_tools(HoverTool(renderers=[lines[2]], tooltips=tips), HoverTool(renderers=[named], tooltips=tips[:1]))
-    motion = ColumnDataSource(NO_MOTION)
+    one.add_tools(HoverTool(renderers=[points], tooltips=tips), HoverTool(renderers=[curves], tooltips=tips[:1]))
     phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
     time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
-    only: dict[str, list[Any]] = {MAP: [named], "diagram": [*lines]}
-    args = {
+    args: dict[str, Any] = {
         "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
-        "second": two, "only": only, "token": token, "about": ABOUT,
+        "second": two, "token": token, "about": ABOUT,
         "scaled": {name: [formatters[name], tickers[name]] for name in formatters},
         "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
         "small": [phase, time], "x2": x2, "y2": y2, "first": one,
@@ -92,17 +89,12 @@ def build(document: Document, view: View, token: str) -> Page:
     document.config.notify_connection_status = False  # browser.js reports a lost connection
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
     document.template_variables.update(
-        groups=GROUPS,
-        opened=OPENED,
-        starts=STARTS,
-        played=PLAYED,
-        kinds=KINDS,
-        loading=LOADING,
+        groups=GROUPS, opened=OPENED, starts=STARTS, played=PLAYED, kinds=KINDS, loading=LOADING,
         style=(HERE / "page.css").read_text(),
-    )
+    )  # fmt: skip
     for root in (one, two, phase, time):
         document.add_root(root)
-    return Page(motion, stable, unstable, marks, curves)
+    return Page(motion, lines, marks)
 
 
 def _join(document: Document, args: dict[str, Any]) -> None:
@@ -126,17 +118,6 @@ def _call(call: str) -> CustomJS:
     return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
 
 
-def _numbers() -> CustomJSTickFormatter:
-    """Return the formatter of an axis; browser.js sets its scale."""
-    return CustomJSTickFormatter(args={"scale": "linear"}, code=(HERE / "numbers.js").read_text())
-
-
-def _ticks() -> CustomJSTicker:
-    """Return the ticker of an axis; browser.js sets its scale."""
-    code = (HERE / "ticks.js").read_text()
-    return CustomJSTicker(args={"scale": "linear"}, major_code=code, minor_code=code.replace("MOST = 8", "MOST = 40"))
-
-
 def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str, Any], tickers: dict[str, Any]) -> Any:
     p = figure(
         name=name, sizing_mode="stretch_both", x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom",
@@ -144,7 +125,6 @@ def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str
         min_border_right=20, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.stylesheets = [":host(:focus), .bk-events:focus { outline: none }"]  # a click gives a figure the focus
     p.grid.visible = False  # a grid is drawn again with every picture
     p.grid.grid_line_alpha = 0.6
     p.xaxis.formatter, p.yaxis.formatter = formatters["x"], formatters["y"]

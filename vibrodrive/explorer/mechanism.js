@@ -19,14 +19,7 @@ page.moves = () => {
 };
 
 // Index of the last point of the motion at or before a time.
-const point_of = (time) => {
-  let low = 0, high = drawn_motion.time.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (drawn_motion.time[middle] <= time) low = middle; else high = middle - 1;
-  }
-  return low;
-};
+const point_of = (time) => Math.max(0, drawn_motion.time.findLastIndex((t) => t <= time));
 
 const draw_mechanism = () => {
   const m = drawn_motion, {canvas} = m, moves = m.time.length > 0;

@@ -36,12 +36,9 @@ class Motion(NamedTuple):
 def nearest(view: View) -> tuple[float, Plan]:
     """Return the x of the column nearest to `view.at`, and the plan of the motion of that column."""
     plan = view.plan()
-    index = [0] * len(plan.shape)
-    names = list(plan.axes)
-    across = plan.axes[view.x]
+    across = plan.axes[view.x]  # the only axis of a diagram
     column = int(np.argmin(np.abs(across - view.at)))
-    index[names.index(view.x)] = column
-    arguments = plan.arguments(int(np.ravel_multi_index(index, plan.shape)))
+    arguments = plan.arguments(column)
     return float(across[column]), make_plan({name: value for name, value in arguments.items() if value is not None})
 
 

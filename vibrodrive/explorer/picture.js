@@ -12,6 +12,7 @@ const picture_of = (plot) => {
   line.style.cssText = "position: absolute; left: 0; top: 0; height: 100%; border-left: 1px dotted #888";
   box.append(canvas, line, odd);
   view.canvas_view.underlays_el.append(box);
+  view.canvas_view.events_el.style.outline = "none"; // a click gives it the focus
   view.repainted.connect(() => {
     page.due = false;
     move_picture(plot);
@@ -55,7 +56,7 @@ const draw_picture = (plot, image, data, odd) => {
     for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[image[spot++]];
   }
   context.putImageData(picture.pixels, 0, 0);
-  Object.assign(picture.odd, {width: columns, height: 1});
+  Object.assign(picture.odd, {width: columns, height: 1}).style.width = `${columns}px`;
   const ticks = picture.odd.getContext("2d");
   ticks.fillStyle = "#CC3311";
   for (const column of Object.values(odd).flat()) ticks.fillRect(column, 0, 1, 1);

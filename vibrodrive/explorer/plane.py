@@ -30,15 +30,6 @@ class Key(NamedTuple):
         return bar + " ".join(swatch.format(colour, name) for colour, name in self.swatches)
 
 
-class Plane(NamedTuple):
-    """Image of a map: palette indices uint16 (rows, columns) with y upwards, palette as for the canvas of a page, and
-    key of the colours."""
-
-    cells: np.ndarray
-    palette: np.ndarray
-    key: Key
-
-
 def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
     """Return round numbers of a scale (1, 2 or 5 times a power of ten), each with its share of the length."""
     from matplotlib.colors import LogNorm
@@ -51,8 +42,13 @@ def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
     return [(float(norm(v)), f"{v:.4g}") for v in few.tick_values(low, high) if low <= v <= high]
 
 
-def painted(level: Level, quantity: str, limits: tuple[float, float] | None = None) -> Plane:
-    """Return the image of a quantity, with coarse cells where points are missing. `limits`: see `map_figure`."""
+def painted(
+    level: Level, quantity: str, limits: tuple[float, float] | None = None
+) -> tuple[np.ndarray, np.ndarray, Key]:
+    """Return the image of a quantity, with coarse cells where points are missing; its palette, and its key.
+
+    The image has palette indices uint16 (rows, columns), with y upwards. `limits`: see `map_figure`.
+    """
     from matplotlib.colors import to_hex, to_rgb  # imported here so that the page does not wait for it
 
     from vibrodrive.figures.colours import SHADES, paint
@@ -74,7 +70,7 @@ def painted(level: Level, quantity: str, limits: tuple[float, float] | None = No
         ends = (("max", "more", SHADES + 1), ("min", "less", SHADES))
         swatches = [(colours[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
     palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
-    return Plane(found.cells.filled(0).T.astype(np.uint16), palette, Key(swatches, scale, numbers))
+    return found.cells.filled(0).T.astype(np.uint16), palette, Key(swatches, scale, numbers)
 
 
 def _nearest(done: np.ndarray) -> np.ndarray:

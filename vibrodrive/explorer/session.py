@@ -15,7 +15,7 @@ from bokeh.document import Document
 from bokeh.document.events import MessageSentEvent
 
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.layout import NO_CURVES, NO_LINES, NO_MARKS, NO_MOTION, build
+from vibrodrive.explorer.layout import NO_CURVES, NO_MOTION, build
 from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, MOST_COLUMNS, PICTURE_ROWS, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
@@ -166,8 +166,7 @@ class Session:
 
     def _clear(self) -> None:
         self.overlay = None
-        self.page.stable.data = self.page.unstable.data = dict(NO_LINES)
-        self.page.marks.data, self.page.curves.data = dict(NO_MARKS), dict(NO_CURVES)
+        self.page.lines.data, self.page.marks.data = dict(NO_CURVES), dict(NO_CURVES)
 
     def _forget_motion(self) -> None:
         self.page.motion.data = dict(NO_MOTION)

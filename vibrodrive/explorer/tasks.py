@@ -13,12 +13,10 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.image import fitting_range, pictures
-from vibrodrive.explorer.layout import CURVE_COLOURS, key_of_curves
+from vibrodrive.explorer.layout import CURVE_COLOURS, LOOKS, key_of_curves
 from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
 from vibrodrive.explorer.session import Session, overlay_of
 from vibrodrive.explorer.shown import counted, picture_of, place, title_of
@@ -26,9 +24,9 @@ from vibrodrive.explorer.view import BESIDE, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
 from vibrodrive.jit.slices import Halt, Halted
-from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
+from vibrodrive.model.names import LINEAR
 from vibrodrive.model.size import result_bytes
 from vibrodrive.periodic.search import kind_of
 
@@ -131,15 +129,15 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
             call(warm)  # compile there, since compilation here would delay the next picture
         warm()
     else:
-        found = list(said)
+        known = list(said)
         try:
             for line in exact_words(call, motion):
-                found.append(line)
-                session.later(partial(session.tell, {"words": "<br>".join(found)}))
+                known.append(line)
+                session.later(partial(session.tell, {"words": "<br>".join(known)}))
         except Halted:
             raise
         except Exception:  # shown above the diagram; remove PENDING here
-            session.later(partial(session.tell, {"words": "<br>".join(found)}))
+            session.later(partial(session.tell, {"words": "<br>".join(known)}))
             raise
     wanted = overlay_of(view)
     if wanted is None:
@@ -149,43 +147,26 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
         return
     if view.mode == MAP:
         spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
-        curves = call(exact.plane_curves, spans["A"], spans["B"], view.orbits)
-        session.later(partial(_show_curves, session, view, curves))
+        found = call(exact.plane_curves, spans["A"], spans["B"], view.orbits, view.x)
     else:
         window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
-        session.later(partial(_show_orbits, session, view, *call(exact.orbit_lines, *window)))
+        found = call(exact.orbit_lines, *window)
+    session.later(partial(_lay_over, session, view, *found))
 
 
-def _show_orbits(session: Session, view: View, found: list[exact.Line], bifurcations: list[exact.Mark]) -> None:
+def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: list[exact.Curve]) -> None:
     if not session.belongs(overlay_of(view)):  # the view has changed since
         return
-    for source, stable in ((session.page.stable, True), (session.page.unstable, False)):
-        curves = [(place(line.A, view.scale), column) for line in found if line.stable == stable
-                  for column in line.values.T]  # fmt: skip
-        source.data = {"x": [x for x, _ in curves], "y": [y for _, y in curves]}
-    marks = [(m, y) for m in bifurcations for y in m.values.tolist()]
-    session.page.marks.data = {
-        "x": [float(place(m.A, view.scale)) for m, _ in marks],
-        "y": [y for _, y in marks],
-        "kind": [m.kind for m, _ in marks],
-        "A": [repr(m.A) for m, _ in marks],
-        "period": [m.period for m, _ in marks],
-        "colour": [BIFURCATIONS[m.kind].colour for m, _ in marks],
-    }
-    session.laid_over(overlay_of(view))
-
-
-def _show_curves(session: Session, view: View, found: list[tuple[str, int, np.ndarray, np.ndarray]]) -> None:
-    if not session.belongs(overlay_of(view)):  # the view has changed since
-        return
-    across = [(A, B) if view.x == "A" else (B, A) for _, _, A, B in found]
-    session.page.curves.data = {
-        "x": [place(x, view.scale) for x, _ in across],
-        "y": [place(y, view.y_scale) for _, y in across],
-        "kind": [kind for kind, *_ in found],
-        "period": [period for _, period, *_ in found],
-        "colour": [BIFURCATIONS[kind].colour for kind, *_ in found],
-    }
+    for source, curves in ((session.page.lines, lines), (session.page.marks, marks)):
+        looks = zip(*(LOOKS[c.kind] for c in curves), strict=True) if curves else ((), (), ())
+        source.data = {
+            "x": [place(c.x, view.scale) for c in curves],
+            "y": [place(c.y, view.y_scale if view.mode == MAP else LINEAR) for c in curves],
+            "A": [repr(c.x) if isinstance(c.x, float) else "" for c in curves],
+            "kind": [c.kind for c in curves],
+            "period": [c.period for c in curves],
+            **dict(zip(("colour", "width", "dash"), map(list, looks), strict=True)),
+        }
     session.laid_over(overlay_of(view))
 
 

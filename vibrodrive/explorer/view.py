@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 from urllib.parse import urlencode
@@ -70,12 +71,8 @@ def _of_scene(key: str, value: object) -> float:
 
 
 def _count(key: str, value: object, low: int, high: int) -> int:
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if isinstance(value, str):
-        digits = value.strip()
-        # int() accepts more than digits, and has another message for very long numbers
-        value = int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 19 else value
+    with suppress(TypeError, ValueError):
+        value = int(found) if (found := _real(value)).is_integer() else value
     try:
         return check_count(key, value, low, high)
     except TypeError as error:

@@ -46,13 +46,7 @@ class Request(NamedTuple):
 
 
 class Worker:
-    """Worker thread and its waiting requests.
-
-    Attributes
-    ----------
-    computations, most_at_once : int
-        number of tasks started, and the largest number of tasks that ran simultaneously.
-    """
+    """Worker thread and its waiting requests."""
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
         self._failed = failed
@@ -61,8 +55,6 @@ class Worker:
         self._changed = threading.Condition()
         self._numbers = itertools.count()
         self._closed = False
-        self._at_once = 0
-        self.computations = self.most_at_once = 0
         self._thread = threading.Thread(target=self._run, name="explorer", daemon=True)
         self._thread.start()
 
@@ -120,17 +112,12 @@ class Worker:
     def _run(self) -> None:
         while (chosen := self._next()) is not None:
             request, halt = chosen
-            self._at_once += 1
-            self.computations += 1
-            self.most_at_once = max(self.most_at_once, self._at_once)
             try:
                 request.task(halt)
             except Halted:
                 pass
             except BaseException as error:
                 self._failed(request.slot, error)
-            finally:
-                self._at_once -= 1
 
     def _next(self) -> tuple[Request, Halt] | None:
         with self._changed:
