@@ -136,9 +136,9 @@ print(len(formulas), sorted(twice))
 @pytest.mark.jit
 @pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
 def test_no_formula_is_compiled_for_its_constants(tmp_path):
-    """A constant as an argument would make Numba compile the formula, and all below it, a second time.
+    """If an argument were a constant, Numba would compile the formula, and all formulas that it calls, a second time.
 
-    Formulas that request this, by the name of the argument, are exceptions.
+    Some formulas request this with the name of the argument. They are exceptions.
     """
     done = subprocess.run(
         [sys.executable, "-c", CONSTANTS],

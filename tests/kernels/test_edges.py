@@ -206,7 +206,7 @@ def test_both_conditions_of_a_slide_down():
 @pytest.mark.parametrize("A", [1.2, 1.5, 3.04])
 @pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0])
 def test_start_where_the_force_is_one(A, B):
-    """τ0 where H is 1 or -1, and one ulp to either side of it, at the obstacle and above it."""
+    """Starts at the τ0 where H is 1 or -1, and one ulp before and after it, at the obstacle and above it."""
     for level in (1 + B, B - 1):
         if abs(level) > A:
             continue
@@ -419,7 +419,7 @@ def test_extremes_are_right(name):
 
 
 def test_record_ends_in_mid_fall():
-    """A slide that begins before the end of the record and would land after it has not landed (ξ = 6.65 there)."""
+    """A slide that begins before the end of the record and lands after it has not landed at the end (ξ = 6.65)."""
     scene = {"A": 4.722167765521558, "B": 1.0, "xi0": 3.7471638654197683, "tau0": 4.872575354352764}
     short = vd.simulate(**scene, transient=0, periods=6)
     long = vd.simulate(**scene, transient=0, periods=7)

@@ -48,8 +48,8 @@ def test_at_one_B_they_are_the_bifurcations_there(found, B):
 
 @pytest.mark.jit
 def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
-    """Up to B = 0.00489 the orbit of one impact in four periods that grazes launches without a rest; above, it rests.
-    At this B its border, and the fold and the border of an orbit of two impacts, meet the grazing."""
+    """Up to B = 0.00489 the grazing orbit of one impact in four periods starts without a rest; above, it rests.
+    At this B three curves meet the grazing: its border, and the fold and the border of an orbit of two impacts."""
     A = (2.105, 2.15)
     found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)

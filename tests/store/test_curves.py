@@ -82,7 +82,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
 
 @pytest.mark.parametrize("lengths", [[2, 1], [1, 3], [2, 3]])
 def test_parts_of_a_table_are_all_of_it(lengths):
-    """Of 4 rows: one too few, a part that begins elsewhere, one too many."""
+    """A table of 4 rows whose parts have one row too few, a wrong beginning, or one row too many, is refused."""
     with h5py.File("parts", "w", driver="core", backing_store=False) as file:
         file["first"], file["points"], file["point"] = [0, 2], lengths, np.arange(4)
         with pytest.raises(ValueError, match="first: does not match points"):

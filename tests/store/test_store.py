@@ -463,7 +463,7 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
 
 
 def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monkeypatch):
-    """Another process may have made it just now: only who overwrites may replace it."""
+    """Another process may have just created the file, so it is replaced only with `overwrite`."""
     monkeypatch.setattr(writer_module, "refuse_large_file", lambda plan, place: place.write_text("another"))
     with pytest.raises(Busy, match="another process is writing it"):
         open_writer(path, make(), Origin(TEXT))
