@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, fill_records
+from vibrodrive.explorer.engine import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import result_bytes
 
@@ -26,38 +26,7 @@ LEVEL_SECONDS = 0.15  # time for each later level
 STRIDES = (16, 8, 4, 2, 1)
 COARSEST_DIAGRAM = 4  # largest stride of a diagram; a coarser one breaks up its lines
 GROWTH = 4.0  # largest ratio of the numbers of points of two successive levels
-FEWEST = 64  # points of a level, at least; as many as a kernel advances together
 SHORTEST = 8  # least number of transient and of recorded periods of a sketch
-
-
-class Pace:
-    """Measured number of excitation periods computed per second, for each kind of motion."""
-
-    FIRST = 5e5  # before the first measurement
-
-    def __init__(self) -> None:
-        self._measured: dict[tuple[int, bool, bool], float] = {}
-
-    def of(self, plan: Plan) -> float:
-        return self._measured.get(self._kind(plan), self.FIRST)
-
-    def learn(self, plan: Plan, points: int, seconds: float) -> None:
-        """Average the old value and a new measurement, so that a short load by other programs has less effect."""
-        if points < FEWEST:  # mostly the time to start the threads
-            return
-        periods = points * length(plan)
-        new = periods / max(seconds, 1e-4)
-        old = self._measured.get(self._kind(plan), new)
-        self._measured[self._kind(plan)] = 0.5 * (old + new)
-
-    @staticmethod
-    def _kind(plan: Plan) -> tuple[int, bool, bool]:
-        disturbed = "eps" in plan.axes or plan.scalars["eps"] > 0.0
-        return plan.settings.method, disturbed, SECTION in plan.record
-
-
-def length(plan: Plan) -> int:
-    return plan.settings.transient + plan.settings.periods
 
 
 class Part(NamedTuple):
