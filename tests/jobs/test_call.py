@@ -122,7 +122,7 @@ def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
         vd.sweep(**SWEEP, path="x.png")
     with pytest.raises(TypeError, match="path = 3: must be the name of a result file"):
         vd.sweep(**SWEEP, path=3)
-    with pytest.raises(ValueError, match="overwrite = True: must be left out where there is no path"):
+    with pytest.raises(ValueError, match="overwrite = True: must be left out, or given together with path"):
         vd.sweep(**SWEEP, overwrite=True)
     with pytest.raises(ValueError, match="threads = 0"):
         vd.sweep(**SWEEP, path="new.h5", threads=0)

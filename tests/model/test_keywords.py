@@ -211,5 +211,5 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
 )
 def test_what_acts_on_nothing_is_refused_with_the_methods_on_which_it_acts(function, arguments, name):
     acts = {"dtau": "fixed and muller", "tol": "muller"}[name]
-    with pytest.raises(ValueError, match=rf"^{name} = .*: must be left out .* it acts on {acts} only$"):
+    with pytest.raises(ValueError, match=rf"^{name} = .*: must be left out .* used by {acts} only$"):
         function(A=3.0, **arguments)

@@ -85,9 +85,9 @@ def test_another_record_is_another_configuration(path, plan):
 def test_what_is_not_recorded_is_named(path):
     write(path, make(("summary",)))
     found = load(path)
-    with pytest.raises(ValueError, match='with "section" for the section to be known'):
+    with pytest.raises(ValueError, match='extended by "section" to contain the section'):
         _ = found.section
-    with pytest.raises(AttributeError, match='with "impacts" for impact_phase to be known'):
+    with pytest.raises(AttributeError, match='extended by "impacts" to contain impact_phase'):
         _ = found.impact_phase
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = found.nonsense

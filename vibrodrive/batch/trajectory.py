@@ -424,7 +424,7 @@ def simulate(
         raise TypeError(bad(name, f"array of {len(values)} values", "a single number (axes belong to `sweep`)"))
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
-    with above("a line while it lasts")("simulate"):
+    with above("the progress of a call")("simulate"):
         return follow(plan)
 
 

@@ -88,7 +88,7 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Refuse an axis that has no effect with the method (ConfigError). Report a single value that has none."""
+    """Refuse an axis that the method does not use (ConfigError). Report a single value that it does not use."""
     from vibrodrive.model.plan import idle, refuse_idle, says_idle
 
     plan = settings.plan()

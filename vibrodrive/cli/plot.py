@@ -106,7 +106,7 @@ def draw(
 
 
 def _look(file: Path) -> dict[str, Any]:
-    """Return the style and the width that the configuration in a file gives."""
+    """Return the style and the width that are given by the configuration in a file."""
     from vibrodrive.model import config
     from vibrodrive.store.header import origin_of, reading
 
@@ -134,7 +134,7 @@ def _figure(
 
 @contextmanager
 def _in_one_line() -> Iterator[None]:
-    """Report in one line an option that cannot be drawn. Files that cannot be read have messages of their own."""
+    """Turn the error of an option that cannot be drawn into one line. Errors of unreadable files are not changed."""
     try:
         yield
     except NoResult:
@@ -181,8 +181,8 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
     """Refuse a diagram for which a sweep lacks the axes or the record.
 
-    If the configuration of one motion contains kind "bifurcation", its section is drawn; with `asked`, the kind is an
-    option of the command and is refused.
+    One motion has no axis for a bifurcation diagram: its section is drawn if the configuration gives that kind; the
+    kind is refused if it is an option of the command (`asked`).
     """
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
@@ -190,7 +190,7 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
             raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
     if not plan.axes and wanted.get("kind") == drawing.BIFURCATION:
         if asked:
-            raise click.ClickException(bad("--kind", drawing.BIFURCATION, "poincare for one motion: it has no axis"))
+            raise click.ClickException(bad("--kind", drawing.BIFURCATION, "poincare for one motion, which has no axis"))
         return
     try:
         drawing.choose_drawing(plan, wanted.get("kind"), wanted.get("quantity"))

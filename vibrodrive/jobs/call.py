@@ -134,7 +134,7 @@ def sweep(
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:
-        raise ValueError(bad("overwrite", overwrite, "left out where there is no path"))
+        raise ValueError(bad("overwrite", overwrite, "left out, or given together with path"))
     return _into_memory(plan, threads, executor)
 
 

@@ -43,9 +43,9 @@ class Driver:
         mean velocity without an obstacle, in m/s, negative down the incline; -inf for B > 1, as the mass then
         accelerates without limit. With the obstacle the mean velocity is 0.
     status : Status
-        of the motions with and without the obstacle, the first that is not OK.
+        of the motion, and of that without the obstacle: the first of them that is not OK, else OK.
     beside : dict of str to (Driver, Driver)
-        for a0, omega0, mu and alpha the driver with 1 % less and with 1 % more of it.
+        for each of a0, omega0, mu and alpha: the driver with 1 % less and with 1 % more of this quantity.
     """
 
     scene: Scene

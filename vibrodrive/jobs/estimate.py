@@ -13,13 +13,13 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 
 POINTS = 1024
-"""Points of the wave, at most: enough to sample different points, few enough to take seconds."""
+"""Largest number of points of the wave: enough to sample different points, few enough to take seconds."""
 
 SECONDS = 0.4
-"""Measured time from which on a wave is extrapolated."""
+"""Least measured time of a wave from which the time of the sweep is extrapolated."""
 
 GROWTH = 4
-"""Ratio of the periods of successive attempts."""
+"""Factor by which the number of periods grows from one attempt to the next."""
 
 
 class Estimate(NamedTuple):
@@ -31,7 +31,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class _Wave(Plan):
-    """A plan reduced to some of its points: float64 (n, len(COLUMNS))."""
+    """A plan reduced to some of its points, which are given as float64 (n, len(COLUMNS))."""
 
     some: np.ndarray = field(default_factory=lambda: np.empty((0, len(COLUMNS))))
 

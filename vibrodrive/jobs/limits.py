@@ -25,7 +25,7 @@ from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, 
 Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found]]]
-"""Function that finds the limits of one disturbance and path at some values of the axes."""
+"""Function that finds the limits of one disturbance and switching path at some values of the axes."""
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
@@ -122,8 +122,8 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 def table(found: Limits) -> str:
     """Return a line for each point: its axis values, n, and the limits: k2 or ku with the velocity amplitude V, or k1.
 
-    V of a limit in Δτ exists for switches on the grid only: after Muller's method they are not late by Δτ. A scene in
-    SI units adds V in mm/s. "-" means unknown; "<" marks an upper bound.
+    A limit in Δτ has a V only if switches are on the grid: with Muller's method they are not late by Δτ. A scene in SI
+    units adds V in mm/s. "-" means unknown; "<" marks an upper bound.
     """
     k, values = found.quantity, found.values
     kept = found.numbers["several_below" if k == KU else "kept_below"]

@@ -17,14 +17,13 @@ from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 
 NONE = {"eps": 0.0, "dtau": np.nan}
-"""No disturbance."""
 
 
 def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
     """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
 
-    These motions have the start of the sweep and the length of those in `limits`, as they settle slowly near a
-    bifurcation. Returns int64 (axes…), with one value along the axes eps and dtau; 0 if gaps do not repeat.
+    The motions start as in the sweep and are as long as in `limits`, because they settle slowly near a bifurcation. The
+    result is int64 (axes…), of length 1 along the axes eps and dtau; 0 if gaps do not repeat.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED

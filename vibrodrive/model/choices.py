@@ -1,4 +1,4 @@
-"""Choices that kernels take as integers: method of the search, visit of the grid, status of a trajectory.
+"""Choices that kernels take as integers: method of the search, scan of the grid, status of a trajectory.
 
 This module imports no other module of the package. An edit here recompiles every kernel, unlike one in `parameters`.
 """
@@ -31,7 +31,7 @@ class Method(Named):
 
 
 class Scan(Named):
-    """Visit of the grid by `fixed` and `muller`. Both choices give bitwise equal results.
+    """Grid points that `fixed` and `muller` evaluate. Both choices give bitwise equal results.
 
     Examples
     --------
@@ -72,9 +72,10 @@ class Status(Named):
 
 
 _ADVICE = {
-    Status.OK: "every switch was located and decided, each from the computed state in which it starts",
-    Status.TOO_CLOSE: "the margin of a decision is below its error (rounding, and its growth along the motion): the "
-    "motion before it is valid, after it the other branch is equally valid; change a parameter slightly to see both",
+    Status.OK: "every switch was located and decided with a guarantee, relative to the computed state before it",
+    Status.TOO_CLOSE: "the margin of a decision is smaller than its possible error (rounding, grown along the motion): "
+    "the motion before it is valid; after it the other branch is equally valid; change a parameter slightly to see "
+    "both",
     Status.BUDGET: "one period has used up its budget of switches (chatter): the motion after it is not computed; "
     "raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "

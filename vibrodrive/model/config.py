@@ -61,7 +61,7 @@ MOST_BYTES = 1 << 25
 """Largest size of a configuration file: about two million numbers, which take ten seconds to read."""
 
 DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
-"""A key of more than a hundred parts: the time of Python's reader grows as the square of their number."""
+"""Pattern of a key with more than 100 parts. It is refused: the time to read it grows as the square of their number."""
 
 ALONG = (*AXES, POINT)
 
@@ -185,7 +185,7 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
-    """Return the keys that no other table may give: those of [physical], B, and A if the scene has a0."""
+    """Return the keys that the scene determines, so no other table may give them: its own, B, and A if it has a0."""
     scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
     if not scene and "physical" not in tables:
         return []
@@ -206,7 +206,9 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
             raise type(error)(f"physical.{error}") from None
     if any(isinstance(value, np.ndarray) for value in swept.values()):
         if "a0" not in arguments and isinstance(swept.get("omega0"), np.ndarray):
-            raise ValueError("physical.a0 is missing: must be given where omega0 is an axis, for A to follow it")
+            raise ValueError(
+                "physical.a0 is missing: must be given if omega0 is an axis, because A is computed from both"
+            )
         return None
     scene = {key: arguments.pop(key) for key in SCENE if key in arguments}
     physical = Scene.quiet(**scene)
@@ -245,7 +247,7 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
         at[key] = "sweep.points"
         if not isinstance(value, list | dict):
-            raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (a number stands outside of points)"))
+            raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (give one number outside of points)"))
         found[key] = np.asarray(_axis(key, value))
     return found
 
@@ -269,7 +271,7 @@ def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
         return np.linspace(ends[0], ends[1], num)
     for k, end in zip(("start", "stop"), ends, strict=True):
         if end <= 0:
-            raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 where scale = "log"'))
+            raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 with scale = "log"'))
     return np.geomspace(ends[0], ends[1], num)
 
 
@@ -349,7 +351,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     for name in path[:-1]:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise ConfigError(bad("--set", option, f"a key of a table, and {name} is none"))
+            raise ConfigError(bad("--set", option, f"a key of a table, but {name} is no table"))
     if path[-1] in _TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
@@ -359,7 +361,7 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
-    """Return the table of a key given without one: the table that has it already, else the first that may have it."""
+    """Return the table of a key given without table: the one that has the key already, else the first that may."""
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:

@@ -51,7 +51,7 @@ MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
     """Refuse a range for a quantity with one colour for each value. Raises ValueError with one sentence."""
     if limits is not None and quantity in OF_CLASSES:
-        raise ValueError(bad(key, limits, f"left out: {quantity} has classes, no range"))
+        raise ValueError(bad(key, limits, f"left out: {quantity} has classes and no range"))
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
@@ -72,7 +72,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     if kind != MAP:
         return _choose_diagram(swept, kind, quantity)
     if not swept.axes:
-        raise ValueError(bad("kind", MAP, "left out for one motion: it has no axis"))
+        raise ValueError(bad("kind", MAP, "left out for one motion, which has no axis"))
     quantity = quantity or "period"
     known = [
         *((*OF_SUMMARY, KEPT) if SUMMARY in record else ()),
@@ -82,7 +82,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:
-            allowed = f"energy: a power needs {', '.join(missing)} of a scene in SI units with an axis"
+            allowed = f"energy, as impact_power needs {', '.join(missing)}: give a scene in SI units with an axis"
             raise ValueError(bad("quantity", quantity, allowed))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)

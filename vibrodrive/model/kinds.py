@@ -25,7 +25,8 @@ class Kind(NamedTuple):
     reader
         place of the function that reads an open file into the object that `load` returns (switches: `info`).
     words
-        texts that each such file contains, some near its beginning, and files of other programs hardly do.
+        texts that every such file contains, some near its beginning, and hardly any other file. They identify a damaged
+        result file.
     schema, readable
         root attribute with the schema number, if there is one, and the numbers that this version reads.
     faults
@@ -116,9 +117,9 @@ ABOVE = {
     "the figure of failures": "figures.failures:failures_figure",
     "the figure of orbits": "jobs.orbits:drawn",
     "the figure of curves": "figures.plane:curves_figure",
-    "a line while it lasts": "jobs.progress:under_way",
+    "the progress of a call": "jobs.progress:under_way",
 }
-"""Places in higher layers that methods and functions call."""
+"""Places in higher layers that lower layers call, by the argument of `above`."""
 
 
 def named(place: str) -> Any:

@@ -101,8 +101,8 @@ SCENE: dict[str, Name] = {
 """Quantities of the scene in SI units. Those with `axis` may be an axis of a sweep; A and B then vary by point."""
 
 SETTINGS: dict[str, Name] = {
-    "method": Name("how switches are found", "method", "", "switching", Method.CERTIFIED, choices=Method),
-    "scan": Name("how a grid is visited", "scan", "", "switching", Scan.SKIP, choices=Scan),
+    "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),
+    "scan": Name("scan of the grid", "scan", "", "switching", Scan.SKIP, choices=Scan),
     "transient": Name(
         "excitation periods before the record begins", "transient", "", "run", 1000, slider=(0, 2000, 10)
     ),
@@ -112,12 +112,10 @@ SETTINGS: dict[str, Name] = {
 """Integer settings common to all points of a sweep: the fields of `Settings`."""
 
 FURTHER: dict[str, Name] = {
-    "record": Name("what is kept of each motion", "record", "", "run"),
-    "criterion": Name("what of its structure a motion must keep", "criterion", "", "limits"),
-    "quantity": Name(
-        "k1, ku: how far a start may be off, which disturbance leaves one motion", "quantity", "", "limits"
-    ),
-    "max_period": Name("longest period sought, in excitation periods", "max_period", "", "orbits"),
+    "record": Name("records of each motion", "record", "", "run"),
+    "criterion": Name("property that a motion must keep", "criterion", "", "limits"),
+    "quantity": Name("kind of limit: k2, k1 (error of the start) or ku (one motion left)", "quantity", "", "limits"),
+    "max_period": Name("longest period of the orbits, in excitation periods", "max_period", "", "orbits"),
 }
 """Further settings, of sweeps and of single commands."""
 
@@ -159,7 +157,7 @@ class Settings:
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
         """Return the work of one point, in undisturbed periods; it grows with ε and η and as Δτ decreases.
 
-        The arguments determine it: with measured times, the blocks of a file would depend on the machine.
+        It is computed from the arguments and not measured, so that the blocks of a file do not depend on the machine.
         """
         period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
         if self.literal:

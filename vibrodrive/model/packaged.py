@@ -12,7 +12,9 @@ def configurations() -> Path:
     for place in (here / "configs", here.parent / "configs"):
         if place.is_dir():
             return place
-    raise FileNotFoundError(2, "no configurations beside the package: give their directory", str(here))
+    raise FileNotFoundError(
+        2, "the directory of the configurations is missing in the package and next to it", str(here)
+    )
 
 
 def titles() -> dict[str, str]:

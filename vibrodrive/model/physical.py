@@ -33,7 +33,7 @@ def check_scene(key: str, value: object) -> float:
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
-    """Return μ g cos α, the acceleration of sliding friction (m/s²), of numbers or, bitwise equal, of arrays."""
+    """Return μ g cos α, the acceleration of sliding friction (m/s²). Numbers and arrays give bitwise equal results."""
     return _at_least_tiny(mu * g * _each(lambda degrees: math.cos(math.radians(degrees)), alpha))
 
 
@@ -164,7 +164,9 @@ class Scene:
         frequency: float | None = None,
     ) -> None:
         if omega0 is None and frequency is None:
-            raise TypeError(bad("omega0", omega0, "a finite number > 0 in rad/s, or frequency one in hertz"))
+            raise TypeError(
+                bad("omega0", omega0, "a finite number > 0 in rad/s, or left out if frequency is given in hertz")
+            )
         if frequency is not None:
             if omega0 is not None:
                 raise TypeError(bad("frequency", frequency, "left out where omega0 is given"))

@@ -21,31 +21,31 @@ from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
-"""Section data of one block, at most (unless a single point is larger): large enough for sequential writing, small
-enough that little is lost if the process is killed, and that memory use stays constant."""
+"""Largest section data of a block of several points: large enough for sequential writing, small enough that little is
+lost if the process is killed, and that memory use stays constant."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
-"""Points of one block, at most: with sections or impacts, and with a summary only."""
+"""Largest number of points of a block: with sections or impacts, and with a summary only."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
-"""Blocks computed together, at most: long enough that the idle lanes at the end of a wave cost little."""
+"""Largest number of points of a wave (the blocks computed together): the lanes that are idle at its end cost little."""
 
 WAVE_WORK = 1 << 25
-"""Work of blocks computed together, at most, in undisturbed periods without repetition: the work that a stop loses.
-Measured on one core: 1.5 to 2.5 s."""
+"""Largest work of a wave, in undisturbed periods without repetition. A stop loses at most this work, 1.5 to 2.5 s on
+one core."""
 
 LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Points of one wave, at least, for any work per point: fewer would leave lanes or threads idle."""
+"""Least number of points of a wave, whatever their work: fewer would leave lanes or threads idle."""
 
 IN_FLIGHT = 16
-"""Tasks in an executor whose number of workers is unknown; the limit bounds the memory of finished tasks."""
+"""Largest number of tasks in an executor whose number of workers is unknown. It bounds the memory of finished tasks."""
 
 POINT = "point"
 """Axis of a sweep along which parameters change together; its values are 0, 1, …"""
 
 SAMPLED = 100
-"""Points checked before a warning, if parameters change together."""
+"""Number of points that are checked before a warning, if parameters change together."""
 
 ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
 """Methods that use these parameters; the results of other methods do not depend on them."""
@@ -180,7 +180,7 @@ def says_idle(name: str, value: object, method: int) -> str:
     """Return the error message for a parameter that the method does not use."""
     value = value.tolist() if isinstance(value, np.ndarray) else value
     acts = " and ".join(m.name.lower() for m in ACTS_ON[name])
-    return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: it acts on {acts} only")
+    return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: used by {acts} only")
 
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
@@ -255,7 +255,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, as points gives {name} already"))
         if _is_scalar(f"points.{name}", value[name]):
-            raise TypeError(bad(f"points.{name}", value[name], "a sequence (one number stands outside of points)"))
+            raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
         found[name] = _axis(name, value[name], "points.")
     lengths = {name: len(values) for name, values in found.items()}
     if len({*lengths.values()}) != 1:

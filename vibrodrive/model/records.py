@@ -32,19 +32,19 @@ class Quantity(NamedTuple):
 
 SUMMARIES = (
     Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64"),
-    Quantity("sequence", "<i8", -1, "1", "number of the cycle of states; equal for equal cycles, 0: none"),
-    Quantity("gaps", "<i4", -1, "1", "whole periods between main impacts, the digits of their shortest cycle, 0: none"),
-    Quantity("impacts", "<f8", math.nan, "1", "impacts an excitation period"),
+    Quantity("sequence", "<i8", -1, "1", "code of the cycle of states; equal for equal cycles, 0: none"),
+    Quantity("gaps", "<i4", -1, "1", "shortest cycle of the whole periods between main impacts, as digits, 0: none"),
+    Quantity("impacts", "<f8", math.nan, "1", "impacts per excitation period"),
     Quantity("impact_speed_max", "<f8", math.nan, "1", "largest impact speed"),
     Quantity("impact_speed_mean", "<f8", math.nan, "1", "mean impact speed"),
     Quantity("xi_max", "<f8", math.nan, "1", "largest gap ξ"),
     Quantity("dxi_min", "<f8", math.nan, "1", "least velocity ξ'"),
     Quantity("dxi_max", "<f8", math.nan, "1", "largest velocity ξ'"),
-    Quantity("momentum", "<f8", math.nan, "1", "momentum of the impacts, sum of |ξ'|, an excitation period"),
-    Quantity("energy", "<f8", math.nan, "1", "energy of the impacts, sum of ξ'²/2, an excitation period"),
-    Quantity("friction_loss", "<f8", math.nan, "1", "energy lost to friction an excitation period"),
-    Quantity("drive_work", "<f8", math.nan, "1", "work of the excitation an excitation period"),
-    Quantity("lyapunov", "<f8", math.nan, "1", "Lyapunov exponent an excitation period, at ε = 0; -inf: rests"),
+    Quantity("momentum", "<f8", math.nan, "1", "momentum of the impacts, sum of |ξ'|, per excitation period"),
+    Quantity("energy", "<f8", math.nan, "1", "energy of the impacts, sum of ξ'²/2, per excitation period"),
+    Quantity("friction_loss", "<f8", math.nan, "1", "energy lost to friction per excitation period"),
+    Quantity("drive_work", "<f8", math.nan, "1", "work of the excitation per excitation period"),
+    Quantity("lyapunov", "<f8", math.nan, "1", "Lyapunov exponent per excitation period, at ε = 0; -inf: rests"),
     Quantity("share_up", "<f4", math.nan, "1", "share of time sliding up"),
     Quantity("share_down", "<f4", math.nan, "1", "share of time sliding down"),
     Quantity("share_stick", "<f4", math.nan, "1", "share of time sticking in the air"),
@@ -56,7 +56,7 @@ MAIN_IMPACTS = (
     Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact", "impact"),
     Quantity("impact_phase", "<f8", math.nan, "rad", "phase of the excitation at a main impact", "impact"),
     Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact", "impact"),
-    Quantity("impact_states", "<i4", -1, "1", "states between the main impact before and this one", "impact"),
+    Quantity("impact_states", "<i4", -1, "1", "states between the previous main impact and this one", "impact"),
 )
 """Quantities of the main impacts of a point, in order of time: at most two impacts per period."""
 

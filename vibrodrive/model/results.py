@@ -42,12 +42,16 @@ class Results(Described):
     switches are -1 and the status is Status.NOT_COMPUTED. If an array of a block cannot be read, because the file is
     damaged, the same values replace this block. So read an array first, and then the `status` that filters it.
 
-    Further arrays depend on `record`. A summary has, over the axes, sums given per excitation period: period, sequence,
-    gaps; impacts, impact_speed_max, impact_speed_mean, momentum, energy; friction_loss, drive_work; xi_max, dxi_min,
-    dxi_max; lyapunov; share_up, share_down, share_stick, share_rest. Impacts have, over (axes…, impact), filled with
-    NaN or -1 after the last impact: impact_period, impact_phase, impact_speed, impact_states. Errors have, over the
-    axes: error_xi and error_dxi, or both as `error`, and certain_until. Files and `to_xarray` describe each array;
-    there `period` is called `motion_period`.
+    Further arrays depend on `record`:
+
+    - "summary", over the axes; sums are per excitation period: period, sequence, gaps; impacts, impact_speed_max,
+      impact_speed_mean, momentum, energy; friction_loss, drive_work; xi_max, dxi_min, dxi_max; lyapunov; share_up,
+      share_down, share_stick, share_rest.
+    - "impacts", over (axes…, impact), filled with NaN or -1 after the last impact: impact_period, impact_phase,
+      impact_speed, impact_states.
+    - "error", over the axes: error_xi and error_dxi, or both as `error`, and certain_until.
+
+    Files and `to_xarray` describe each array; there `period` is called `motion_period`.
 
     A pickle or copy of the results of a file contains the arrays read so far. It reads the others from the absolute
     path of the file.
@@ -72,7 +76,7 @@ class Results(Described):
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
         `Status` of each point; it prints as names. With "error" in the record, OK holds for the complete motion, as in
-        `Trajectory`; without it OK holds for each switch separately, from the computed state in which it starts.
+        `Trajectory`; without it OK holds for each switch separately, relative to the computed state before it.
     margin : float64 (axes…)
         distance of the closest decision of a point from the opposite decision.
     error : float64 (axes…, 2)
@@ -187,7 +191,9 @@ class Results(Described):
         if name.startswith("_") or name not in _WHERE:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name not in (q.name for q in quantities(self.record)):
-            raise AttributeError(bad("record", ", ".join(self.record), f'with "{_WHERE[name]}" for {name} to be known'))
+            raise AttributeError(
+                bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}" to contain {name}')
+            )
         return self._array(name)
 
     def __dir__(self) -> list[str]:
@@ -202,7 +208,7 @@ class Results(Described):
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
         if SECTION not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'with "{SECTION}" for the section to be known'))
+            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{SECTION}" to contain the section'))
         return self._array("section")
 
     @property
@@ -219,7 +225,7 @@ class Results(Described):
     def error(self) -> np.ndarray:
         """float64 (axes…, 2): error bounds of ξ and ξ' at all section points. Raises ValueError if not recorded."""
         if ERROR not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'with "{ERROR}" for the error to be known'))
+            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{ERROR}" to contain the error'))
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
 
     @property
@@ -409,7 +415,7 @@ def _no_more(name: str, index: Index) -> np.ndarray:
 
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
-    """Read `source` at `inner`, an index over the axes that `chosen` keeps."""
+    """Read `source` at `inner`, an index over those axes along which `chosen` has all values."""
     rest = iter(inner)
     return source(name, tuple(next(rest) if isinstance(c, slice) else c for c in chosen))
 

@@ -13,7 +13,7 @@ from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import point_bytes, quantities
 
 PERIODS_MAX = 2**29 - 1
-"""One point's ξ (or ξ') is at most one HDF5 chunk, and a chunk is smaller than 4 GiB."""
+"""Largest number of recorded periods: ξ (or ξ') of one point is one HDF5 chunk at most, which is below 4 GiB."""
 
 POINT_BYTES = 8 + 5 * 8 + 8 + 1
 """Margin, five switch counts, checksum and status of a point."""
@@ -93,19 +93,19 @@ def refuse_large_axis(key: str, num: int) -> None:
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
     """Raise TooLarge if a point exceeds a chunk, or the blocks in flight exceed the memory."""
     if plan.settings.periods > PERIODS_MAX:
-        raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, what one chunk of the file holds")
+        raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, the limit of the file format")
     what = f"periods = {plan.settings.periods}"
     _refuse(what, "the blocks in flight take", working_bytes(plan, remote), available_memory())
 
 
 def refuse_large_results(plan: Plan) -> None:
     """Raise TooLarge if the results of a sweep do not fit the memory."""
-    are = "available (a result file needs no more than a block)"
+    are = "available (with a result file, only blocks are in memory)"
     _refuse(_extent(plan), "they take", result_bytes(plan), available_memory(), are=are)
 
 
 LARGE = 1 << 26
-"""Bytes that need no check: a check takes as long as a short motion."""
+"""Largest memory in bytes that is not checked, because a check takes as long as a short motion."""
 
 ROW_BYTES = 34 + 24
 """Bytes of a switch of a single motion, with its error bounds."""

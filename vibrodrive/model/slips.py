@@ -12,7 +12,7 @@ SMALL = 0.1
 """Largest ε that counts as a small disturbance."""
 
 LARGE = 100.0
-"""An A above this and above this times B is far from any motion of a vibratory driver."""
+"""An A above both LARGE and LARGE times B is far from any motion of a vibratory driver."""
 
 UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 

@@ -108,7 +108,7 @@ def curves(
     values = np.linspace(least, stop, count)
     if least < TOWARDS_LEVEL[0] * values[1]:
         values = np.insert(values, 1, np.multiply(TOWARDS_LEVEL, values[1]))
-    with above("a line while it lasts")("curves", lambda: f"{len(found.curves)} curves"):
+    with above("the progress of a call")("curves", lambda: f"{len(found.curves)} curves"):
         found.collect(values.tolist())
     whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
     inside = [piece for curve in whole for piece in _cut(curve, low)]

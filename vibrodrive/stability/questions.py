@@ -353,5 +353,5 @@ def _answered(name: str, plan: Plan, search: Callable[[], T]) -> T:
     """
     A, B, eps, eta = (plan.scalars[key] for key in ("A", "B", "eps", "eta"))
     slips.warn_of_slip([(A, B, eps, eta)], depth=4)
-    with above("a line while it lasts")(name):
+    with above("the progress of a call")(name):
         return search()
