@@ -148,7 +148,7 @@ def test_a_figure_never_takes_the_place_of_a_result(run, idle):
     assert_refused(run, "plot", "y.png", words=["figure", "y.png", "another file"])
     assert_refused(run, "plot", "s.h5", words=["s.png", "another file"])
     assert_refused(run, "plot", "s.h5", "-o", "s.pdf", words=["s.pdf", "another file"])
-    assert_refused(run, "plot", "s.h5", "-o", "y.png", words=["y.png", "holds data"])
+    assert_refused(run, "plot", "s.h5", "-o", "y.png", words=["y.png", "contains data"])
     assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", "--plot", words=["s.png", "another file"])
 
 

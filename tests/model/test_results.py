@@ -111,7 +111,7 @@ def test_the_blocks_of_an_executor_take_more_memory_than_local_ones(monkeypatch)
     plan = make_plan({"A": np.linspace(1, 2, 100_000), "transient": 0, "periods": 1000})
     monkeypatch.setattr(size, "available_memory", lambda: 10 * size.block_bytes(plan))
     size.refuse_large_block(plan)
-    with pytest.raises(TooLarge, match="the blocks in flight take"):
+    with pytest.raises(TooLarge, match="the blocks computed at one time take"):
         size.refuse_large_block(plan, remote=True)
 
 

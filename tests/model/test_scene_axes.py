@@ -141,7 +141,7 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
         ("[sweep]\nomega0 = [100, 200]\n", "physical.mu is missing: [physical] must give omega0, mu and alpha"),
         (
             "[physical]\nmu = 0.6\nalpha = 3\n[sweep]\nomega0 = [9]\nA = 2\n",
-            "physical.a0 is missing: must be given where",
+            "physical.a0 is missing: must be given if",
         ),
         ("[physical]\nomega0 = 9\nmu = 0.6\n[sweep]\nalpha = [9]\n", "A is missing: must be given, a number >= 0"),
         (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "omega0[1] = 0: must be a finite number > 0"),

@@ -55,7 +55,7 @@ def test_verdicts():
     seen = {name: judge(Check(name, name, test), 1) for name, test in tests.items()}
     seen["lacking"] = judge(Check("lacking", "", list, needs=("math", "no_such_package")), 1)
     assert [str(judged.verdict) for judged in seen.values()] == ["holds", *["fails"] * 3, *["not done"] * 2]
-    assert seen["broken"].text == "broke off: ValueError: two lines"
+    assert seen["broken"].text == "stopped with ValueError: two lines"
     assert seen["lacking"].text == "needs no_such_package"
     seeded = judge(Check("drawn", "", lambda seed: [Finding("seed", float(seed), 7.0)], drawn=True), 8)
     assert seeded.verdict is Verdict.FAILS

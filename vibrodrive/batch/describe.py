@@ -47,18 +47,18 @@ def sentences(
     advice = status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:
         step = plan.scalars["dtau"]
-        advice = f"steps of Δτ = {step:.6g}; switches are late by up to one step; two within one step may be missed"
+        advice = f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two within one step may be missed"
     said = [f"{status.name}: {advice}", _decision(margin)]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]
     cycle = f"period {period}" if period > 0 else "no period up to 64"
     if scene is None:
-        said.append(f"{cycle}, {impacts:.4g} impacts an excitation period")
+        said.append(f"{cycle}, {impacts:.4g} impacts per excitation period")
     else:
         lasts = f" ({1e3 * period / scene.frequency:.4g} ms)" if period > 0 else ""
         said.append(
-            f"{cycle}{lasts}, {impacts:.4g} impacts an excitation period ({impacts * scene.frequency:.4g} a second)"
+            f"{cycle}{lasts}, {impacts:.4g} impacts per excitation period ({impacts * scene.frequency:.4g} per second)"
         )
     if found["sequence"] > 0:
         said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
@@ -68,7 +68,7 @@ def sentences(
     else:
         said.append(f"impact speed {scene.velocity(mean):.4g} m/s, at most {scene.velocity(most):.4g} m/s")
     if math.isfinite(found["lyapunov"]):
-        said.append(f"Lyapunov exponent {found['lyapunov']:.4g} an excitation period")
+        said.append(f"Lyapunov exponent {found['lyapunov']:.4g} per excitation period")
     return said
 
 

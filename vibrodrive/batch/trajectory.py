@@ -287,7 +287,7 @@ class Trajectory:
         --------
         >>> import vibrodrive as vd
         >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[3:]))
-        period 1, 1 impacts an excitation period
+        period 1, 1 impacts per excitation period
         states: U S D I R (Up, Down, Stick, Rest, Impact)
         impact speed 0.699856, at most 0.699856
         """

@@ -43,9 +43,9 @@ LABELS = {
     "gaps": "whole periods between main impacts",
     "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
     "period": "period of the motion",
-    "energy": r"energy of the impacts $\sum\xi\mathrm{′}^2/2$ a period",
-    "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ a period",
-    "lyapunov": "Lyapunov exponent a period",
+    "energy": r"energy of the impacts $\sum\xi\mathrm{′}^2/2$ per period",
+    "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ per period",
+    "lyapunov": "Lyapunov exponent per period",
     KEPT: "structure of the undisturbed motion",
     K2: r"limit $k_2$ in $\varepsilon$",
 }

@@ -341,7 +341,7 @@ def _columns(names: Sequence[str], room: float) -> int:
 
 @styled
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
-    """Write a figure as .png, .pdf or .svg, as the ending of `path` says. Equal figures give equal bytes.
+    """Write a figure as .png, .pdf or .svg, by the ending of `path`. Equal figures give equal bytes.
 
     An older file is replaced only when the new file is complete. Raises ValueError for another ending, and OSError with
     the path if the system refuses to write.

@@ -96,12 +96,14 @@ def _prefer_wide(typingctx):
 COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 
 choose: Any = _select if COMPILED else _choose
-"""choose(c, a, b): a if c else b, with both computed. From a branch the compiler moves operations into the side that
-needs them. A read moved in this way, with an address that depends on the lane, prevents vectorisation of the loop."""
+"""choose(c, a, b): a if c else b, with both computed. In a branch, the compiler would move operations into the side
+that needs them. A read that is moved in this way, and whose address depends on the lane, prevents vectorisation of the
+loop."""
 
 fma: Any = _fused if COMPILED else _libm_fma()
 """fma(a, b, c): a b + c, rounded once: one instruction instead of two, and the same bits on every machine. The compiler
-must not choose (fastmath): it would fuse different products in the kernels of single motions and of batches."""
+must not choose which products to fuse (fastmath): its choice would differ between the kernels of single motions and of
+batches."""
 
 low_bits: Any = _bits if COMPILED else _low_bits
 """low_bits(t): an integer whose last bits are those of the integer n in t = n + ROUND."""

@@ -39,7 +39,6 @@ from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
-"""Folder of the package."""
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
 """An import that is not indented, with its continuation lines. Indented imports run within functions or serve type

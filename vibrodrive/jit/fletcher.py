@@ -12,13 +12,13 @@ import numpy as np
 from vibrodrive.jit.compile import jit
 
 BLOCK = 256
-"""Σ j w_j over a block stays below 256·255/2·65535 < 2**31."""
+"""Words of a block: few enough for Σ j w_j over a block to fit into 32 bits (256·255/2·65535 < 2**31)."""
 
 _RAMP = np.arange(BLOCK, dtype=np.uint32)
 
 
 def fletcher32(data: np.ndarray) -> int:
-    """Return the checksum of a contiguous array as HDF5 appends it to a chunk. Its bytes must be even in number."""
+    """Return the checksum of a contiguous array as HDF5 appends it to a chunk. It must have an even number of bytes."""
     words = data.reshape(-1).view("<u2")
     s1, s2, some = sums(words, _RAMP)
     return (_fold(int(s2), bool(some)) << 16) | _fold(int(s1), bool(some))

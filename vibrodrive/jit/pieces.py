@@ -1,7 +1,7 @@
 """Numba's compiler for parts of kernels, without the passes that they do not need: halves the compile time.
 
 It uses Numba's private API, which may change. `compile.py` uses plain ``njit`` if this module cannot be imported.
-Therefore the import refers to all private names.
+Therefore all private names are used at import, so that a missing one is noticed there.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _without_branch(self: BooleanModel, builder: Any, value: Any) -> Any:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Disable garbage collection, as there is little garbage, and branches for bool arguments during compilation.
+    """Disable garbage collection (there is little garbage) and branches for bool arguments during compilation.
 
     Numba makes a branch of each bool argument, which takes time and prevents vectorisation of the reads after it.
     """

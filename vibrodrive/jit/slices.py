@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 SECONDS = 0.05
-"""Target duration of a slice: a small part of the second within which Ctrl-C must take effect, since the next steps may
-cost several times as much; long compared with the few microseconds of a call, and with the 5 ms for which another
-thread may hold the GIL."""
+"""Target duration of a slice. It is a small part of the second within which Ctrl-C must take effect, because the next
+slice may take several times as long. It is long compared with the few microseconds of a call, and with the 5 ms for
+which another thread may hold the GIL."""
 
 FIRST = 256
 """Default number of steps of the first slice."""

@@ -23,7 +23,7 @@ JUDGED = 10
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse axes other than A and dtau, or A and eps, and axes that do not suit a map."""
+    """Refuse axes other than A and dtau, or A and eps, and axes that cannot be those of the map."""
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
         raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))
@@ -34,7 +34,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     if plan.axes[other][0] == 0.0:
         raise ConfigError(bad(other, 0.0, "> 0: this axis of the map is logarithmic"))
     if np.isnan(plan.scalars["dtau"]) and other == "eps":
-        raise ConfigError("dtau is missing: both methods need a grid step")
+        raise ConfigError("dtau is missing: must be given, because both methods need a grid step")
     return {"periods": config.arguments.get("periods", PERIODS)}
 
 

@@ -101,7 +101,7 @@ class Show:
         self.update(lambda: f"compiling: {seconds:.0f} s")
 
     def look(self, line: Callable[[], str], compilation: Compilation | None) -> None:
-        """Draw `line()`, or the time of a running compilation (None: Numba is not loaded yet)."""
+        """Draw `line()`, or the time of a running compilation; `compilation` is None until Numba is loaded."""
         if compilation is not None and compilation.running:
             self.compiling(compilation.seconds)
         else:

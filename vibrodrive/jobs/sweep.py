@@ -65,8 +65,10 @@ def run(job: Job, show: Show) -> str:
 
     Raises
     ------
-    exceptions of `store.open_writer`, and ConfigError
-        before the computation; ConfigError if a cluster cannot be reached.
+    exceptions of `store.open_writer`
+        before the computation.
+    ConfigError
+        before the computation, also if a cluster cannot be reached.
     Failed
         if the file could not be written or the computation failed.
     Stopped

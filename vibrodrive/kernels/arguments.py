@@ -107,7 +107,7 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
             elif array is None:
                 cells += [0] * (1 + dimensions)
             elif array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
-                raise TypeError(f"{name}: a contiguous {dtype} array of {dimensions} dimensions is needed")
+                raise TypeError(f"{name}: must be a contiguous {dtype} array of {dimensions} dimensions")
             else:
                 cells += (array.ctypes.data, *array.shape)
         rows.append(cells)

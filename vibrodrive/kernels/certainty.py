@@ -201,7 +201,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # this bound covers all motions since the mass was at rest
+    if w[r.V0 + i] == 0.0:  # the slide began from rest at most `late` ago: the bound holds whatever state followed
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)

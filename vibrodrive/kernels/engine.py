@@ -137,7 +137,7 @@ def close_gaps(w, k, n, todo, ended):
     """Move the last lanes in use into the lanes of ended trajectories. Returns the number of lanes in use.
 
     The numbers of the lanes of ended trajectories are the first `ended` elements of `todo`.
-    The loop runs backwards, so that the trajectory of a lane that is moved has not ended itself.
+    The loop begins with the last of them, so that it never moves a trajectory that has ended.
     """
     for j in range(ended - 1, -1, -1):
         i = todo[j]

@@ -137,8 +137,8 @@ def set_search(w, k, i, where, which, search, cursor):
 
     While the mass slides down, the search for S2 also watches ξ, which decreases strictly while ξ' < 0. S1 has a zero
     before the first zero of S2 if and only if ξ is not positive at this zero of S2. The zero of S1 is then unique. The
-    search ends early if ξ is below 0 by more than the smallest margin so far: then the impact is certain, and its
-    margin is not the smallest.
+    search ends early if ξ is below 0 by more than the smallest margin so far: then the impact is certain, and the
+    margin of this decision does not change the smallest one.
     """
     falling = which == S2
     w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
@@ -311,7 +311,7 @@ def stay_inside(w, k, i, force):
 
 @part
 def fall_from_nothing(w, i, h):
-    """Return an instant at which a gap that starts below LEAST_GAP has fallen to 0; the gap is closed at h.
+    """Return an instant at which a gap that starts below LEAST_GAP has fallen to 0. At h it certainly has.
 
     The instant is found by bisection of its exponent. For such gaps the rounding errors of the higher derivatives are
     large, and a search by steps would make no progress.
@@ -355,8 +355,8 @@ def step_to_zero(taylor, m3, rate, noise):
     """Return a step to just before the zero that the series predicts, where g > `noise`; 0 if that is not certain.
 
     Over the step |g'| is at least 3/4 of its value, so g falls. The value of the Taylor polynomial at the end of the
-    series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends earlier by more than
-    this distance.
+    series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends before the end of the
+    series by more than this quotient.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)

@@ -24,7 +24,8 @@ ROWS = 2 * summary.REACH
 """Number of switches for which a lane has room."""
 
 APART = ROWS + 11
-"""Rows from one lane to the next. At a distance of a multiple of a page the lanes would share the same cache lines."""
+"""Distance in rows from one lane to the next. If it were a multiple of a page, the lanes would compete for the same
+cache lines."""
 
 END_OF_RECORD = 1e-9
 """If a switch is closer than this to the phase at which a record begins and ends, the summary is not computed from one

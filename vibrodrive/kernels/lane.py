@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 LANES = 64
-"""This is enough to hide latency, and few enough for the rows to remain in the first-level cache (72 × 101 × 8 B = 58
-kB, of which a search uses a quarter; only single trajectories use the last eight rows)."""
+"""Number of lanes: enough to hide latency, and few enough for the rows to remain in the first-level cache (72 × 101 × 8
+B = 58 kB, of which a search uses a quarter; only single trajectories use the last eight rows)."""
 
 STRIDE = LANES + 8
 """Distance of rows. If two rows are a multiple of a page apart, the processor takes a read of one row for a read of the

@@ -1,11 +1,12 @@
 """Margin of a trajectory: the smallest distance of its decisions from the opposite decision.
 
-The distance of a decision is ξ at a reversal in the air; at an impact the depth below 0 of the next reversal of the
-motion without obstacle; ||H| - 1| for a decision by H in the air and |H - 1| at the obstacle, which supports the mass
-for H < -1; and at a tangency the distance of the extremum of a switching function from 0, on either side. `margin` is
-the smallest of these distances. If a distance is below its own rounding error, the trajectory is TOO_CLOSE: it
-continues, but the opposite decision is equally justified. Margins and TOO_CLOSE assume that each state starts exactly.
-The errors of the starts are propagated by certainty.py, if `errors` are computed.
+The distance of a decision from the opposite decision is ξ at a reversal in the air. At an impact it is the depth below
+0 of the reversal that would follow without the obstacle. At a decision by H it is ||H| - 1| in the air and |H - 1| at
+the obstacle, which supports the mass for H < -1. At a tangency it is the distance of the extremum of a switching
+function from 0, on either side. `margin` is the smallest of these distances. If a distance is below its own rounding
+error, the trajectory is TOO_CLOSE: it continues, but the opposite decision is equally justified. Margins and TOO_CLOSE
+assume that each state starts exactly. The errors of the starts are propagated by certainty.py, if `errors` are
+computed.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def gap_rounding(w, i, h):
 
 @inline
 def gap_rounding_beside(w, i, h, off):
-    """Return the same bound with `off` as the contribution of the start at h."""
+    """Return `gap_rounding` with `off` as the error at h that comes from the rounding errors at the start."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     second, third = start_terms(w, i)
     sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
@@ -94,7 +95,7 @@ def velocity_rounding(w, i, h):
 
 @inline
 def velocity_rounding_beside(w, i, h, off):
-    """Return the same bound with `off` as the error of the start."""
+    """Return `velocity_rounding` with `off` as the rounding error at the start."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         second, third = start_terms(w, i)

@@ -282,7 +282,7 @@ def propagate_undisturbed(w, i, h):
 
 @inline
 def advance_phase_short(phi, low, h):
-    """Return (periods begun, φ) at the time h < 4π after (φ, low), as `advance_phase`; n TWO_PI is exact for n <= 2.
+    """Return (periods begun, φ) of `advance_phase` for a time h < 4π: n TWO_PI is exact for n <= 2.
 
     At ε = 0 the low-order part of φ is dropped at every switch, so that a motion that returns to the same φ repeats
     itself (recurrence.py).

@@ -109,8 +109,8 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
     cycles = 0
-    # a copied period costs at most as much as the cycle. Each search costs at most two switches and a hundredth of its
-    # evaluations, together less than three times its evaluations
+    # upper bound of the cost of a copied period: each search of the cycle costs at most two switches and a hundredth of
+    # its evaluations, together less than three times its evaluations
     cost = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i])
     known = cost < float(extent.budget) and 1.0 - w[r.B + i] >= undisturbed.LEAST_FALL
     summarised = True

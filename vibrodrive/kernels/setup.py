@@ -42,7 +42,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.COS_S + i], w[r.SIN_S + i] = motion.excitation(a, phi, 0.0)
     n, phi, low = turns(points[row, 8], 0.0)
     if points[row, 8] < 0.0 and phi == 0.0 and n == 0.0:
-        # the section point at 0 is still ahead, by less than the last bit of φ
+        # the start is before phase 0 by less than the last bit of φ, so the section point at phase 0 is still ahead
         n, phi, low = -1.0, LAST_PHASE, low + ((TWO_PI - LAST_PHASE) + TWO_PI_LOW)
     w[r.PHI + i] = phi
     w[r.LOW + i] = low

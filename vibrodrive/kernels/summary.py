@@ -398,7 +398,9 @@ def shortest_cycle(rows, first, count):
 
 @inline
 def least_rotation(rows, first, length):
-    """Return the number of switches by which a cycle of `length` states is rotated to the least of its rotations."""
+    """Return the number of switches by which a cycle of `length` states is rotated to its first one in lexicographic
+    order.
+    """
     start = 0
     for turn in range(1, length):
         for n in range(length):
@@ -417,7 +419,8 @@ def least_rotation(rows, first, length):
 def sequence_number(rows, last, count):
     """Return a number for the cycle of states of the last `count` switches; equal for equal cycles.
 
-    It is computed from the shortest sequence that the cycle repeats, in its least rotation.
+    It is computed from the shortest sequence that the cycle repeats, in the rotation that is first in lexicographic
+    order.
     """
     first = last - count + 1
     length = shortest_cycle(rows, first, count)
@@ -432,7 +435,7 @@ def sequence_number(rows, last, count):
 
 @inline
 def leaves(state, a, b, af):
-    """Return whether H can reach a boundary of a wait, as `can_leave`."""
+    """Return whether H can reach a boundary of a wait: `can_leave` for values outside of a lane."""
     return (a + af > 1.0 + b) or (state == STICK and a + af > abs(1.0 - b))
 
 

@@ -16,7 +16,8 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""Share of the budget of a period, in switches, of an evaluation of a search, and of a grid point of a literal scan."""
+"""Costs in switches that are charged to the budget of a period: of an evaluation in a search, and of a grid point of a
+literal scan."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE
 """A search with more evaluations than this costs more of the budget than its switch."""
@@ -135,7 +136,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """Charge the switch to period `counted`, as number `cost` of it."""
+    """Charge the switch to the budget of period `counted`, whose cost is then `cost` switches."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
@@ -269,7 +270,7 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def has_rows(section, summary):
-    """Return whether `section` has a row for each point, as `summary`. Otherwise it is not recorded and has one row."""
+    """Return whether `section` has a row for each point, like `summary`. If it is not recorded, it has only one row."""
     return section.shape[0] == summary.shape[0]
 
 

@@ -25,12 +25,12 @@ from vibrodrive.kernels import codes, first_zero, margins, motion, muller, switc
 from vibrodrive.kernels import lane as r
 
 CONFIRMED, REFINED = 2.0, 4.0
-"""Evaluations of a switching function that confirm its zero here, and that also refine it."""
+"""Evaluations counted for a zero that is confirmed here, and for a zero that is also refined."""
 
 
 @inline
 def value_at(base, sig, form, h):
-    """Return a switching function at h, as `muller.value`."""
+    """Return a switching function at h, bitwise equal to `muller.value`."""
     s, v, ds, dv, near = arc(h)
     return base + sig * motion.shape(near, h, form, s, v, ds, dv)
 

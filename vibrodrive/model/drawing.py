@@ -93,7 +93,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Choose the kind and quantity of a figure that is no map, as `choose_drawing`."""
+    """Choose the kind and quantity of a figure that is no map, see `choose_drawing`."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:

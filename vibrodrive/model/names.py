@@ -20,7 +20,6 @@ ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
 
 LINEAR, LOG = "linear", "log"
-"""Spacing of the values of an axis."""
 
 TURN = 2.0 * math.pi
 
@@ -124,13 +123,10 @@ COORDINATES: dict[str, Name] = {
     "dxi": Name("velocity ξ'", "ξ′", r"\xi\mathrm{′}"),
     "tau": Name("time τ", "τ", r"\tau"),
 }
-"""Coordinates of a motion."""
 
 SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
-"""Quantities of the scene that may be an axis of a sweep."""
 
 AXES = PARAMETERS | SCENE_AXES
-"""All parameters and quantities that may be an axis of a sweep."""
 
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
 

@@ -38,12 +38,12 @@ def friction(mu: Any, alpha: Any, g: Any) -> Any:
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
-    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α), as `friction`."""
+    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α) of numbers or arrays, see `friction`."""
     return _each(_square, omega0) * a0 / friction(mu, alpha, g)
 
 
 def incline(mu: Any, alpha: Any) -> Any:
-    """Return incline over friction B = tan α / μ, as `friction`."""
+    """Return incline over friction B = tan α / μ of numbers or arrays, see `friction`."""
     return _each(_tangent, alpha) / mu
 
 
@@ -74,7 +74,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
-    """Return the B, mu or alpha (degrees) at which incline over friction is B, as `amplitude_axis`."""
+    """Return the B, mu or alpha (degrees), by `name`, at which incline over friction is B, see `amplitude_axis`."""
     if name == "B":
         return B
     if name == "mu":
@@ -211,19 +211,19 @@ class Scene:
         return _numbers("xi", xi) * self.friction / _square(self.omega0)
 
     def velocity(self, dxi: ArrayLike) -> Any:
-        """Return the relative velocity in m/s from ξ', as `length`."""
+        """Return the relative velocity in m/s from ξ', a number or array, see `length`."""
         return _numbers("dxi", dxi) * self.friction / self.omega0
 
     def time(self, tau: ArrayLike) -> Any:
-        """Return the time in s from τ = Ω0 t, as `length`."""
+        """Return the time in s from τ = Ω0 t, a number or array, see `length`."""
         return _numbers("tau", tau) / self.omega0
 
     def power(self, work: ArrayLike) -> Any:
-        """Return the mean power in W from a dimensionless energy per excitation period, as `length`."""
+        """Return the mean power in W from a dimensionless energy per excitation period, see `length`."""
         return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
 
     def force(self, h: ArrayLike) -> Any:
-        """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), as `length`."""
+        """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), a number or array, see `length`."""
         return _numbers("h", h) * self.mass * self.friction
 
 

@@ -11,7 +11,6 @@ from vibrodrive.model.parameters import bad
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 
 RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
-"""All records, in the order of a plan."""
 
 
 class Quantity(NamedTuple):

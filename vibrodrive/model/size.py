@@ -91,11 +91,11 @@ def refuse_large_axis(key: str, num: int) -> None:
 
 
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
-    """Raise TooLarge if a point exceeds a chunk, or the blocks in flight exceed the memory."""
+    """Raise TooLarge if a point exceeds a chunk, or the blocks that exist at one time exceed the memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, the limit of the file format")
     what = f"periods = {plan.settings.periods}"
-    _refuse(what, "the blocks in flight take", working_bytes(plan, remote), available_memory())
+    _refuse(what, "the blocks computed at one time take", working_bytes(plan, remote), available_memory())
 
 
 def refuse_large_results(plan: Plan) -> None:
@@ -141,7 +141,7 @@ def refuse_large_sample(per_period: int, instants: int) -> None:
 
 
 def refuse_large_file(plan: Plan, path: Path) -> None:
-    """Raise TooLarge if the result file does not fit the free disk (or the shell's file size limit)."""
+    """Raise TooLarge if the result file exceeds the free space of the disk, or the file size limit of the shell."""
     need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
     _refuse(_extent(plan), "the file takes", need, have, "disk", "free")
     if (limit := _file_size_limit()) is not None:

@@ -57,7 +57,7 @@ def step_multiple(session: Session) -> Outcome:
     distance = returning(motion.section, LAGS)
     m = int(distance.argmin()) + 1
     near = [c for c in convergents(arguments["dtau"], LAGS) if c.periods == m]
-    text = f"it comes back to within {distance.min():.2g} after {m} periods, not exactly"
+    text = f"after {m} periods it returns to within {distance.min():.2g}, not exactly"
     text += f"; {near[0].steps}·Δτ = {m}·2π {near[0].miss:+.2g}" if near else ""
     exact = int(period(motion.section)) > 1
     return Outcome(text, {"m": m, "distance": distance.min()}, when(exact, m > 1 and distance.min() < 0.05))
@@ -89,7 +89,8 @@ def near_limit(session: Session) -> Outcome:
     text = (
         f"printed {PRINTED:g}: {_answers(printed)}; drawn {arguments['dtau']:g}: {_answers(drawn)} with "
         f"ρ = {drawn.rho:.2g}; impacts are first lost at {k.k2:.3g}, last kept at {k.last_kept:.3g} "
-        f"({100 * k.share_kept:.0f} % kept between), order at the section at {seen.k2:.3g} and {seen.last_kept:.3g}"
+        f"({100 * k.share_kept:.0f} % kept between); the order at the section is first lost at {seen.k2:.3g}, last "
+        f"kept at {seen.last_kept:.3g}"
     )
     numbers = {"k2": k.k2, "last_kept": k.last_kept, "share_kept": k.share_kept, "rho": drawn.rho}
     numbers |= {"k2_at_section": seen.k2, "last_kept_at_section": seen.last_kept}
@@ -155,9 +156,9 @@ def not_yet_critical(session: Session) -> Outcome:
     by_period = analysis.kept_by_period((f.n, f.impacts) for f in landed)
     share, low = float(np.mean([bool(f.impacts) for f in landed])), analysis.low_and_high(by_period)[0]
     text = (
-        f"at Δτ = {results.scalars['dtau']:g} impacts are kept at {100 * share:.0f} % of {len(landed)} values of A, at "
-        f"{100 * low:.0f} % where the period is 3 or less ({analysis.shares(by_period)}); "
-        f"order at the section drawn at {100 * seen:.0f} %"
+        f"at Δτ = {results.scalars['dtau']:g} impacts are kept at {100 * share:.0f} % of {len(landed)} values of A, "
+        f"and at {100 * low:.0f} % of those with a period of 3 or less ({analysis.shares(by_period)}); "
+        f"the order at the drawn section is kept at {100 * seen:.0f} %"
     )
     numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
     return Outcome(text, numbers, when(share > 0.5, low > 0.5))
@@ -167,7 +168,7 @@ def not_yet_critical(session: Session) -> Outcome:
 def unique(session: Session) -> Outcome:
     motions = session.motions("fig11")
     if len(motions) < 2:
-        raise NotApplicable("one start cannot show that others lead elsewhere")
+        raise NotApplicable("this claim needs several starts")
     same = [bool(np.array_equal(m.section, motions[0].section)) for m in motions]
     base = session.undisturbed("fig11")
     exact = [simulate(**analysis.without_grid(a)) for a in points(session.config("fig11").plan())]
@@ -209,11 +210,11 @@ def transient(session: Session) -> Outcome:
         f"{len(odd)} times, every {_set(between)} periods"
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
-    text += f", and the grid closes after {recurs}: a convergent" if recurs in closes else ""
+    text += f", and {recurs} periods are a convergent, after which the grid nearly closes" if recurs in closes else ""
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 
-@claim("why-six", "grid", "(a question the paper leaves open: why 6×2π?) The grid nearly closes then: 377·0.1 ≈ 6·2π.")
+@claim("why-six", "grid", "(open in the paper: why 6×2π?) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -223,9 +224,9 @@ def why_six(session: Session) -> Outcome:
     step = session.motions("fig12")[0].arguments["dtau"]
     here = convergents(step, LAGS)[-1]
     text = (
-        f"at Δτ = {step:g}: {here.steps}·Δτ = {here.periods}·2π {here.miss:+.2g}; over {len(steps)} steps "
-        f"the motion returns best after as many periods as the grid closes best in {100 * equal:.0f} %, "
-        f"after a multiple in {100 * multiple:.0f} % (chance: {100 * float(np.mean(1 / closes)):.0f} %)"
+        f"at Δτ = {step:g}: {here.steps}·Δτ = {here.periods}·2π {here.miss:+.2g}; at {100 * equal:.0f} % of "
+        f"{len(steps)} values of Δτ the motion returns most closely after as many periods as the grid does, and at "
+        f"{100 * multiple:.0f} % after a multiple of them (by chance: {100 * float(np.mean(1 / closes)):.0f} %)"
     )
     numbers = {"equal": equal, "multiple": multiple, "chance": float(np.mean(1 / closes)), "q": here.periods}
     return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))

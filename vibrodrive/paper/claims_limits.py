@@ -35,7 +35,7 @@ SETTLES = 0.1
 SEEN = 0.1
 """The loss of sticking affects limits if they differ from their linear continuation by at least this share."""
 
-A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # 1, 2, 2, 4 and 3
+A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # with the periods 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
 INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
 A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # all have a period for B >= 0.05
@@ -48,7 +48,7 @@ AROUND_LOSS = 0.15  # range of A around the loss of sticking
 def alike(session: Session) -> Outcome:
     plan = session.config("limits").plan()
     if set(plan.axes) != {"A"}:
-        raise NotApplicable("limits are compared over an axis of A only")
+        raise NotApplicable("this claim needs limits over A as the only axis")
     axis = plan.axes["A"]
     A = axis[np.unique(np.linspace(0, len(axis) - 1, MOST).round().astype(int))]
     found = _both(session, A=A, B=plan.scalars["B"], eta=plan.scalars["eta"])
@@ -61,7 +61,7 @@ def alike(session: Session) -> Outcome:
         f"as velocities, k₂(Δτ)/(k₂(ε)ηA) lies between {r.min():.2g} and {r.max():.2g} at {len(r)} values of A from "
         f"{found.A.min():.3g} to {found.A.max():.3g}, while k₂(ε)ηA runs from {found.eps.min():.1g} to "
         f"{found.eps.max():.1g}; median {np.median(r):.2g}, within a factor {ALIKE:g} at {100 * close.mean():.0f} %; "
-        f"not: {', '.join(far) or 'nowhere'}"
+        f"exceptions: {', '.join(far) or 'none'}"
     )
     numbers = {"A": found.A, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau, "ratio": r}
     return Outcome(text, numbers, when(close.all(), close.mean() > 0.75 and bool(1 / ALIKE <= np.median(r) <= ALIKE)))
@@ -82,9 +82,9 @@ def any_frequency(session: Session) -> Outcome:
     above = V[:, here + 1] / V[:, -1]
     rows = [f"A = {a:g}: {', '.join(f'{v:.3f}' for v in row)}" for a, row in zip(A_OF_PERIODS, V, strict=True)]
     text = (
-        f"k₂ηA at η = {', '.join(f'{e:.4g}' for e in eta)}: {'; '.join(rows)}; the last two are "
-        f"{100 * np.abs(above - 1).max():.0f} % apart at most, and at the paper's η the limit is "
-        f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of the last"
+        f"k₂ηA at η = {', '.join(f'{e:.4g}' for e in eta)}: {'; '.join(rows)}; at the two "
+        f"largest η the limits differ by at most {100 * np.abs(above - 1).max():.0f} %; at the paper's η they are "
+        f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of those at the largest η"
     )
     numbers = {"A": A_OF_PERIODS, "eta": eta, "velocity": V}
     return Outcome(text, numbers, when((np.abs(settled - 1) < SETTLES).all(), (np.abs(above - 1) < SETTLES).all()))
@@ -102,8 +102,8 @@ def any_incline(session: Session) -> Outcome:
         values = zip(found.n[at], found.eps[at], strict=True)
         rows.append(f"A = {a:g}: {', '.join(f'{v:.2g} (n = {n})' for n, v in values)}")
     text = (
-        f"k₂(ε)ηA at B = {listed(INCLINES)}: {'; '.join(rows)}; B changes it up to {max(spread):.0f}-fold, but both "
-        f"kinds of disturbance are within a factor {ALIKE:g} in velocity at {100 * close.mean():.0f} % of these"
+        f"k₂(ε)ηA at B = {listed(INCLINES)}: {'; '.join(rows)}; B changes it up to {max(spread):.0f}-fold, but as "
+        f"velocities the limits in ε and Δτ agree within a factor {ALIKE:g} at {100 * close.mean():.0f} % of the points"
     )
     numbers = {"A": found.A, "B": found.B, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau}
     return Outcome(text, numbers, when(max(spread) < ALIKE, close.mean() > 0.75))
@@ -153,8 +153,8 @@ def interruptions_and_limit(session: Session) -> Outcome:
         over = float(np.mean(V[above] / (level + slope * (A[above] - at))) - 1)
         seen.append(abs(over) > SEEN)
         told.append(
-            f"{name} goes from {V[0]:.2g} to {V[len(away) - 1]:.2g} and on from {V[len(away)]:.2g} to {V[-1]:.2g}, "
-            f"{100 * over:+.0f} % off the line continued from below"
+            f"{name} goes from {V[0]:.2g} to {V[len(away) - 1]:.2g} below it and from {V[len(away)]:.2g} to "
+            f"{V[-1]:.2g} above it, {100 * over:+.0f} % off the line extended from below"
         )
         numbers |= {name: V}
     text = f"sticking vanishes at A = {at:.4g}; between {A[0]:.4g} and {A[-1]:.4g} {'; '.join(told)}"
@@ -181,7 +181,7 @@ def computing_time(session: Session) -> Outcome:
     }
     spent = {name: _seconds_per_period(span | way) for name, way in ways.items()}
     text = (
-        f"time per period on one core, every grid point visited: {_time(spent['muller'])} for that, "
+        f"time per period on one core, every grid point visited: {_time(spent['muller'])} with this method, "
         f"{_time(spent['fixed'])} for a constant step of {fine:g}, {_time(spent['coarse'])} for one of {coarse:g}; "
         f"the exact switches take {_time(spent['certified'])}"
     )
@@ -224,7 +224,7 @@ def _both(session: Session, **axes: Any) -> _Pairs:
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
     if not known:
-        raise NotApplicable("no limit is known in both disturbances")
+        raise NotApplicable("at no point are both limits known, in ε and in Δτ")
     return _Pairs(*map(np.array, zip(*known, strict=True)))
 
 

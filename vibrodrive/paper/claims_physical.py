@@ -33,8 +33,8 @@ def structure_kept(session: Session) -> Outcome:
         for m in (undisturbed, disturbed)
     ]
     text = (
-        f"main impacts once a period: {_kept(found.impacts)}; but {rates[1]:.0f} switches a period against "
-        f"{rates[0]:.0f}: the sequence of states is {'the same' if found.word else 'another one'}"
+        f"main impacts once a period: {_kept(found.impacts)}; but {rates[1]:.0f} switches a period, without "
+        f"disturbance {rates[0]:.0f}: the sequence of states is {'the same' if found.word else 'another one'}"
     )
     numbers = {"impacts": found.impacts, "word": found.word, "switches_per_period": rates}
     coarse = bool(found.impacts)
@@ -50,7 +50,7 @@ def broad_band(session: Session) -> Outcome:
         spread.append([float(np.ptp(v, axis=0).max()) for v in by_phase])
         speed.append(float(motion.impacts["speed"].max(initial=0.0)))
     text = (
-        f"at one and the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
+        f"at the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
         f"(undisturbed: {spread[0][0]:.1g} and {spread[0][1]:.1g}); the fastest impact grows from "
         f"{speed[0]:.3g} to {speed[1]:.3g}"
     )
@@ -68,7 +68,7 @@ def small_epsilon(session: Session) -> Outcome:
     apart = _apart(session.undisturbed("fig06").points)
     text = (
         f"impacts {_kept(found.impacts)}, order at the section {_kept(found.order)}; ρ = {found.rho:.3g}, "
-        f"the two points being {apart:.3g} apart"
+        f"the distance of the two points is {apart:.3g}"
     )
     slight = bool(found.impacts and found.order) and found.rho < 0.25 * apart
     return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
@@ -94,8 +94,8 @@ def limit_epsilon(session: Session) -> Outcome:
     kept = [bool(f.impacts) for f in found]
     sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
     text = (
-        f"k₂ = {k.k2:.4g}, judged at the impacts ({k.how}), and {seen.k2:.4g} at the section drawn; kept at "
-        f"ε = {sides[0]}, lost at {sides[1]}; ρ = {', '.join(f'{r:.2g}' for r in rho)}"
+        f"k₂ = {k.k2:.4g} by the impacts ({k.how}), and {seen.k2:.4g} by the order at the drawn section; impacts are "
+        f"kept at ε = {sides[0]}, lost at {sides[1]}; ρ = {', '.join(f'{r:.2g}' for r in rho)}"
     )
     fits = all(g == (e < k.k2) for e, g in zip(eps, kept, strict=True)) and rho == sorted(rho)
     numbers = {"k2": k.k2, "k2_at_section": seen.k2, "eps": eps, "kept": kept, "rho": rho}
@@ -110,7 +110,7 @@ def limit_epsilon(session: Session) -> Outcome:
 def bands(session: Session) -> Outcome:
     results = session.results("fig07")
     if set(results.axes) != {"A", "eps"} or 0.0 not in results.axes["eps"]:
-        raise NotApplicable("bands over A take the axes A and eps, with 0 among the values of eps")
+        raise NotApplicable("this claim needs the axes A and eps, with 0 among the values of eps")
     undisturbed, disturbed = (results.select(eps=e) for e in (0.0, results.axes["eps"].max()))
     n = period(undisturbed.section)
     survive = kept_by_period(
@@ -120,9 +120,9 @@ def bands(session: Session) -> Outcome:
     landed = kept_by_period((f.n, f.impacts) for f in structures(session, "fig07", eps=disturbed.scalars["eps"]))
     low, high = low_and_high(landed)
     text = (
-        f"at ε = {disturbed.scalars['eps']:g} impacts of {100 * low:.0f} % of solutions of period up to 3 follow each "
-        f"other as before, of those of higher order {100 * high:.0f} % ({shares(landed)}); at the section drawn order "
-        f"is kept at {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ({shares(survive)})"
+        f"at ε = {disturbed.scalars['eps']:g} impacts are kept in {100 * low:.0f} % of solutions of period up to 3, "
+        f"and in {100 * high:.0f} % of those of higher order ({shares(landed)}); the order at the drawn section is "
+        f"kept in {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ({shares(survive)})"
     )
     by_period = [[m, float(np.mean(kept))] for m, kept in survive.items()]
     numbers = {"low": low, "high": high, "at_section": seen, "by_period_at_section": by_period}
@@ -143,7 +143,7 @@ def precision(session: Session) -> Outcome:
         section = collect(make_plan({"A": A, **span, "method": "muller", "dtau": step})).section
         right.append(float((np.abs(section - exact).max(axis=(1, 2)) < 1e-3).mean()))
     enough = max((d for d, share in zip(steps, right, strict=True) if share == 1), default=np.nan)
-    text = "share of motions right over 40 periods: " + ", ".join(
+    text = "share of motions that are correct over 40 periods: " + ", ".join(
         f"{100 * share:.0f} % at Δτ = {d:g}" for d, share in zip(steps, right, strict=True)
     )
     numbers = {"dtau": steps, "right": right, "enough": enough}

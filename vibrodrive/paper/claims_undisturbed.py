@@ -75,7 +75,7 @@ def two_solutions(session: Session) -> Outcome:
     found = [deviation(base.points, m.section) for m in motions]
     shifts = [int(s) for _, s in found]
     rho = max(float(r) for r, _ in found)
-    text = f"period {base.n}; the starts lead to shifts {listed(shifts)} × 2π of one orbit, to within {rho:.1g}"
+    text = f"period {base.n}; the starts lead to one orbit, shifted by {listed(shifts)} × 2π, to within {rho:.1g}"
     settled = rho < SETTLED and base.n == 2
     return Outcome(text, {"n": base.n, "shifts": shifts, "rho": rho}, when(settled and len(set(shifts)) == 2))
 
@@ -96,8 +96,8 @@ def n_solutions(session: Session) -> Outcome:
         counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
     settled = float((rho < SETTLED).mean())
     text = (
-        f"{100 * settled:.1f} % of {rho.size} starts reach the orbit, in shares of "
-        f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; solutions found for n = "
+        f"{100 * settled:.1f} % of {rho.size} starts reach the orbit, its solutions in shares of "
+        f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; numbers of solutions found: for n = "
         f"{', '.join(f'{n}: {c}' for n, c in counted.items())}"
     )
     numbers = {"n": base.n, "shares": shares, "settled": settled, "solutions_by_n": [list(i) for i in counted.items()]}

@@ -65,7 +65,7 @@ from vibrodrive.kernels.switch import begin, decide_after_slide, direction
 from vibrodrive.kernels.undisturbed import enclose, gap_guess, release, step_in_bracket, usual_end
 
 LETTERS = 8  # a word is represented by a number with this base; a state is the digit State + 1
-WORDS = 2**59 - 55  # prime modulus of these numbers: words of up to 19 states differ surely, longer words almost surely
+WORDS = 2**59 - 55  # prime modulus of these numbers: distinct up to 19 states, almost surely distinct beyond
 
 NO_WORD = 0  # the empty word
 

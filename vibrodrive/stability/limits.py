@@ -48,12 +48,12 @@ QUANTITIES = {
     K2: Quantity(
         CURVES,
         {
-            "k2": "first loss of what the criterion asks for; inf: none found up to searched_to",
+            "k2": "smallest disturbance found that violates the criterion; inf: none up to searched_to",
             "kept_below": "largest disturbance below k2 that was kept",
-            "last_kept": "largest value kept together with its neighbour on the grid",
+            "last_kept": "largest value that is kept together with its lower neighbour on the grid",
             "share_kept": "share of the values tried between k2 and last_kept that are kept",
             "searched_to": "largest disturbance tried",
-            "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau, none in a start",
+            "velocity": "k2 as a velocity amplitude V: k2 eta A in eps, k2 in dtau",
             "velocity_last": "last_kept as a velocity amplitude V",
             "rho_kept": "largest distance from the orbit at kept_below, of one disturbed motion",
             "rho_lost": "largest distance from the orbit at k2, of one disturbed motion",
@@ -63,7 +63,7 @@ QUANTITIES = {
     K1: Quantity(
         tuple((coordinate, "certified") for coordinate in COORDINATES),
         {
-            "k1": "least error of the start that leads to another solution; inf: none found up to searched_to",
+            "k1": "smallest error of the start that leads to another solution; inf: none up to searched_to",
             "kept_below": "largest error of the start below k1 that leads to the same solution",
             "searched_to": "largest error of the start tried",
         },
@@ -71,9 +71,9 @@ QUANTITIES = {
     KU: Quantity(
         CURVES,
         {
-            "ku": "first disturbance at which all starts end on one motion; inf: none found up to searched_to",
+            "ku": "smallest disturbance found at which all starts end on one motion; inf: none up to searched_to",
             "several_below": "largest disturbance below ku at which several motions remain",
-            "last_several": "largest value at which, as at its neighbour on the grid, several motions remain",
+            "last_several": "largest value at which several motions remain, as at its lower neighbour on the grid",
             "share_several": "share of the values tried between ku and last_several at which several motions remain",
             "searched_to": "largest disturbance tried",
             "velocity": "ku as a velocity amplitude V: ku eta A in eps, ku in dtau",

@@ -68,7 +68,7 @@ def _words(array: np.ndarray) -> np.ndarray:
 
 
 class Marks(NamedTuple):
-    """The commit marks of a file."""
+    """Statuses of all points of a file, and the blocks that these mark as computed."""
 
     status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED where unreadable
     done: np.ndarray  # bool, one per block: marked as computed

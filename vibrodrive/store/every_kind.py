@@ -109,7 +109,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     with reading(path, kind) as file:
         found = kind_in(file)
         if found not in LOADED:
-            raise OtherKind(f"{path}: holds {FILES[found].holds}: xarray and h5py read them, `load` does not")
+            raise OtherKind(f"{path}: holds {FILES[found].holds}: read it with xarray or h5py, because `load` does not")
         return named(FILES[found].reader)(file)
 
 

@@ -25,7 +25,7 @@ from vibrodrive.store.place import refuse_foreign
 
 
 def unwritable(error: BaseException, path: Path) -> Unwritable:
-    """Return an error of HDF5, which has many lines, as the sentence of the system."""
+    """Return an error of HDF5, whose message has many lines, as Unwritable with the one-line message of the system."""
     if isinstance(error, OSError) and error.errno:
         return Unwritable(error.errno, error.strerror, str(path))
     number = re.search(r"errno = (\d+)", str(error))

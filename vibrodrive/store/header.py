@@ -29,7 +29,6 @@ BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Exceptions that h5py raises for bytes it cannot interpret. `interpreting` handles them for several calls."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""First bytes of an HDF5 file."""
 
 
 class Header(NamedTuple):

@@ -32,7 +32,7 @@ from vibrodrive.store.describe import explained, plain
 from vibrodrive.version import __version__
 
 MOTION_PERIOD = "motion_period"
-"""Variable of the quantity `period` of a summary: in a file `period` is the dimension of the section."""
+"""Name in files of the quantity `period` of a summary, because `period` is the dimension of the section there."""
 
 Progress = Callable[[int, int], None]
 """Function called with (done, total)."""
@@ -67,7 +67,7 @@ POINTS = (
 """Variables of every file. The status is written last: it commits a block."""
 
 COUNTS_MAX = 2**31
-"""Possible number of switches from which on a file without sections counts them in int64 instead of int32."""
+"""A file without sections counts switches in int64 instead of int32 if a motion may have at least this many."""
 
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
@@ -156,7 +156,7 @@ def tiles(plan: Plan) -> list[Tile]:
 
 
 def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
-    """Return an empty chunk in the bytes of the file, with its checksum."""
+    """Return an empty chunk as the file stores it, with its checksum."""
     with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
         data = memory.create_dataset(
             "chunk", data=np.full(chunk, variable.fill, variable.dtype), chunks=chunk, fletcher32=True
@@ -252,7 +252,7 @@ def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def _further(plan: Plan) -> dict[str, Any]:
-    """Return further entries of the outline: the records, unless only the section, and the points."""
+    """Return further entries of the outline: the records unless it is only the section, and the digests of points."""
     further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
     if plan.together:
         further["points"] = digests(plan.together)

@@ -48,8 +48,7 @@ OF_CURVES = ("method", "scan", "dtau", "record")
 
 CONTENTS = {
     "k2": "For each curve and point of the axes: the smallest disturbance at which the motion violates `criterion`. "
-    "The disturbance is ε (eps) of the excitation, the step Δτ (dtau) of a grid on which switches are found, or an "
-    "error of the start.",
+    "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
     "k1": "For each coordinate of the start and point of the axes: the smallest error of this coordinate at which the "
     "undisturbed motion ends on another solution.",
     "ku": "For each curve and point of the axes: the smallest disturbance from which on all starts end on one motion. "

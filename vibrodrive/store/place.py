@@ -112,7 +112,7 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
 
 
 def check_different(files: Mapping[str, Path]) -> None:
-    """Refuse two paths of one file, by different spelling or by links."""
+    """Refuse two paths that lead to the same file, also by a different spelling or by links."""
     for (role, path), (other, second) in combinations(files.items(), 2):
         try:
             same = os.path.samefile(path, second)

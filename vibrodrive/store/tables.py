@@ -1,4 +1,5 @@
-"""Files of tables, which are written in one step: dimensions that count rows, and columns over them."""
+"""Files that consist of tables and are written in one step. A table is a dimension, whose values number the rows, and
+columns over this dimension."""
 
 from __future__ import annotations
 
@@ -56,7 +57,10 @@ def first_rows(lengths: Iterable[int]) -> np.ndarray:
 
 
 def parts(file: h5py.File, first: str, lengths: str, dimension: str) -> Iterator[slice]:
-    """Return the rows of each part along a dimension. Raises ValueError if the parts are not consecutive."""
+    """Return the slice of rows of each part along a dimension, from the variables with its first row and its length.
+
+    Raises ValueError if the parts are not consecutive.
+    """
     begin, count = file[first][...], file[lengths][...]
     if not np.array_equal(first_rows(count), begin) or count.sum() != len(file[dimension]):
         raise ValueError(f"{first}: does not match {lengths}")

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.block import Block
 
 GROUP_SECONDS = 0.2
-"""Least time between commits: a flush would slow down small blocks, which take less than a millisecond."""
+"""Least time between commits. A flush after each small block, which takes less than a millisecond, would be slow."""
 
 
 class Writer:
@@ -45,7 +45,7 @@ class Writer:
     Attributes
     ----------
     plan : Plan
-        the sweep with the blocks of the file, which another version may have chosen.
+        the sweep, divided into the blocks of the file. Another version may have chosen these.
     done : bool array
         True for committed blocks.
     repaired : dict[int, str]

@@ -186,10 +186,10 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
     """Check random scenes: errors above their bounds, wrong states marked as certain, and sizes of the bounds."""
     held = [hold(scene) for _, scene in draw(seed)]
     known = [h.looseness for h in held if not math.isnan(h.looseness)]
-    drawn = f"scenes of {DRAWN} (seed {seed})"
+    drawn = f"of {DRAWN} random scenes (seed {seed}):"
     return [
-        Finding(f"{drawn} with an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
-        Finding(f"{drawn} with wrong states marked as certain", sum(h.others > 0 for h in held), 0),
+        Finding(f"{drawn} an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
+        Finding(f"{drawn} wrong states marked as certain", sum(h.others > 0 for h in held), 0),
         Finding("largest bound over largest error, median", float(np.median(known)), WITHIN),
     ]
 

@@ -58,7 +58,7 @@ def judge(check: Check, seed: int) -> Judged:
     except NotApplicable as why:
         note = str(why)
     except Exception as error:
-        verdict, note = Verdict.FAILS, f"broke off: {type(error).__name__}: {' '.join(str(error).split())}"
+        verdict, note = Verdict.FAILS, f"stopped with {type(error).__name__}: {' '.join(str(error).split())}"
     record = {"title": check.title, "note": note, "findings": [{**f._asdict(), "holds": f.holds} for f in findings]}
     rows = [[f"**{check.title}**", f"**{verdict}**{note and f': {note}'}", "", ""], *map(_row, findings)]
     return Judged(check.id, check.title, verdict, note, record, rows)

@@ -77,7 +77,7 @@ def drawn_scenes(seed: int) -> list[Finding]:
     another = sum(_went_another_way(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
     worst = max(_residual(scene) for scene in scenes)
     return [
-        Finding(f"scenes of {DRAWN} (seed {seed}) with wrong states and no flag", another, 0),
+        Finding(f"of {DRAWN} random scenes (seed {seed}): wrong states without a flag", another, 0),
         Finding("residual of a switching function, relative to its bound by rounding", worst, 1.0),
     ]
 

@@ -51,6 +51,6 @@ def grazing_ladder() -> list[Finding]:
             timid += close and abs(depth) > 100 * ROUNDING * terms and motion.margin >= 0.9 * abs(depth)
     rungs = len(THROWS) * len(LADDER)
     return [
-        Finding(f"of {rungs} flights decided wrongly, without a flag", int(wrong), 0),
-        Finding("flagged although rounding is at most a hundredth of the height", int(timid), 0),
+        Finding(f"of {rungs} flights: wrong decisions without a flag", int(wrong), 0),
+        Finding("flights flagged although rounding is at most a hundredth of the height", int(timid), 0),
     ]

@@ -28,7 +28,7 @@ from vibrodrive.verdicts import Judged
 CHECKS = (
     Check("hash", "A small sweep has the hash that it has on every machine", fingerprint.small_sweep),
     Check("digits", "Switches of fixed scenes against a 50-digit reference", digits.fixed_scenes, ("mpmath",)),
-    Check("drawn", "Freshly drawn scenes against the reference", digits.drawn_scenes, ("mpmath",), drawn=True),
+    Check("drawn", "Random scenes against the reference", digits.drawn_scenes, ("mpmath",), drawn=True),
     Check("bounds", "Bounds of errors against the reference", certainty.bounds_of_drawn, ("mpmath",), drawn=True),
     Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", grazing.grazing_ladder, ("mpmath",)),
     Check("million", "Phase after a million periods", clocks.million_periods, ("mpmath",)),
@@ -37,8 +37,8 @@ CHECKS = (
     Check("threads", "One thread = two", identity.one_thread_is_two),
     Check("resume", "Resumed = uninterrupted", identity.resumed_is_uninterrupted),
     Check("ball", "B → ∞: the laws of the inelastic bouncing ball", bouncing_ball.findings),
-    Check("scipy", "Side by side with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
-    Check("heyoka", "Side by side with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
+    Check("scipy", "Comparison with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
+    Check("heyoka", "Comparison with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
 )
 """Checks in the order of execution. The first checks need only the kernels of a sweep."""
 
