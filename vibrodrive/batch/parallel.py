@@ -47,8 +47,7 @@ _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 _lock = threading.Lock()  # the layer `workqueue` aborts the process if two threads use it simultaneously
 _alone = False
-_workers: list[_Worker] = []
-"""Idle threads."""
+_workers: list[_Worker] = []  # idle threads
 
 
 def _in_child() -> None:

@@ -45,8 +45,7 @@ REGISTER = 8
 """Number of lanes in the widest register. A full register costs little more than one lane, so points are divided among
 threads in groups of this size."""
 
-Span = tuple[int, int, int]
-"""Block to compute: index, start, stop."""
+Span = tuple[int, int, int]  # block to compute: index, start, stop
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:

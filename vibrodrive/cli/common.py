@@ -49,7 +49,7 @@ SET = click.option(
 METHOD = click.option(
     "--method",
     type=click.Choice(["certified", "muller", "fixed"]),
-    help="Method of locating a switch; muller and fixed need dtau (default: that of CONFIG, or certified).",
+    help="Method of finding switches; muller and fixed need dtau (default: that of CONFIG, or certified).",
 )
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not resume it."

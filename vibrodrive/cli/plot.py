@@ -49,7 +49,9 @@ if TYPE_CHECKING:
     "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
 )
 @click.option(
-    "--width", type=click.Choice(drawing.WIDTHS), help="double: 174 mm, two columns (default); single: 84 mm, one."
+    "--width",
+    type=click.Choice(drawing.WIDTHS),
+    help="double: 174 mm, two columns (default); single: 84 mm, one column.",
 )
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
 def plot(

@@ -14,14 +14,15 @@ from vibrodrive.store.place import check_output
 HELP = {
     "limits": """Compute limits of stability over A, B or eta.
 
-    They are limits of practical orbital stability. CONFIG has one or two of A, B and eta as axes. [limits] quantity in
-    CONFIG selects the limit:
+    They are limits of practical orbital stability. CONFIG has one or two of A, B and eta as axes. Its key `quantity` in
+    [limits] selects the limit:
 
     \b
     "k2" (default)  smallest disturbance, in ε and in Δτ, that loses the structure
     "k1"            smallest error of the start, in xi0, dxi0 and tau0, at which
                     the motion ends on another solution
-    "ku"            disturbance from which all starts end in one motion
+    "ku"            smallest disturbance, in ε and in Δτ, at which all starts
+                    end in one motion
 
     [limits] criterion is the property that must be kept for k2: "impacts" (default: the gaps and the order of the main
     impacts), "word" (the states between main impacts) or "rho < x" (a distance from the orbit below x), or several of

@@ -40,7 +40,7 @@ LABELS = {
     "margin": "distance of the closest decision",
     IMPACT_POWER: "power of the impacts in W",
     **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
-    "gaps": "whole periods between main impacts",
+    "gaps": "periods between main impacts",
     "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
     "period": "period of the motion",
     "energy": r"energy of the impacts $\sum\xi\mathrm{′}^2/2$ per period",

@@ -18,8 +18,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.results import Results
 
-OWN = ("path", "overwrite", "threads", "executor")
-"""Keywords that do not change the results."""
+OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
 
 @as_written

@@ -179,8 +179,7 @@ def show_to_person(name: str) -> Show | None:
 
 WATCH_SECONDS = 0.2
 
-WATCHER = "watch"
-"""Name of the thread that shows progress; at most one exists."""
+WATCHER = "watch"  # name of the thread that shows progress; at most one exists
 
 SHOWN_AFTER = 1.0
 """Seconds after which the progress of a call in Python is shown; most calls are shorter."""

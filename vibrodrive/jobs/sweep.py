@@ -72,7 +72,7 @@ def run(job: Job, show: Show) -> str:
     Failed
         if the file could not be written or the computation failed.
     Stopped
-        after one of SIGNALS (signals.py). The caller should end the process at once.
+        after one of SIGNALS (signals.py). The caller should end the process immediately.
     """
     work = _Work(job)
     thread = threading.Thread(target=work.run, name="sweep", daemon=True)

@@ -305,13 +305,11 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
         x_off, v_off = offsets_at_end(w, k, i, event, h)
         if not book_cost(w, k, i, extent):
             return False
-        # advance to the switch
         force = go_to_end(w, k, i, method, x, v, side, there, late, extent)
         if event == codes.STRETCHED:
             begin_state(w, k, i, state, Start(x, v, x_off, v_off), force, False, method)
             certainty.pass_on(w, k, i, method, event, end, errors)
             return True
-        # decide
         to = switch.decide(event, side, force)
         if event == codes.S1:
             x = 0.0 if certified else x

@@ -11,8 +11,7 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import CERTIFIED, DOWN, INFINITY, NONE_BEGUN, OF_THE_RECORD, OK, S1, S2, UP
 from vibrodrive.kernels.outputs import Switch
 
-LAST_PHASE = math.nextafter(TWO_PI, 0.0)
-"""Largest phase at which a motion can start."""
+LAST_PHASE = math.nextafter(TWO_PI, 0.0)  # largest phase at which a motion can start
 
 
 @part

@@ -282,8 +282,8 @@ def add_gap(rows, row, totals):
 def digits_of(gaps, length, last):
     """Return a cycle of `length` gaps as a number with one digit for each gap; 0 if a gap is not between 1 and 9.
 
-    Of all rotations of the cycle, the one with the smallest number is taken. Gap k is at index k mod GAPS of `gaps`.
-    The cycle ends with gap number `last`.
+    The rotation of the cycle with the smallest number is taken. Gap k is at index k mod GAPS of `gaps`. The cycle ends
+    with gap number `last`.
     """
     least = INFINITY
     for turn in range(length):

@@ -163,7 +163,7 @@ def smaller(a, b):
 
 @inline
 def terminating_function(state):
-    """Return the switching function whose first zero ends a state; sliding down, the first one to search."""
+    """Return the switching function whose first zero ends a state. For DOWN it is S2, which is searched before S1."""
     return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
 
 

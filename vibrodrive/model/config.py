@@ -105,7 +105,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Config:
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: no text in UTF-8 (byte {error.start})") from None
+        raise ConfigError(f"{path}: must be text in UTF-8, but byte {error.start} is not") from None
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
 
@@ -116,7 +116,7 @@ def _text_of(path: Path) -> str:
     anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
     if not (stat.S_ISREG(mode) or anonymous):
         what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
-        raise ConfigError(f"no configuration file, but {what}")
+        raise ConfigError(f"must be a configuration file, but is {what}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
@@ -361,7 +361,7 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
-    """Return the table of a key given without table: the one that has the key already, else the first that may."""
+    """Return the table of a key that is given without table: a table that has the key, else the first that may."""
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:

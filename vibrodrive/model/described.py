@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Lines = list[tuple[str, str]]
-"""Name and text of each line; a name may occur again."""
+Lines = list[tuple[str, str]]  # name and text of each line; a name may occur again
 
 
 class Described:

@@ -14,8 +14,7 @@ FIGURE_KINDS = (BIFURCATION, POINCARE, MAP)
 Style = Literal["screen", "print"]
 """Colours that are distinct for colour-blind readers, or the black and white of a journal."""
 
-Width = Literal["double", "single"]
-"""Width of a figure in columns of a page."""
+Width = Literal["double", "single"]  # width of a figure in columns of a page
 
 STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
@@ -30,11 +29,9 @@ OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section: over starts, they show which of the coexisting motions each start reaches."""
 
-IMPACT_POWER = "impact_power"
-"""`energy` in W, if the sweep has a scene with a mass."""
+IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep has a scene with a mass
 
-KEPT = "kept"
-"""Structure compared with that of the undisturbed motion: `gaps` kept or lost."""
+KEPT = "kept"  # structure compared with that of the undisturbed motion: `gaps` kept or lost
 
 K2 = "k2"
 

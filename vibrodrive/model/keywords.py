@@ -19,8 +19,7 @@ from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, unknown
 
-Axis: TypeAlias = float | Sequence[float] | np.ndarray
-"""One number, or a sequence of them: an axis of a sweep."""
+Axis: TypeAlias = float | Sequence[float] | np.ndarray  # one number, or a sequence of them: an axis of a sweep
 
 Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
 """Sequences of equal length, of parameters that change together."""

@@ -18,8 +18,7 @@ from vibrodrive.model.names import PARAMETERS, SETTINGS
 if TYPE_CHECKING:
     import numpy as np
 
-COLUMNS: tuple[str, ...] = tuple(PARAMETERS)
-"""Columns of a point: all parameters, in this order."""
+COLUMNS: tuple[str, ...] = tuple(PARAMETERS)  # columns of a point: all parameters, in this order
 
 
 SHOWN = 80

@@ -41,8 +41,7 @@ LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
 IN_FLIGHT = 16
 """Largest number of tasks in an executor whose number of workers is unknown. It bounds the memory of finished tasks."""
 
-POINT = "point"
-"""Axis of a sweep along which parameters change together; its values are 0, 1, …"""
+POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 
 SAMPLED = 100
 """Number of points that are checked before a warning, if parameters change together."""

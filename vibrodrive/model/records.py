@@ -32,7 +32,7 @@ class Quantity(NamedTuple):
 SUMMARIES = (
     Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64"),
     Quantity("sequence", "<i8", -1, "1", "code of the cycle of states; equal for equal cycles, 0: none"),
-    Quantity("gaps", "<i4", -1, "1", "shortest cycle of the whole periods between main impacts, as digits, 0: none"),
+    Quantity("gaps", "<i4", -1, "1", "cycle of the numbers of periods between main impacts, one digit each, 0: none"),
     Quantity("impacts", "<f8", math.nan, "1", "impacts per excitation period"),
     Quantity("impact_speed_max", "<f8", math.nan, "1", "largest impact speed"),
     Quantity("impact_speed_mean", "<f8", math.nan, "1", "mean impact speed"),
@@ -52,7 +52,9 @@ SUMMARIES = (
 """Quantities of a summary, in the order of the columns of kernels/summary.py."""
 
 MAIN_IMPACTS = (
-    Quantity("impact_period", "<i8", -1, "1", "whole excitation periods since τ = 0 at a main impact", "impact"),
+    Quantity(
+        "impact_period", "<i8", -1, "1", "number of completed excitation periods since τ = 0 at a main impact", "impact"
+    ),
     Quantity("impact_phase", "<f8", math.nan, "rad", "phase of the excitation at a main impact", "impact"),
     Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact", "impact"),
     Quantity("impact_states", "<i4", -1, "1", "states between the previous main impact and this one", "impact"),

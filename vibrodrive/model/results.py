@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.block import Block
     from vibrodrive.model.drawing import Style, Width
 
-Index = tuple[Any, ...]
-"""For each axis an int (one value) or slice(None) (all values)."""
+Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all values)
 
 Read = Callable[[str, Index], np.ndarray]
 """Function that returns the array `name` ("section", "status", "margin", "switches") at an Index."""

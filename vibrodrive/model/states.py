@@ -24,8 +24,7 @@ class State(Named):
     IMPACT = 4
 
 
-LASTING = (State.UP, State.DOWN, State.STICK, State.REST)
-"""All states but the impact, which takes no time."""
+LASTING = (State.UP, State.DOWN, State.STICK, State.REST)  # all states but the impact, which takes no time
 
 TRANSITIONS = (
     # state, switching function, decision, next state

@@ -15,8 +15,7 @@ from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation, period
 
-HIGHER = (3.1, 3.22)
-"""Excitation amplitudes with subharmonics of order 4 and 3."""
+HIGHER = (3.1, 3.22)  # excitation amplitudes with subharmonics of order 4 and 3
 
 
 @claim("route", "fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")

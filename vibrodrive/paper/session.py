@@ -19,8 +19,7 @@ from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.writer import open_writer
 from vibrodrive.verdicts import NotApplicable
 
-Say = Callable[[str], None]
-"""Function that is called at each step with a line of text."""
+Say = Callable[[str], None]  # function that is called at each step with a line of text
 
 
 class Session:

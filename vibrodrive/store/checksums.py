@@ -128,8 +128,7 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     return None
 
 
-SEAL = "content_sha256"
-"""Root attribute: SHA-256 of the contents of a file that is written in one step."""
+SEAL = "content_sha256"  # root attribute: SHA-256 of the contents of a file that is written in one step
 
 
 def find_faults(file: h5py.File) -> list[str]:

@@ -90,7 +90,7 @@ def _tables(found: list[Curve]) -> dict[str, tables.Table]:
     return {
         "curve": {
             "kind": ([c.kind for c in found], "kind of bifurcation"),
-            "period": (np.array([c.period for c in found], np.int64), "whole excitation periods of the orbit"),
+            "period": (np.array([c.period for c in found], np.int64), "period of the orbit in excitation periods"),
             "impacts": (np.array([c.impacts for c in found], np.int64), "number of impacts of the orbit"),
             "word": ([c.word for c in found], "states of one period of the orbit"),
             "side": ([c.side for c in found], "border only: end of the window of phases at which the impact is"),
@@ -110,7 +110,7 @@ def _tables(found: list[Curve]) -> dict[str, tables.Table]:
             "meeting_B": (np.array([m.B for _, m in meetings]), "incline over friction"),
             "meeting_curve": (np.array([i for i, _ in meetings], np.int64), "one of the two curves"),
             "meeting_other": (np.array([m.other for _, m in meetings], np.int64), "the other one"),
-            "meeting_kind": ([m.what for _, m in meetings], "whether one of them ends there"),
+            "meeting_kind": ([m.what for _, m in meetings], "end: one of them ends there; crossing: both pass"),
         },
     }
 

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from vibrodrive.store.failures import FailureMap
     from vibrodrive.store.orbits import StoredOrbits
 
-LOADED = [name for name, kind in FILES.items() if kind.options is not None]
-"""Kinds that `load` reads."""
+LOADED = [name for name, kind in FILES.items() if kind.options is not None]  # kinds that `load` reads
 
 
 class Summary(NamedTuple):

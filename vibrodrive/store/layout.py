@@ -34,8 +34,7 @@ from vibrodrive.version import __version__
 MOTION_PERIOD = "motion_period"
 """Name in files of the quantity `period` of a summary, because `period` is the dimension of the section there."""
 
-Progress = Callable[[int, int], None]
-"""Function called with (done, total)."""
+Progress = Callable[[int, int], None]  # function called with (done, total)
 
 
 def quiet(done: int, total: int) -> None:
@@ -252,7 +251,7 @@ def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def _further(plan: Plan) -> dict[str, Any]:
-    """Return further entries of the outline: the records unless it is only the section, and the digests of points."""
+    """Return the optional entries of the outline: records other than the section, and points that change together."""
     further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
     if plan.together:
         further["points"] = digests(plan.together)

@@ -30,21 +30,18 @@ from vibrodrive.store.header import reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-SCHEMA, OTHERS = FILES["limits"].readable
-"""Schemas of files: of k2; of k1 and ku, whose variables have other names."""
+SCHEMA, OTHERS = FILES["limits"].readable  # schemas of files: of k2; of k1 and ku, whose variables have other names
 
 HOW_BYTES = 120
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
 """Quantities that are also stored in mm/s, and their names there, if the configuration has a scene in SI units."""
 
-UNIT = "velocity_unit"
-"""Attribute of a quantity in mm/s: the unit of the dimensionless velocity, in mm/s."""
+UNIT = "velocity_unit"  # attribute of a quantity in mm/s: the unit of the dimensionless velocity, in mm/s
 
 NOT_COMPUTED, DONE = -1, 0
 
-OF_CURVES = ("method", "scan", "dtau", "record")
-"""Settings that differ between the curves of a file."""
+OF_CURVES = ("method", "scan", "dtau", "record")  # settings that differ between the curves of a file
 
 CONTENTS = {
     "k2": "For each curve and point of the axes: the smallest disturbance at which the motion violates `criterion`. "

@@ -49,7 +49,9 @@ class Lock:
             except OSError as error:
                 if error.errno not in UNSUPPORTED:
                     os.close(self._fd)
-                    raise Busy(f"{name or path}: another process is writing it") from None
+                    raise Busy(
+                        f"{name or path}: another process is writing it: wait for its end, or choose another file"
+                    ) from None
             if self._is(path):
                 return
             os.close(self._fd)  # renamed between opening and locking

@@ -40,8 +40,7 @@ CONTENTS = (
 MAX_PERIOD = 3
 """Default of the longest period of orbits."""
 
-NEXT = " | "
-"""Separator of the flights in the name of an orbit."""
+NEXT = " | "  # separator of the flights in the name of an orbit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,7 +170,7 @@ def _tables(found: Family) -> dict[str, tables.Table]:
     return {
         "orbit": {
             "A": (np.array([o.A for o in orbits]), "excitation amplitude"),
-            "period": (np.array([o.period for o in orbits], np.int64), "whole excitation periods"),
+            "period": (np.array([o.period for o in orbits], np.int64), "period in excitation periods"),
             "impacts": (impacts, "number of impacts"),
             "multiplier": (np.array([o.multiplier for o in orbits]), "derivative of the return map"),
             "kind": ([o.kind for o in orbits], "stability"),
@@ -182,7 +181,7 @@ def _tables(found: Family) -> dict[str, tables.Table]:
         "impact": {
             "phase": (joined["phases"], "phase of the impact"),
             "speed": (joined["speeds"], "impact speed"),
-            "gap": (joined["gaps"].astype(np.int64), "whole excitation periods to the next impact"),
+            "gap": (joined["gaps"].astype(np.int64), "number of excitation periods to the next impact"),
         },
         "bifurcation": {
             "bifurcation_A": (np.array([x.A for x in b]), "excitation amplitude"),

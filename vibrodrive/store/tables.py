@@ -16,8 +16,7 @@ from vibrodrive.store.describe import explained
 from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin, about
 
-Table = Mapping[str, tuple[Any, str]]
-"""Columns by name: values (an array, or a list of texts), long name."""
+Table = Mapping[str, tuple[Any, str]]  # columns by name: values (an array, or a list of texts), long name
 
 
 def save(

@@ -233,7 +233,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
             refuse_large_file(plan, path)
             if path.exists():
                 if not overwrite:  # another process created it just now
-                    raise Busy(f"{path}: another process is writing it")
+                    raise Busy(f"{path}: another process is writing it: wait for its end, or choose another file")
                 old = Lock(path)
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
             layout.lay_out(file, plan, origin, progress)

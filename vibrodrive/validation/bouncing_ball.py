@@ -41,8 +41,7 @@ DECADES = tuple(10.0**k for k in range(2, 9))
 MIDDLE = 3.5
 """Γ of the checked orbit, between √(1+π²) = 3.297 and √(4+π²) = 3.724."""
 
-SEARCHED = (3.25, 3.8)
-"""Range of Γ in which the two ends of the orbit are searched for, at each value of B."""
+SEARCHED = (3.25, 3.8)  # range of Γ in which the two ends of the orbit are searched for, at each value of B
 
 SLOPE_WITHIN = 0.01
 """Bound of |slope of log(error) over log(B) + 1|. It allows for the term of second order at B = 100."""

@@ -33,8 +33,7 @@ UP, DOWN, STICK, REST, IMPACT = (
     int(state) for state in State
 )  # plain integers, because they are compared at each switch
 
-End = tuple[float, float, bool]
-"""End of a slide: τ, ξ, and True for an impact."""
+End = tuple[float, float, bool]  # end of a slide: τ, ξ, and True for an impact
 
 Slide = Callable[[int, float, float], End]
 """Function of (UP or DOWN, τ, ξ) at the start of a slide, where ξ' = 0. It returns the end of the slide."""
@@ -42,8 +41,7 @@ Slide = Callable[[int, float, float], End]
 Wait = Callable[[int, float], float]
 """Function of (STICK or REST, τ) at the start of this state. It returns τ at the end of the state."""
 
-Switch = tuple[float, int, int, float]
-"""A switch: τ, state before, state after, ξ."""
+Switch = tuple[float, int, int, float]  # a switch: τ, state before, state after, ξ
 
 
 def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterator[Switch]:
