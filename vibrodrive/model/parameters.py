@@ -72,7 +72,7 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
     except ValueError:  # rows of different lengths
         raise TypeError(bad(key, value, allowed)) from None
     except MemoryError:
-        raise ValueError(bad(key, value, f"{allowed}, few enough for the memory")) from None
+        raise ValueError(bad(key, value, f"{allowed}, small enough for the memory")) from None
     if array.dtype.kind not in "iuf":
         flat = [real_number(key, v, allowed) for v in array.reshape(-1).tolist()]
         array = np.array(flat).reshape(array.shape)
