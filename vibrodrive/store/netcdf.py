@@ -16,7 +16,7 @@ MOST = 1 << 16
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
-    """Create a dimension with its values (a coordinate). The values of a dimension that only counts are np.arange(n)."""
+    """Create a dimension with its values (a coordinate). If the values are np.arange(n), the dimension only counts."""
     data = _create(file, name, values.shape, values.dtype)
     if data.size:
         data[...] = values
