@@ -421,7 +421,7 @@ def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
         (("section",), {"quantity": "impact_speed"}, "must be left out: this sweep recorded section"),
         (("impacts",), {"quantity": "xi"}, "must be one of impact_phase, impact_speed: this sweep recorded impacts"),
         (("impacts",), {"kind": "poincare"}, "must be map or bifurcation: this sweep recorded impacts"),
-        (("summary",), {"quantity": "impact_power"}, "a power needs omega0, mu, alpha, mass"),
+        (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
     ],
 )
