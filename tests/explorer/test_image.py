@@ -13,13 +13,13 @@ from vibrodrive.explorer.image import (
     ONLY_CHOSEN,
     PICTURE_ROWS,
     SHADES,
+    _nearest,
     difference,
     fitting_range,
     pictures,
     shades_of,
     values_of,
 )
-from vibrodrive.explorer.plane import _nearest
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Pace, Part, Work
 from vibrodrive.jit.slices import Halt

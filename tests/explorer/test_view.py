@@ -23,13 +23,13 @@ from vibrodrive.explorer import export
 from vibrodrive.explorer.controls import part_shown
 from vibrodrive.explorer.engine import LARGEST, Engine
 from vibrodrive.explorer.exact import STABLE, UNSTABLE, Curve
+from vibrodrive.explorer.image import painted
 from vibrodrive.explorer.layout import build
 from vibrodrive.explorer.motion import motion_at
-from vibrodrive.explorer.plane import painted
 from vibrodrive.explorer.session import adapted, overlay_of, read_address
 from vibrodrive.explorer.shown import _edges, picture_of, place
 from vibrodrive.explorer.starts import STARTS
-from vibrodrive.explorer.tasks import _lay_over, work_of
+from vibrodrive.explorer.tasks import _lay_over, send_file, work_of
 from vibrodrive.explorer.view import RANGES, SPAN, View, view_of
 from vibrodrive.explorer.work import Pace, Work
 from vibrodrive.figures.colours import _CLASSIFY
@@ -420,4 +420,4 @@ def test_a_motion_as_a_table_is_that_of_simulate():
     assert [float(row.split(",")[1]) for row in rows[1:]] == sample.xi.tolist()
     assert export.file_name(view, "csv") == "motion_at_A_3.1.csv"
     with pytest.raises(ValueError, match="click a column"):
-        export.check_motion(View())
+        send_file(SimpleNamespace(), View(), "csv", Halt())

@@ -3,7 +3,7 @@
 const page = {
   busy: false, // a view has been requested and no picture of it is painted yet
   pending: false, // the view has changed since that request
-  known: {}, // values of widgets and ranges already handled, since change events arrive late
+  known: {}, // ends of ranges already handled, since both ends have change events
   tapped: false, // another motion has been selected since that request
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; from now on each change is a step of "back"
@@ -17,7 +17,7 @@ const page = {
   whole: 0, // the same if that picture is complete, else 0
   data: null, // the last picture, with its place and palette
   document: Bokeh.documents[0],
-  seq: 0, sent: 0, began: 0, changed: 0, timer: 0,
+  seq: 0, sent: 0, began: 0, changed: 0, timer: 0, // number of the last message; times of requests
   scales: {}, // scales of both axes as drawn: linear or log
   kept: {}, // ends of ranges as the server sent them
   last: "", // the last view requested
@@ -181,15 +181,7 @@ page.command = (message) => {
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
 
-// Return true if a value differs from the one handled last, and record it as handled.
-const is_new = (name, value) => {
-  const old = page.known[name];
-  page.known[name] = value;
-  return old !== value;
-};
-
 const set_field = (name, value) => {
-  page.known[name] = value;
   fields[name].input.value = value;
   accept(fields[name]);
 };
@@ -211,7 +203,6 @@ const follow = (name) => {
 const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "scene"];
 page.enter = (field) => {
   const {name, value} = field;
-  if (!is_new(name, value)) return;
   accept(field);
   if (name === "mode") say("", "story"); // it describes another picture
   if (REARRANGE.includes(name)) return page.command({changed: name});
@@ -311,9 +302,7 @@ window.addEventListener("resize", scale_letters);
 // processes frames in order, so the next one cannot be painted first.
 page.paint = (sent) => {
   const data = plain(sent), head = JSON.parse(data.head), began = page.began, answers = page.busy;
-  if (head.fit && page.fit && head.seq === page.asked) {
-    put_span(y_range, "", ...head.fit);
-  }
+  if (head.fit && page.fit && head.seq === page.asked) put_span(y_range, "", ...head.fit);
   page.patience = PATIENCE;
   [first, second].forEach((plot, k) => { if (data.images[k]) draw_picture(plot, data.images[k], data, head.odd); });
   Object.assign(page, {answered: head.seq, status: head.status, data, odd: head.odd});
@@ -348,7 +337,7 @@ const remember = (address) => {
   clearTimeout(page.waiting);
   page.waiting = setTimeout(() => {
     const url = "?token=" + token + (address ? "&" + address : "");
-    if (url !== location.search) history[page.begun ? "pushState" : "replaceState"](null, "", url);
+    if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
     page.begun = true;
     page.waiting = 0;
   }, REST);
@@ -420,11 +409,8 @@ element("status").addEventListener("click", ({target}) => {
 
 page.tap = (event) => {
   if (reading.on) return set_mark(event.x);
-  if (fields.mode.value === "map") {
-    page.extra.at = shown(event.x, "scale");
-    return page.command({dive: shown(event.y, "y_scale")});
-  }
   page.extra.at = shown(event.x, "scale");
+  if (fields.mode.value === "map") return page.command({dive: shown(event.y, "y_scale")});
   point_at(event.x);
   show_words(page.words || WAITING);
   page.tapped = true;
@@ -465,7 +451,9 @@ page.moved = (range) => {
   if (range === x2) return mirror(x2, x_range);
   if (range === y2) return mirror(y2, y_range);
   mirror(...(range === x_range ? [x_range, x2] : [y_range, y2]));
-  if (!is_new(range.id, range.start + " " + range.end)) return;
+  const ends = range.start + " " + range.end;
+  if (page.known[range.id] === ends) return;
+  page.known[range.id] = ends;
   if (page.busy) hold();
   if (range === y_range) page.fit = false;
   page.ask();
@@ -475,6 +463,7 @@ const press = (id, act) => element(id).addEventListener("click", act);
 press("back", () => history.back());
 press("reset", () => KEYS.Home());
 press("follow", page.fit_now);
+press("close", () => KEYS.Escape());
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 element("save").addEventListener("change", ({target}) => {
   if (target.value === "link") offer("link.txt", location.href.replace(/token=[^&]*&?/, ""));
@@ -520,7 +509,7 @@ const KEYS = {
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
   Backspace: () => history.back(), Home: () => page.command({reset: true}, say("", "story")), f: () => page.fit_now(),
-  x: () => element("full").click(), Escape: () => page.forget(), " ": () => page.play(), n: () => page.step(),
+  x: () => element("full").click(), Escape: () => page.ask(true, page.extra.at = null, point_at(NaN)), " ": () => page.play(), n: () => page.step(),
   m: () => element("mark").click(), g: () => element("grid").click(),
 };
 window.addEventListener("keydown", (event) => {
@@ -530,13 +519,6 @@ window.addEventListener("keydown", (event) => {
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
-
-// Show no motion below the diagram.
-page.forget = () => {
-  page.extra.at = null;
-  point_at(NaN);
-  page.ask(true);
-};
 
 element("start").addEventListener("change", () => {
   const {name, text, address} = starts[element("start").value];

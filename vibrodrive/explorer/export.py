@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import tempfile
 import textwrap
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +13,7 @@ import numpy as np
 
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.explorer.controls import symbol
+from vibrodrive.explorer.image import round_numbers
 from vibrodrive.explorer.layout import ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
 from vibrodrive.explorer.view import BESIDE, DIFFERENCE, SI, View
@@ -62,6 +61,7 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     In a PNG the picture has its own pixels, in the other formats it is an embedded image of these pixels.
     """
     from matplotlib import rc_context  # imported here so that the page does not wait for it
+    from matplotlib.colors import to_rgb
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -99,7 +99,9 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
             top += height + BELOW + ABOVE
         if picture.key.scale:
             bar = axes(LEFT + width + 25, top - height - BELOW - ABOVE, 20, height)
-            bar.imshow(_rgb(picture.key.scale)[:, None], origin="lower", aspect="auto", extent=(0, 1, 0, 1))
+            bar.imshow(
+                [[to_rgb(colour)] for colour in picture.key.scale], origin="lower", aspect="auto", extent=(0, 1, 0, 1)
+            )
             shares, numbers = zip(*picture.key.numbers, strict=True)
             bar.set(xticks=[], yticks=shares, yticklabels=numbers)
             bar.yaxis.tick_right()
@@ -117,29 +119,19 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
             return save(fig, Path(folder) / f"view.{kind}", DPI).read_bytes()
 
 
-def _rgb(colours: Sequence[str]) -> np.ndarray:
-    """Return colours "#rrggbb" as uint8 (n, 3)."""
-    return np.array([list(bytes.fromhex(colour[1:])) for colour in colours], np.uint8)
-
-
 def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
     """Draw an image in the window of the view."""
+    from matplotlib.colors import LogNorm
+
     pixels = np.ascontiguousarray(picture.palette[image]).view(np.uint8).reshape(*image.shape, 4)
     extent = picture.x, picture.x + picture.dw, picture.y, picture.y + picture.dh
     ax.imshow(pixels, origin="lower", extent=extent, aspect="auto", interpolation="none")
     ax.set(xlabel=symbol(view.x), ylabel=symbol(view.y if view.mode == MAP else view.quantity))
     for axis, scale in ((ax.xaxis, view.scale), (ax.yaxis, view.y_scale if view.mode == MAP else LINEAR)):
         low, high = axis.get_view_interval()
-        at = [
-            d + s
-            for d in range(math.floor(low), math.ceil(high))
-            for s in np.log10([1, 2, 5] if high - low < 4 else [1])
-        ]
-        if scale == LOG:
-            axis.set_major_formatter(lambda u, _: f"{10**u:.3g}")
-            if sum(low <= u <= high for u in at) > 1:
-                axis.set_ticks(at)
-                axis.set_view_interval(low, high, ignore=True)
+        if scale == LOG and len(numbers := round_numbers(LogNorm(10**low, 10**high))) > 1:
+            axis.set_ticks([low + share * (high - low) for share, _ in numbers], [text for _, text in numbers])
+            axis.set_view_interval(low, high, ignore=True)
     for words, columns in picture.odd.items():
         at = picture.x + (np.array(columns) + 0.5) * picture.dw / image.shape[1]
         ax.plot(at, np.full(len(at), 1.0), "|", color=ODD, ms=8, transform=ax.get_xaxis_transform(), label=words)
@@ -160,9 +152,7 @@ def result_file(view: View, results: Results) -> bytes:
     """Return the file of `vibrodrive sweep` for the exported configuration. Raises ValueError if it is too large."""
     plan, text = view.plan(), view.toml()
     if (size := file_bytes(plan)) > LARGEST_FILE:
-        allowed = (
-            f"a file of {human(LARGEST_FILE)}, not {human(size)}: save the configuration, and use vibrodrive sweep"
-        )
+        allowed = f"a file of {human(LARGEST_FILE)}, not {human(size)}: run vibrodrive sweep with the configuration"
         raise ValueError(bad("periods", view.periods, allowed))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "view.h5"
@@ -203,9 +193,3 @@ def motion_table(view: View, trajectory: Trajectory) -> str:
     for tau, xi, dxi, state in zip(sample.tau, sample.xi, sample.dxi, sample.state, strict=True):
         writer.writerow([repr(float(tau)), repr(float(xi)), repr(float(dxi)), State(int(state)).name])
     return out.getvalue()
-
-
-def check_motion(view: View) -> None:
-    """Raise ValueError if no motion is selected."""
-    if not view.follows:
-        raise ValueError(bad("at", "nothing", "the place of a motion: click a column of a diagram first"))

@@ -101,6 +101,5 @@ page.step = () => {
 page.drawn_motion = drawn_motion;
 press("play", page.play);
 press("step", page.step);
-press("close", page.forget);
 new ResizeObserver(draw_mechanism).observe(drawn_motion.canvas);
 draw_mechanism();

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.explorer.controls import symbol, unit
-from vibrodrive.explorer.image import INKS, difference, fitting_range, ink_palette, pictures
-from vibrodrive.explorer.plane import Key, painted
+from vibrodrive.explorer.image import INKS, Key, difference, fitting_range, ink_palette, painted, pictures
 from vibrodrive.explorer.view import DIFFERENCE, PICTURE_ROWS, SI, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import Level
 from vibrodrive.model.choices import Status

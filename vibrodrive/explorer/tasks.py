@@ -27,6 +27,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.size import result_bytes
 from vibrodrive.periodic.search import kind_of
 
@@ -69,7 +70,7 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"
     p = picture_of(view, level, session.rows)
-    said, meaning = counted(level, p.odd), _legend(view)
+    said, meaning = counted(level, p.odd), f"<br>{p.key.html()}"
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
         if level.sketch is not None:
@@ -81,7 +82,8 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
         head["fit"] = [p.y, p.y + p.dh]
     if view.mode != MAP and not any(image.any() for image in p.images):
         said = "No value lies in this window: press Follow. " + said
-    meaning += f"<br>{p.key.html()}"
+    if view.compared and view.compare == BESIDE:
+        said += f" · above: {view.method}, below: certified"
     head["status"] = said + meaning
     sought = level.complete and overlay_of(view) not in (None, session.overlay)
     head["note"] = SOUGHT + (", which takes up to a minute" if view.mode == MAP else "") if sought else ""
@@ -89,14 +91,6 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     place = {"x": p.x, "dw": p.dw, "y": p.y, "dh": p.dh}
     picture = {"head": json.dumps(head), "images": p.images, "palette": p.palette, **place}
     session.later(partial(_paint, session, picture))
-
-
-def _legend(view: View) -> str:
-    """Return the legend of the parts of a diagram."""
-    said = f" · above: {view.method}, below: certified" if view.compared and view.compare == BESIDE else ""
-    if view.orbits and view.mode != MAP:
-        said += " · orbits of the undisturbed motion (blue: stable, dashed vermilion: unstable), circles: bifurcations"
-    return said
 
 
 def _paint(session: Session, picture: dict[str, Any]) -> None:
@@ -175,7 +169,8 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
     if kind in ("toml", "py"):
         content = (view.toml() if kind == "toml" else export.python(view)).encode()
     elif kind == "csv":
-        export.check_motion(view)
+        if not view.follows:
+            raise ValueError(bad("at", "nothing", "the place of a motion: click a column of a diagram first"))
         content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
     else:
         *_, level = work_of(session, view).levels(session.engine.pace, halt)

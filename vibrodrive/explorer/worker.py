@@ -8,7 +8,6 @@ halted task is started again later and continues from its stored results (`Work`
 
 from __future__ import annotations
 
-import itertools
 import threading
 from collections.abc import Callable
 from enum import IntEnum
@@ -37,23 +36,14 @@ Task = Callable[[Halt], None]
 """Function that returns early or raises Halted once the flag is set. It can then be called again."""
 
 
-class Request(NamedTuple):
-    """Task in its slot; later requests have higher numbers."""
-
-    slot: Slot
-    number: int
-    task: Task
-
-
 class Worker:
     """Worker thread and its waiting requests."""
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
         self._failed = failed
-        self._waiting: dict[Slot, Request] = {}
-        self._current: tuple[Request, Halt] | None = None
+        self._waiting: dict[Slot, Task] = {}  # the newest last
+        self._current: tuple[Slot, Task, Halt] | None = None
         self._changed = threading.Condition()
-        self._numbers = itertools.count()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="explorer", daemon=True)
         self._thread.start()
@@ -63,19 +53,20 @@ class Worker:
         with self._changed:  # in one step, so that a task halted here can no longer add requests
             if instead_of:
                 self.cancel(slot.page, *instead_of)
-            self._waiting[slot] = Request(slot, next(self._numbers), task)
             if self._current is not None:
-                running, halt = self._current
-                if slot.rank <= running.slot.rank and not halt.called:  # do not restart a cancelled task
-                    self._waiting.setdefault(running.slot, running)
+                running, halted, halt = self._current
+                if slot.rank <= running.rank and not halt.called:  # do not restart a cancelled task
+                    self._waiting.setdefault(running, halted)
                     halt.call()
+            self._waiting.pop(slot, None)
+            self._waiting[slot] = task
             self._changed.notify_all()
 
     def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
         """Run this task after the running one, which passes its flag; ignored if it was halted or the slot is taken."""
         with self._changed:
             if not halt.called:
-                self._waiting.setdefault(slot, Request(slot, next(self._numbers), task))
+                self._waiting.setdefault(slot, task)
 
     def cancel(self, page: int, *ranks: Rank) -> None:
         """Cancel these kinds of work of a page; without `ranks`, all of them."""
@@ -83,8 +74,8 @@ class Worker:
             chosen = {Slot(page, rank) for rank in ranks or Rank}
             for slot in chosen:
                 self._waiting.pop(slot, None)
-            if self._current is not None and self._current[0].slot in chosen:
-                self._current[1].call()
+            if self._current is not None and self._current[0] in chosen:
+                self._current[2].call()
                 self._changed.notify_all()
 
     def pause(self, halt: Halt, seconds: float) -> None:
@@ -105,26 +96,26 @@ class Worker:
             self._closed = True
             self._waiting.clear()
             if self._current is not None:
-                self._current[1].call()
+                self._current[2].call()
             self._changed.notify_all()
         self._thread.join(seconds)
 
     def _run(self) -> None:
         while (chosen := self._next()) is not None:
-            request, halt = chosen
+            slot, task, halt = chosen
             try:
-                request.task(halt)
+                task(halt)
             except Halted:
                 pass
             except BaseException as error:
-                self._failed(request.slot, error)
+                self._failed(slot, error)
 
-    def _next(self) -> tuple[Request, Halt] | None:
+    def _next(self) -> tuple[Slot, Task, Halt] | None:
         with self._changed:
             self._current = None
             self._changed.wait_for(lambda: self._waiting or self._closed)
             if self._closed:
                 return None
-            first = min(self._waiting.values(), key=lambda r: (r.slot.rank, -r.number))
-            self._current = self._waiting.pop(first.slot), Halt()
+            first = min(reversed(self._waiting), key=lambda slot: slot.rank)
+            self._current = first, self._waiting.pop(first), Halt()
             return self._current
