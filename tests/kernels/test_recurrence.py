@@ -12,9 +12,10 @@ import vibrodrive as vd
 from tests.support.agreement import same_status
 from vibrodrive.batch.parallel import run
 from vibrodrive.jit.slices import Halt
-from vibrodrive.kernels.arguments import Arguments, numbers_of
+from vibrodrive.kernels.arguments import Arguments
 from vibrodrive.kernels.engine import batch
-from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.kernels.lane import LANES, new_lanes
+from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
@@ -40,7 +41,7 @@ def evaluations(**arguments) -> float:
     w, k = new_lanes(1)
     kernel = batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0), False)
     arguments = Arguments(
-        w[0], k[0], np.zeros(1, np.int64), points, np.arange(n), np.zeros(1, np.int64), numbers_of(s),
+        w[0], k[0], np.zeros(1, np.int64), points, np.arange(n), np.zeros(1, np.int64), numbers_of(s, LANES),
         np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
     )  # fmt: skip
     run([(kernel, [arguments])], Halt())

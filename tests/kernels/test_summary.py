@@ -18,9 +18,10 @@ from vibrodrive.batch.parallel import run
 from vibrodrive.batch.records import as_quantities
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels import lane, summary
-from vibrodrive.kernels.arguments import Arguments, numbers_of
+from vibrodrive.kernels.arguments import Arguments
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import ROWS, new_history
+from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.summary import AFTER, DXI, OUT, PERIOD, TOTALS, Drive, gap_cycle_of_period, summarise
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import SUMMARIES
@@ -275,8 +276,8 @@ def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
     kernel = batch(plan.settings.method, eps > 0.0, True)
     arguments = Arguments(
         w[0], k[0], np.zeros(1, np.int64), plan.points(0, 1), np.arange(1), np.zeros(1, np.int64),
-        numbers_of(plan.settings), np.empty((1, 6, 2)), np.empty(1, np.int8), np.empty(1), np.empty((1, 5), np.int64),
-        np.empty(1), np.empty((1, 0, 4)), history[0], totals[0], np.empty((1, OUT)),
+        numbers_of(plan.settings, lane.LANES), np.empty((1, 6, 2)), np.empty(1, np.int8), np.empty(1),
+        np.empty((1, 5), np.int64), np.empty(1), np.empty((1, 0, 4)), history[0], totals[0], np.empty((1, OUT)),
     )  # fmt: skip
     run([(kernel, [arguments])], Halt())
     switches = vd.simulate(**scene, method=method).switches
@@ -320,10 +321,9 @@ def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
         assert_same(swept, k, vd.simulate(A=a, **scene))
 
 
-def test_columns_are_those_that_are_named():
-    assert len(SUMMARIES) == OUT
-    columns = [name for name in vars(summary) if name.startswith("OUT_")]
-    assert [getattr(summary, name) for name in columns] == list(range(OUT))
+def test_columns_have_the_names_and_the_order_of_the_quantities():
+    columns = {value: name for name, value in vars(summary).items() if name.startswith("OUT_")}
+    assert [columns[n] for n in range(OUT)] == [f"OUT_{q.name.upper()}" for q in SUMMARIES]
 
 
 @pytest.mark.parametrize("fastest", range(3))

@@ -22,10 +22,11 @@ import numpy as np
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import Arrays, as_quantities, new_errors
 from vibrodrive.jit.slices import Halt
-from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
+from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import LANES, new_lanes
+from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
@@ -107,7 +108,7 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
     if n == 0:
         return
     bounded = errors is not None and s.method != Method.FIXED
-    alone = s.literal or bounded
+    alone = s.one_by_one or bounded
     brief = n * (s.transient + s.periods) <= BRIEF and n * _most_work(s, points, bounded) <= BRIEF
     threads = 1 if brief else min(threads, n if alone else -(-n // REGISTER))
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))

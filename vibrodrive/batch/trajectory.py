@@ -16,12 +16,13 @@ from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
-from vibrodrive.kernels.arguments import SWITCH, Arguments, numbers_of
+from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
-from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.keywords import MethodLike, ScanLike, as_written
+from vibrodrive.model.choices import Method, MethodLike, ScanLike, Status
+from vibrodrive.model.keywords import as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
@@ -444,7 +445,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         stored = np.zeros(1, np.int64)
         w, k = new_lanes(1)
         arguments = Arguments(
-            w[0], k[0], halt.flag, plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s),
+            w[0], k[0], halt.flag, plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s, 1),
             section, status, margin, counts, work, impacts, rows=rows, stored=stored, off=off, bounds=errors.section,
             until=errors.until,
         )  # fmt: skip

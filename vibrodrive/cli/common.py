@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from vibrodrive.errors import ConfigError, Damaged
+from vibrodrive.model.choices import ACTS_ON, Method
 from vibrodrive.model.names import PARAMETERS, SCENE
 from vibrodrive.model.parameters import bad, is_name
 
@@ -46,10 +47,12 @@ SET = click.option(
     multiple=True,
     help="Replace an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
+GRIDS = " and ".join(method.name.lower() for method in reversed(ACTS_ON["dtau"]))
+
 METHOD = click.option(
     "--method",
-    type=click.Choice(["certified", "muller", "fixed"]),
-    help="Method of finding switches; muller and fixed need dtau (default: that of CONFIG, or certified).",
+    type=click.Choice([method.name.lower() for method in reversed(Method)]),
+    help=f"Method of finding switches; {GRIDS} need dtau (default: that of CONFIG, or certified).",
 )
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not resume it."

@@ -52,7 +52,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-[axes, symbols, scaled, about] = [axes, symbols, scaled, about].map(plain);
+[axes, acts, symbols, scaled, about] = [axes, acts, symbols, scaled, about].map(plain);
 starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
@@ -246,8 +246,9 @@ const idle = () => {
   const is = (name, value) => fields[name].value === value, why = {};
   const over_plane = is("mode", "map"), along = over_plane ? ["x", "y"] : ["x"];
   const crossed = (name) => along.some((axis) => is(axis, name));
-  if (is("method", "certified")) why.dtau = why.tol = "acts only if switches are found by fixed or muller";
-  else if (is("method", "fixed")) why.tol = "acts only if switches are found by muller";
+  for (const [name, methods] of Object.entries(acts)) {
+    if (!methods.includes(fields.method.value)) why[name] = `acts only if switches are found by ${methods.join(" or ")}`;
+  }
   if (is("method", "certified")) why.compare = "compares another method with certified: choose fixed or muller above";
   if (!crossed("eps") && Number(fields.eps.value) === 0) why.eta = "acts only where ε > 0";
   if (!crossed("A") || (over_plane && !crossed("B"))) why.orbits = "are drawn only over A, or over A and B";

@@ -16,6 +16,7 @@ from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
 from vibrodrive.explorer.starts import ABOUT, STARTS
 from vibrodrive.explorer.view import RANGES, View
 from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.model.choices import ACTS_ON
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES
 from vibrodrive.model.states import LASTING
 
@@ -80,6 +81,7 @@ def build(document: Document, view: View, token: str) -> Page:
         "small": [phase, time], "x2": x2, "y2": y2, "first": one,
         "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
         "names": [state.name.lower() for state in LASTING],
+        "acts": {name: [m.name.lower() for m in methods] for name, methods in ACTS_ON.items()},
         "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
     }  # fmt: skip
     _join(document, args)

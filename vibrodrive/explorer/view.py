@@ -18,12 +18,12 @@ import numpy as np
 
 from vibrodrive.explorer.numbers import number_of
 from vibrodrive.model import config, drawing
-from vibrodrive.model.choices import Method
+from vibrodrive.model.choices import ACTS_ON, Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
 from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
 from vibrodrive.model.parameters import bad, check, check_count
 from vibrodrive.model.physical import Scene, check_scene, incline
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
 DIAGRAM = "diagram"  # mode with a quantity over one parameter; the mode MAP has two parameters
@@ -41,7 +41,6 @@ NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
-ACTS = {"certified": (), "muller": ("dtau", "tol"), "fixed": ("dtau",)}  # parameters of a grid, for each method
 MAY_LACK = (*ENDS, "at", "columns", "rows")
 
 
@@ -271,12 +270,13 @@ class View:
         if scene:
             scene = tuple(name for name in scene if name != "a0" or "A" not in over)
             model = tuple(name for name in model if name != "B" and (name != "A" or "a0" not in scene))
+        used = [name for name in ACTS_ON if name not in idle(Method[self.method.upper()])]
         tables = {
             "model": numbers(model),
             "physical": numbers(scene),
             "sweep": [f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}'
                       for name, (low, high, num, scale) in over.items()],
-            "switching": [f'method = "{self.method}"', *numbers(ACTS[self.method])],
+            "switching": [f'method = "{self.method}"', *numbers(used)],
             "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.periods}",
                     f'record = "{self.record}"'],
             "figure": self._figure(),

@@ -12,7 +12,8 @@ from concurrent.futures import Executor
 from typing import Any
 
 from vibrodrive.jobs.progress import Tally, show_to_person, shown
-from vibrodrive.model.keywords import Axis, MethodLike, Points, ScanLike, as_written
+from vibrodrive.model.choices import MethodLike, ScanLike
+from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle

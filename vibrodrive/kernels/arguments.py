@@ -8,18 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
-
-from vibrodrive.kernels import lane as r
-
-if TYPE_CHECKING:
-    from vibrodrive.model.names import Settings
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """Row of `Trajectory.switches`, as kernels write it. `xi` and `dxi` are the values just before the switch."""
@@ -35,7 +30,7 @@ class Arguments(NamedTuple):
     halt int64 (1,): the kernel returns early if this is not 0
     points float64 (n, columns), order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter and
     follows points[order[c]]; the results are written into the rows of that point
-    numbers int64 (5,): transient, periods, budget, 1 for a literal scan of the grid, number of lanes to use
+    numbers int64 (5,): settings (outputs.py); 1 for a literal scan of the grid, number of lanes to use
     section float64 (n, periods, 2), or (1, periods, 2) if it is not recorded
     status int8 (n,), margin float64 (n,), counts int64 (n, 5)
     work float64 (n,): evaluations of switching functions
@@ -70,12 +65,6 @@ class Arguments(NamedTuple):
     off: np.ndarray | None = None
     bounds: np.ndarray | None = None
     until: np.ndarray | None = None
-
-
-def numbers_of(settings: Settings, lanes: int = r.LANES) -> np.ndarray:
-    """Return the array `numbers` (see `Arguments`) from the settings of a plan and the number of lanes of a thread."""
-    s = settings
-    return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
 
 
 _DTYPES: dict[str, Any] = {

@@ -7,7 +7,7 @@ from vibrodrive.model.states import State
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
-FIXED, MULLER, CERTIFIED = (int(m) for m in Method)
+FIXED, MULLER, CERTIFIED = int(Method.FIXED), int(Method.MULLER), int(Method.CERTIFIED)
 
 LITERAL = int(Scan.LITERAL)
 
@@ -16,7 +16,7 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 )
 
 
-MULLER_BRACKETED, FIXED_BRACKETED = CERTIFIED + 1, CERTIFIED + 2
+MULLER_BRACKETED, FIXED_BRACKETED = -1, -2
 """Values of `method` inside the engine for a motion on a grid at ε = 0 whose grid is not scanned (switch_grid.py).
 Sweeps use these values unless the user chooses the literal scan."""
 

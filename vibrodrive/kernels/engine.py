@@ -37,7 +37,7 @@ from vibrodrive.kernels import (
     undisturbed,
 )
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels.outputs import Extent, Outcome, Recorder
+from vibrodrive.kernels.outputs import Outcome, Recorder, extent_of
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
 """Number of steps of a search before its outcome is checked: with a disturbance without a grid, with a disturbance on a
@@ -171,7 +171,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
         points, order, lanes = a.points, a.order, a.numbers[4]
-        extent = Extent(a.numbers[0], a.numbers[1], a.numbers[2], switch.SEARCH_PRICE)
+        extent = extent_of(a.numbers, switch.SEARCH_PRICE)
         section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
         impacts = a.impacts if recorded else None
         recorder = Recorder(a.history, a.totals, a.summary) if recorded else None

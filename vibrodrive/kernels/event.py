@@ -65,8 +65,8 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
     switch.commit_segment_fast(w, i, True, segment)
     undisturbed.set_search_mode(w, i, True, codes.STEPPED)
     margins.clear_tangency(w, i)
-    scanned = method == codes.FIXED or method == codes.MULLER
-    if not scanned and w[r.AF + i] == 0.0:
+    bracketed = method == codes.FIXED_BRACKETED or method == codes.MULLER_BRACKETED
+    if (bracketed or not on_grid) and w[r.AF + i] == 0.0:
         if s == 0.0:
             h, _, _, down = undisturbed.wait_end(w, i, state, w[r.PHI + i])
             undisturbed.set_bracket(w, k, i, True, switch.terminating_function(state), h, h, h)

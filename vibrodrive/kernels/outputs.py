@@ -6,9 +6,14 @@ is None. So each group holds arrays that are needed together.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from vibrodrive.jit.compile import inline
+
+if TYPE_CHECKING:
+    from vibrodrive.model.names import Settings
 
 
 class Extent(NamedTuple):
@@ -23,6 +28,18 @@ class Extent(NamedTuple):
     periods: int
     budget: int
     price: float
+
+
+def numbers_of(settings: Settings, lanes: int) -> np.ndarray:
+    """Return the settings that kernels read, and the number of lanes of a thread: int64 (5,)."""
+    s = settings
+    return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
+
+
+@inline
+def extent_of(numbers, price):
+    """Return the length of motions from `numbers_of` their settings."""
+    return Extent(numbers[0], numbers[1], numbers[2], price)
 
 
 class Outcome(NamedTuple):

@@ -13,7 +13,7 @@ from vibrodrive.jit.compile import inline_each, jit, part, part_each
 from vibrodrive.kernels import arguments, event, first_zero, history, literal_scan, record, setup, switch, undisturbed
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
-from vibrodrive.kernels.outputs import Errors, Extent, Log, Outcome, Recorder
+from vibrodrive.kernels.outputs import Errors, Log, Outcome, Recorder, extent_of
 
 MOST = 1000
 """Steps of a search after which a kernel checks whether it must end early."""
@@ -72,7 +72,7 @@ def single(method: int, recorded: bool, bounded: bool):
         w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
         literal = a.numbers[3] != 0
         price = switch.SCAN_PRICE if literal else switch.SEARCH_PRICE
-        extent = Extent(a.numbers[0], a.numbers[1], a.numbers[2], price)
+        extent = extent_of(a.numbers, price)
         section, impacts, outcome = a.section, a.impacts, Outcome(a.status, a.margin, a.counts, a.work)
         log = Log(a.rows, a.stored)
         recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
@@ -100,17 +100,17 @@ def single(method: int, recorded: bool, bounded: bool):
 
 
 @jit(_nrt=False)
-def next_switches(lanes_w, lanes_k, points, states, periods, section, rows, stored, ends, phases):
+def next_switches(lanes_w, lanes_k, points, states, numbers, section, rows, stored, ends, phases):
     """Find the certified switch that ends states[n] for a start at points[n], for all n.
 
     points float64 (n, columns), states int64 (n,)
-    periods : number of excitation periods in which the switch is searched for
+    numbers : settings (outputs.py): the excitation periods in which the switch is searched for, without a transient
     section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory. Up to m - 1 switches are examined: an
     impact, or a start with H within rounding of ±1, adds one or two switches before the one that ends the state
     ends int64 (n, 2): period of the switch and next state, -1 if there is no such switch; phases float64 (n,)
     """
     w, k = lanes_w[0], lanes_k[0]
-    extent, log = Extent(0, periods, rows.shape[0], switch.SEARCH_PRICE), Log(rows, stored)
+    extent, log = extent_of(numbers, switch.SEARCH_PRICE), Log(rows, stored)
     for n in range(points.shape[0]):
         going = setup.load(w, k, 0, points, n, CERTIFIED, extent, section, log, None)
         ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0

@@ -56,9 +56,9 @@ GAPS = 8
 """The longest cycle of gaps that is searched for."""
 
 (
-    OUT_PERIOD, OUT_SEQUENCE, OUT_GAPS, OUT_IMPACTS, OUT_SPEED_MAX, OUT_SPEED_MEAN,
-    OUT_XI_MAX, OUT_DXI_MIN, OUT_DXI_MAX, OUT_MOMENTUM, OUT_ENERGY, OUT_FRICTION, OUT_DRIVE, OUT_LYAPUNOV,
-    OUT_UP, OUT_DOWN, OUT_STICK, OUT_REST, OUT,
+    OUT_PERIOD, OUT_SEQUENCE, OUT_GAPS, OUT_IMPACTS, OUT_IMPACT_SPEED_MAX, OUT_IMPACT_SPEED_MEAN,
+    OUT_XI_MAX, OUT_DXI_MIN, OUT_DXI_MAX, OUT_MOMENTUM, OUT_ENERGY, OUT_FRICTION_LOSS, OUT_DRIVE_WORK, OUT_LYAPUNOV,
+    OUT_SHARE_UP, OUT_SHARE_DOWN, OUT_SHARE_STICK, OUT_SHARE_REST, OUT,
 ) = range(19)  # fmt: skip
 """Columns of a summary; model/records.py gives their meanings."""
 
@@ -496,16 +496,16 @@ def write_summary(n, sequence, gaps, duration, af, totals, out):
     """Write the summary: totals divided by the number of excitation periods."""
     out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
     out[OUT_IMPACTS] = totals[LANDED] / duration
-    out[OUT_SPEED_MAX] = totals[FASTEST]
-    out[OUT_SPEED_MEAN] = totals[MOMENTUM] / totals[LANDED] if totals[LANDED] > 0.0 else 0.0
+    out[OUT_IMPACT_SPEED_MAX] = totals[FASTEST]
+    out[OUT_IMPACT_SPEED_MEAN] = totals[MOMENTUM] / totals[LANDED] if totals[LANDED] > 0.0 else 0.0
     known = totals[HIGHEST] >= 0.0
     out[OUT_XI_MAX] = totals[HIGHEST] if known else UNKNOWN
     out[OUT_DXI_MIN] = totals[LEAST] if totals[LEAST] < INFINITY else (0.0 if known else UNKNOWN)
     out[OUT_DXI_MAX] = totals[MOST] if totals[MOST] > -INFINITY else (0.0 if known else UNKNOWN)
     out[OUT_MOMENTUM], out[OUT_ENERGY] = totals[MOMENTUM] / duration, totals[ENERGY] / duration
-    out[OUT_FRICTION], out[OUT_DRIVE] = totals[FRICTION] / duration, totals[DRIVE] / duration
+    out[OUT_FRICTION_LOSS], out[OUT_DRIVE_WORK] = totals[FRICTION] / duration, totals[DRIVE] / duration
     span = (totals[LAST] - totals[FIRST]) / TWO_PI
     grown = totals[GROWTH] / span if span > 0.0 else UNKNOWN
     out[OUT_LYAPUNOV] = grown if af == 0.0 else UNKNOWN
     for k in range(4):
-        out[OUT_UP + k] = totals[TIME_UP + k] / (duration * TWO_PI)
+        out[OUT_SHARE_UP + k] = totals[TIME_UP + k] / (duration * TWO_PI)

@@ -6,6 +6,7 @@ This module imports no other module of the package. An edit here recompiles ever
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Literal, TypeAlias
 
 
 class Named(IntEnum):
@@ -30,6 +31,16 @@ class Method(Named):
     CERTIFIED = 2  # the first zero, guaranteed
 
 
+MethodLike: TypeAlias = Method | Literal["certified", "muller", "fixed"]
+
+ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
+"""Methods that use a parameter; without `dtau` a method has no grid."""
+
+IN_LANES = (Method.FIXED, Method.MULLER, Method.CERTIFIED)
+"""Methods of kernels/engine.py, which advances many motions together. Motions by another method are computed one by one
+(kernels/single.py)."""
+
+
 class Scan(Named):
     """Grid points that `fixed` and `muller` evaluate. Both choices give bitwise equal results.
 
@@ -44,6 +55,9 @@ class Scan(Named):
 
     SKIP = 0  # skip grid points at which a sign change is proved impossible
     LITERAL = 1  # visit every grid point
+
+
+ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
 
 
 class Status(Named):

@@ -11,11 +11,10 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Concatenate, Literal, ParamSpec, TypeAlias, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, unknown
 
@@ -23,9 +22,6 @@ Axis: TypeAlias = float | Sequence[float] | np.ndarray  # one number, or a seque
 
 Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
 """Sequences of equal length, of parameters that change together."""
-
-MethodLike: TypeAlias = Method | Literal["certified", "muller", "fixed"]
-ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
 
 P = ParamSpec("P")
 R = TypeVar("R")

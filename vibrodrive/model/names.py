@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.choices import IN_LANES, Method, Scan
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -149,6 +149,11 @@ class Settings:
     def literal(self) -> bool:
         """True if every grid point is visited; `certified` has no grid."""
         return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
+
+    @property
+    def one_by_one(self) -> bool:
+        """True if the points of a sweep are computed one by one, and not many of them together."""
+        return self.literal or self.method not in IN_LANES
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
         """Return the work of one point, in undisturbed periods; it grows with ε and η and as Δτ decreases.

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.choices import ACTS_ON, Method, Scan
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
@@ -46,7 +46,6 @@ POINT = "point"  # axis of a sweep along which parameters change together; its v
 SAMPLED = 100
 """Number of points that are checked before a warning, if parameters change together."""
 
-ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
 """Methods that use these parameters; the results of other methods do not depend on them."""
 
 
@@ -148,7 +147,7 @@ class Plan:
     @property
     def _most_points(self) -> int:
         """Points computed together, at most, by their work."""
-        alone = self.settings.literal or ERROR in self.record
+        alone = self.settings.one_by_one or ERROR in self.record
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
     def _ends(self, name: str) -> tuple[float, float]:

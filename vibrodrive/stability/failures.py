@@ -28,7 +28,9 @@ from vibrodrive.kernels import single as kernel
 from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
+from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.model.choices import Scan
+from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
@@ -61,7 +63,8 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
     w, k = new_lanes(1)
     ends, phases = np.empty((len(tau), 2), np.int64), np.empty(len(tau))
     rows, stored = np.empty(ROWS, SWITCH), np.zeros(1, np.int64)
-    kernel.next_switches(w[0], k[0], points, states, AHEAD, np.empty((1, AHEAD, 2)), rows, stored, ends, phases)
+    numbers = numbers_of(Settings(transient=0, periods=AHEAD, budget=ROWS), 1)
+    kernel.next_switches(w[0], k[0], points, states, numbers, np.empty((1, AHEAD, 2)), rows, stored, ends, phases)
     return ends[:, 0], phases, ends[:, 1]
 
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.model import slips
-from vibrodrive.model.keywords import Axis, MethodLike, ScanLike, as_written
+from vibrodrive.model.choices import MethodLike, ScanLike
+from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad, check
