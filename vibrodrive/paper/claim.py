@@ -79,14 +79,16 @@ def listed(items: Iterable[Any]) -> str:
 
 READING = """\
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
-(1999), and the configuration of that name. *With a correction*: it holds in part, or with numbers or
-reasons that differ from those of the paper."""
+(1999), and the configuration of that name. *Reproduced with a correction* means that the claim holds in part, or with
+numbers or reasons that differ from those of the paper."""
 
 
 def claims_page(judged: Sequence[Judged]) -> list[str]:
     """Return the lines of claims.md."""
     return [
         "# The paper's claims, recomputed",
+        "",
+        "After this page you know which claims of the paper the program reproduces, and with which numbers.",
         "",
         f"{counts(judged, 'claims', Verdict)}. Written by `vibrodrive paper`.",
         "",
