@@ -183,8 +183,8 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
     """Refuse a diagram for which a sweep lacks the axes or the record.
 
-    One motion has no axis for a bifurcation diagram: its section is drawn if the configuration gives that kind; the
-    kind is refused if it is an option of the command (`asked`).
+    One motion has no axis for a bifurcation diagram. If the configuration gives this kind, the section is drawn
+    instead; if an option of the command does (`asked`), it is refused.
     """
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]

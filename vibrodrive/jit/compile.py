@@ -189,8 +189,8 @@ def jit(function=None, **options):
     if numba.config.DISABLE_JIT:
         return np.errstate(all="ignore")(function)  # compiled code does not warn of overflow either
     if function.__closure__:
-        # the symbol name contains a number that is unique only within the compiling process: without these values two
-        # kernels of one factory, compiled by two processes, could have the same name, and the wrong one be called
+        # The symbol name contains a number that is unique only within the compiling process. Two kernels of one factory
+        # that two processes have compiled could have the same name, and the wrong one would be called. Hence the values
         values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
     before = numba.config.CACHE_DIR

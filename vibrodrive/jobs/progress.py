@@ -1,9 +1,13 @@
 """Progress of a sweep in one line: rewritten on a terminal, printed periodically elsewhere.
 
-Reasons against the progress bar of click (8.5, tested): without a terminal it prints its label once and no progress; a
-terminal that is closed ends the work with OSError; other messages appear on the line of the bar; a line wider than the
-terminal is not cut, and wraps; and its remaining time counts the work of an earlier run as work of this one: at 96 of
-100 steps, the first 90 of them resumed, it showed 0.04 s for the last second.
+Reasons against the progress bar of click (8.5, tested):
+
+- Without a terminal it prints its label once, and no progress.
+- If the terminal is closed, the work ends with OSError.
+- Other messages appear on the line of the bar.
+- A line wider than the terminal wraps.
+- Its remaining time counts the work of an earlier run as work of this one. At 96 of 100 steps, of which 90 were
+  resumed, it showed 0.04 s instead of about a second.
 """
 
 from __future__ import annotations

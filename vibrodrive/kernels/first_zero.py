@@ -19,9 +19,9 @@ amplitudes of their third derivatives. Taylor's theorem with a bounded remainder
 The right side is a parabola. Up to S or its first positive root, whichever is smaller, it is positive and so is g: this
 is the step. S is arbitrary. The code sets it to the last step; then, near a transversal zero, the root of the parabola
 falls short of the zero by an error that shrinks faster than the square of the distance. If a fast ripple of amplitude a
-dominates M3, the slow part minus a is bounded in the same way with the small bound M2 of its own derivatives, g_slow +
-g_slow's + b s²/2 - a, where b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this second bound is
-positive beyond the S of the first bound, the code takes the step of the second bound.
+dominates M3, there is a second bound, g_slow + g_slow's + b s²/2 - a, from the slow part and the small bound M2 of its
+own derivatives. Here b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this second bound is positive
+beyond the S of the first bound, the code takes the step of the second bound.
 
 **Starts on a zero.** A slide from rest has g = 0 and g' >= 0 at its beginning, and g/s >= g' + g''s/2 - M3 s²/6. The
 search begins at the positive root of this bound, so the start is not mistaken for the next switch. At ε = 0 a slide
@@ -65,9 +65,11 @@ LATE_SHARE = 4e-3
 
 
 class Search(NamedTuple):
-    """A switching function as a shape, sig · (…) + base, and the data of its search: the amplitude of its fast part,
-    bounds of its second (without that part) and third derivatives, the first span S, and the noise: a grid point is
-    not skipped if the function may be below the noise there."""
+    """A switching function as a shape, sig · (…) + base, and the data of its search.
+
+    The data are the amplitude of the fast part, bounds of the second derivative (without the fast part) and of the
+    third, the first span S, and the noise. A grid point is not skipped if the function may be below the noise there.
+    """
 
     form: motion.Form
     alf: float

@@ -28,8 +28,9 @@ APART = ROWS + 11
 cache lines."""
 
 END_OF_RECORD = 1e-9
-"""If a switch is closer than this to the phase at which a record begins and ends, the summary is not computed from one
-cycle: only the motion up to the end of the record decides whether the switch belongs to the record."""
+"""Least distance of the switches of a cycle from the phase at which a record begins and ends, for a summary from this
+cycle. If a switch is closer, only the motion up to the end of the record decides whether the switch belongs to the
+record."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,8 @@
 """Summary of a recorded motion in a few numbers, from its switches.
 
 A motion that repeats itself is measured over one of its periods, from an impact to the same impact n excitation periods
-later; any other from the first switch recorded to the last. Each segment in between begins at rest (ξ' = 0), is
-complete and has a closed form, so all sums are exact:
+later. Any other motion is measured from the first recorded switch to the last. Each segment in between begins at rest
+(ξ' = 0), is complete and has a closed form, so all sums are exact:
 
 * friction takes the energy |Δξ| from each slide, an impact takes ½ξ'² (§2: friction force and mass are 1);
 * the excitation F = A sin τ + A ε η² sin ητ gives ∫ F ξ' dτ. With G the integral of F, and ξ'' = F + L, L = -(B + s),

@@ -16,10 +16,9 @@ The method is Householder's in the form of a series: with u = g/g' and a_k = g�
 
     δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
 
-It converges with order five and needs one division. The derivatives cost almost nothing, because they use the same
-sine and cosine. Each search begins at a guess: the duration of the last slide of the trajectory in this direction,
-changed by the difference of the starts times the derivative of the duration (from the implicit derivative of
-∫ ξ'' = 0).
+It converges with order five and needs one division. The derivatives cost almost nothing, because they use the same sine
+and cosine. Each search begins at a guess: the duration of the last slide of the trajectory in this direction, plus the
+difference of the starts times the derivative of the duration by the start (the implicit derivative of ∫ ξ'' = 0).
 """
 
 from __future__ import annotations

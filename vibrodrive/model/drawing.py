@@ -54,10 +54,11 @@ def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
     """Choose the kind of figure and its quantity for a sweep; either may be None.
 
-    A quantity of the summary selects a map, one of the impacts a bifurcation diagram. If both are None, the section is
-    drawn if it was recorded (kind None: the diagram that suits the axes), else a map of the period, or the phases of
-    the impacts. `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of
-    one motion.
+    A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both are None, the
+    section is drawn in a diagram that suits the axes (kind None). A sweep without sections is drawn as a map of the
+    period or, if it has only impacts, as a diagram of their phases.
+
+    `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of one motion.
     """
     record = swept.record
     if kind not in (None, *FIGURE_KINDS):

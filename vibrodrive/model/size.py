@@ -70,8 +70,11 @@ def block_bytes(plan: Plan) -> int:
 
 
 def working_bytes(plan: Plan, remote: bool = False) -> int:
-    """Return the bytes of the blocks in memory: those computed together, as many being written, and the writer's copy
-    of one coordinate of a block; with an executor (`remote`) those of its tasks. Threads share these blocks."""
+    """Return the bytes of the blocks in memory at one time. Threads share these blocks.
+
+    They are the blocks computed together, as many blocks that are being written, and the writer's copy of one
+    coordinate of a block. With an executor (`remote`) they are the blocks of its tasks.
+    """
     block = block_bytes(plan)
     if remote:
         return IN_FLIGHT * block + block // 2

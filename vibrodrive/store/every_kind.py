@@ -81,8 +81,8 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     Raises
     ------
     NoResult
-        if it is no result file of this version; OtherKind, a NoResult, if its kind is not `kind`, or if it holds
-        switches of single motions; Damaged, a NoResult, if it cannot be read. All are ValueErrors of
+        if it is no result file of this version. Two kinds of NoResult are more specific. OtherKind: its kind is not
+        `kind`, or it holds switches of single motions. Damaged: it cannot be read. All are ValueErrors of
         `vibrodrive.errors`.
     Busy (a RuntimeError)
         if this process has the file open in a mode that excludes reading.
