@@ -27,8 +27,8 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def make(work: Work) -> bool:
     """Find the curves of bifurcations in the ranges of a plan.
 
-    Only the ranges of the axes are used, and the number of values of B, up to 17: the search for bifurcations starts at
-    so many values.
+    The axes give the ranges of A and B. The search for bifurcations starts at as many values of B as its axis has, at
+    most 17. The values themselves are not used.
     """
     plan, longest = work.plan, work.own["max_period"]
     A, B = ((float(plan.axes[name].min()), float(plan.axes[name].max())) for name in "AB")

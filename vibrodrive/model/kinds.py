@@ -25,8 +25,8 @@ class Kind(NamedTuple):
     reader
         place of the function that reads an open file into the object that `load` returns (switches: `info`).
     words
-        texts that every such file contains, some near its beginning, and hardly any other file. They identify a damaged
-        result file.
+        texts that identify a damaged file of this kind: every such file contains them, some near its beginning, and
+        hardly any other file does.
     schema, readable
         root attribute with the schema number, if there is one, and the numbers that this version reads.
     faults
