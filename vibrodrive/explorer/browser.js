@@ -3,7 +3,6 @@
 const page = {
   busy: false, // a view has been requested and no picture of it is painted yet
   pending: false, // the view has changed since that request
-  known: {}, // ends of ranges already handled, since both ends have change events
   tapped: false, // another motion has been selected since that request
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; from now on each change is a step of "back"
@@ -13,13 +12,12 @@ const page = {
   held: 0, // timer until diagrams are painted even without their picture
   due: false, // a painting of the diagrams is scheduled
   asked: 0, // number of the last request for a picture
-  answered: 0, // number of the request whose picture is painted
-  whole: 0, // the same if that picture is complete, else 0
-  data: null, // the last picture, with its place and palette
+  whole: 0, // number of the request whose picture is painted and complete, else 0
+  data: null, // the last picture, with its place, palette and head
   document: Bokeh.documents[0],
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0, // number of the last message; times of requests
   scales: {}, // scales of both axes as drawn: linear or log
-  kept: {}, // ends of ranges as the server sent them
+  kept: {}, // ends of ranges as the server sent them, until they are moved
   last: "", // the last view requested
   extra: {}, // fields without widget and range: at, and the ends of the colours (map) or of y (diagram)
   frames: [], latencies: [], // times at which pictures were painted, and their delay after the movement (ms)
@@ -27,7 +25,6 @@ const page = {
   words: "", // description of the selected motion
   followed: NaN, // coordinate of that motion on the abscissa
   marks: [], // coordinates of the marks on the abscissa
-  odd: {}, // columns whose status is not OK, by the words of the status
   pinged: 0, // time of a question whether the server answers, until it does
   played: "", // field whose slider runs
   fit: false, // the ordinate follows the values, until it is moved
@@ -52,7 +49,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-[axes, acts, symbols, scaled, about] = [axes, acts, symbols, scaled, about].map(plain);
+[acts, symbols, about] = [acts, symbols, about].map(plain);
 starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
@@ -73,17 +70,16 @@ page.fields = fields;
 const log = (name) => page.scales[name] === "log";
 const shown = (u, name) => (log(name) ? Math.pow(10, u) : u);
 const drawn = (v, name) => (log(name) ? Math.log10(v) : v);
+const unmoved = ({id, start, end}) => page.kept[id]?.[0] === start && page.kept[id]?.[1] === end;
 const span = (range, name, low, high) => {
   // for unmoved ends return the numbers that the server sent: 10 ** log10(v) may differ from v in its last bits
-  const kept = page.kept[range.id];
-  if (kept && kept[0] === range.start && kept[1] === range.end) return {[low]: kept[2], [high]: kept[3]};
+  if (unmoved(range)) return {[low]: page.kept[range.id][2], [high]: page.kept[range.id][3]};
   return {[low]: shown(range.start, name), [high]: shown(range.end, name)};
 };
 const put_span = (range, name, low, high) => {
   const [start, end] = [drawn(low, name), drawn(high, name)];
-  page.known[range.id] = start + " " + end;
-  range.setv({start, end});
   page.kept[range.id] = [start, end, low, high];
+  range.setv({start, end});
 };
 
 page.state = () => {
@@ -226,9 +222,10 @@ page.apply = (view) => {
   const over_plane = view.mode === "map";
   if (over_plane !== page.over_plane) clear_pictures();
   page.over_plane = over_plane;
-  page.scales = {scale: view.scale, y_scale: view.y_scale};
-  for (const model of scaled.x) model.args = {scale: view.scale};
-  for (const model of scaled.y) model.args = {scale: over_plane ? view.y_scale : "linear"};
+  page.scales = {scale: view.scale, y_scale: over_plane ? view.y_scale : "linear"};
+  each_axis((axis, upwards) => {
+    for (const model of [axis.formatter, axis.ticker]) model.args = {scale: page.scales[upwards ? "y_scale" : "scale"]};
+  });
   page.extra = over_plane ? {bottom: view.bottom, top: view.top} : {y_low: view.y_low, y_high: view.y_high};
   page.extra.at = view.at;
   point_at(view.at === null ? NaN : drawn(view.at, "scale"));
@@ -239,6 +236,10 @@ page.apply = (view) => {
   else if (!page.fit) put_span(y_range, "", view.bottom, view.top);
   arrange();
   page.ask(true);
+};
+
+const each_axis = (act) => {
+  for (const {below, left} of [first, second]) [below[0], left[0]].forEach(act);
 };
 
 // Reasons why a control has no effect now, by name.
@@ -259,8 +260,7 @@ const idle = () => {
 const arrange = () => {
   const mode = fields.mode.value, over_plane = mode === "map", shown_now = [mode, fields.scene.value];
   const why = idle(), [across, up] = [fields.x.value, fields[over_plane ? "y" : "quantity"].value];
-  for (const axis of axes.x) axis.axis_label = symbols[across];
-  for (const axis of axes.y) axis.axis_label = symbols[up];
+  each_axis((axis, upwards) => { axis.axis_label = symbols[upwards ? up : across]; });
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   say(about[mode], "about");
   second.visible = two;
@@ -306,7 +306,7 @@ page.paint = (sent) => {
   if (head.fit && page.fit && head.seq === page.asked) put_span(y_range, "", ...head.fit);
   page.patience = PATIENCE;
   [first, second].forEach((plot, k) => { if (data.images[k]) draw_picture(plot, data.images[k], data, head.odd); });
-  Object.assign(page, {answered: head.seq, status: head.status, data, odd: head.odd});
+  Object.assign(page, {status: head.status, data: {...data, head}});
   say(head.note, "note");
   say(head.title, "title");
   for (const [name, field] of Object.entries(fields)) if (!refuses(field)) page.good[name] = field.value;
@@ -345,31 +345,19 @@ const remember = (address) => {
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
 
-const download = (name, bytes) => {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([bytes]));
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-};
-
-// Show a text to copy or to save.
-const offer = (name, text) => {
-  const dialog = element("text");
-  dialog.querySelector("textarea").value = text;
-  dialog.onclose = () => {
-    if (dialog.returnValue === "copy") navigator.clipboard.writeText(text);
-    if (dialog.returnValue === "keep") download(name, text);
-  };
-  dialog.returnValue = "";
-  dialog.showModal();
+// Save a file, or show its text, to copy or to save.
+const offer = (name, content, text = "") => {
+  const link = element("keep");
+  URL.revokeObjectURL(link.href);
+  Object.assign(link, {href: URL.createObjectURL(new Blob([content])), download: name});
+  element("content").value = text;
+  if (text) element("text").showModal(); else link.click();
 };
 
 const take = ({name, base64}) => {
   page.file = {name, base64};
   const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-  if (/\.(py|toml|txt)$/.test(name)) offer(name, new TextDecoder().decode(bytes));
-  else download(name, bytes);
+  offer(name, bytes, /\.(py|toml)$/.test(name) ? new TextDecoder().decode(bytes) : "");
 };
 
 page.hear = (news) => {
@@ -402,8 +390,8 @@ const point_at = (x) => {
 
 // Select the next motion with a status other than OK.
 element("status").addEventListener("click", ({target}) => {
-  const {x, dw, images} = page.data ?? {}, columns = page.odd[target.dataset.odd];
-  if (!columns) return;
+  if (!target.dataset.odd) return;
+  const {x, dw, images, head} = page.data, columns = head.odd[target.dataset.odd];
   const places = columns.map((column) => x + (column + 0.5) * dw / images[0].shape[1]);
   page.tap({x: places.find((u) => u > page.followed + 1e-9 * dw) ?? places[0]});
 });
@@ -452,9 +440,8 @@ page.moved = (range) => {
   if (range === x2) return mirror(x2, x_range);
   if (range === y2) return mirror(y2, y_range);
   mirror(...(range === x_range ? [x_range, x2] : [y_range, y2]));
-  const ends = range.start + " " + range.end;
-  if (page.known[range.id] === ends) return;
-  page.known[range.id] = ends;
+  if (unmoved(range)) return;
+  delete page.kept[range.id];
   if (page.busy) hold();
   if (range === y_range) page.fit = false;
   page.ask();
@@ -464,11 +451,12 @@ const press = (id, act) => element(id).addEventListener("click", act);
 press("back", () => history.back());
 press("reset", () => KEYS.Home());
 press("follow", page.fit_now);
+press("copy", () => navigator.clipboard.writeText(element("content").value));
 press("close", () => KEYS.Escape());
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 element("save").addEventListener("change", ({target}) => {
-  if (target.value === "link") offer("link.txt", location.href.replace(/token=[^&]*&?/, ""));
-  else page.command({file: target.value});
+  const link = location.href.replace(/token=[^&]*&?/, "");
+  if (target.value === "link") offer("link.txt", link, link); else page.command({file: target.value});
   target.value = "";
 });
 press("grid", ({currentTarget}) => {
@@ -528,8 +516,16 @@ element("start").addEventListener("change", () => {
 });
 
 scale_letters();
-for (const plot of [first, second]) if (Bokeh.index.find_one_by_id(plot.id)) picture_of(plot);
+for (const plot of [first, second]) {
+  picture_of(plot);
+  for (const kind of ["tap", "doubletap"]) plot.on_event(kind, page.tap); // one of two quick clicks on two columns
+  page.document.event_manager.subscribed_models.add(plot);
+}
 measure();
+for (const range of [x_range, y_range, x2, y2]) range.change.connect(() => page.moved(range));
+motion.properties.data.change.connect(() => page.moves());
+page.document.on_event("connection_lost", () => page.lost(true));
+page.document.on_event("client_reconnected", () => page.back());
 page.document.on_message("news", page.hear);
 page.document.on_message("picture", page.paint);
 tell({hello: true});

@@ -59,10 +59,6 @@ def part_shown(view: View, plan: Plan) -> str:
     return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
 
 
-def _sentence(meaning: str) -> str:
-    return meaning[0].upper() + meaning[1:] + "."
-
-
 def _number(name: str, only: str = "") -> Control:
     """Return the control of a parameter, with the slider of the table of names or one over the range of its axis."""
     row = NAMES[name]
@@ -70,7 +66,7 @@ def _number(name: str, only: str = "") -> Control:
     if slider is None and row.axis and row.axis[2] == LINEAR:
         low, high, _ = row.axis
         slider = low, high, (high - low) / SLIDER_STEPS
-    return Control(name, symbol(name), _sentence(row.meaning), slider=slider, only=only)
+    return Control(name, symbol(name), f"{row.meaning[0].upper()}{row.meaning[1:]}.", slider=slider, only=only)
 
 
 def _choice(name: str, label: str, hint: str, options: dict[str, str], only: str = "") -> Control:

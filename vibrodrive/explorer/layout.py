@@ -8,8 +8,8 @@ from typing import Any
 
 from bokeh.core.templates import get_env
 from bokeh.document import Document
-from bokeh.events import DoubleTap, Tap
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTicker, CustomJSTickFormatter, HoverTool, Range1d
+from bokeh.events import DoubleTap
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTicker, CustomJSTickFormatter, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
@@ -51,6 +51,7 @@ class Page:
     marks: ColumnDataSource
 
 
+SCRIPTS = "picture.js", "browser.js", "reading.js", "mechanism.js"
 LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
 NO_CURVES: dict[str, Any] = {name: [] for name in ("x", "y", "A", "kind", "period", "colour", "width", "dash")}
 NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour")}
@@ -60,12 +61,7 @@ def build(document: Document, view: View, token: str) -> Page:
     """Fill a document with the models for a view, and with the scripts that join them in the browser."""
     # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
-    numbers, ticks = ((HERE / name).read_text() for name in ("numbers.js", "ticks.js"))
-    minor, scale = ticks.replace("MOST = 8", "MOST = 40"), {"scale": "linear"}  # browser.js sets the scale
-    formatters = {name: CustomJSTickFormatter(args=scale, code=numbers) for name in ("x", "y")}
-    tickers = {name: CustomJSTicker(args=scale, major_code=ticks, minor_code=minor) for name in ("x", "y")}
-    pairs = ("first", (x_range, y_range)), ("second", (x2, y2))
-    one, two = (_diagram(name, *ranges, formatters, tickers) for name, ranges in pairs)
+    one, two = _diagram("first", x_range, y_range), _diagram("second", x2, y2)
     lines, marks, motion = (ColumnDataSource(nothing) for nothing in (NO_CURVES, NO_CURVES, NO_MOTION))
     curves = one.multi_line("x", "y", source=lines, color="colour", line_width="width", line_dash="dash")
     points = one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5)
@@ -73,18 +69,19 @@ def build(document: Document, view: View, token: str) -> Page:
     one.add_tools(HoverTool(renderers=[points], tooltips=tips), HoverTool(renderers=[curves], tooltips=tips[:1]))
     phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
     time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
+    moment = Span(dimension="height", line_color="#888888", line_width=1)  # shown by the drawing of the mechanism
+    time.add_layout(moment)
     args: dict[str, Any] = {
         "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
-        "second": two, "token": token, "about": ABOUT,
-        "scaled": {name: [formatters[name], tickers[name]] for name in formatters},
-        "axes": {"x": [p.xaxis[0] for p in (one, two)], "y": [p.yaxis[0] for p in (one, two)]},
+        "second": two, "moment": moment, "token": token, "about": ABOUT,
         "small": [phase, time], "x2": x2, "y2": y2, "first": one,
         "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
         "names": [state.name.lower() for state in LASTING],
         "acts": {name: [m.name.lower() for m in methods] for name, methods in ACTS_ON.items()},
         "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
     }  # fmt: skip
-    _join(document, args)
+    script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
+    document.js_on_event("document_ready", CustomJS(args=args, code=script))
     for shown in (one, two, x_range, y_range, x2, y2):
         shown.syncable = False  # the server receives a view as a whole
     document.title = "vibrodrive explore"
@@ -99,28 +96,8 @@ def build(document: Document, view: View, token: str) -> Page:
     return Page(motion, lines, marks)
 
 
-def _join(document: Document, args: dict[str, Any]) -> None:
-    """Pass the models to the scripts, by the names used there, and connect every change to them."""
-    script = "\n".join((HERE / name).read_text() for name in ("picture.js", "browser.js", "reading.js", "mechanism.js"))
-    document.js_on_event("document_ready", CustomJS(args=args, code=script))
-    document.js_on_event("connection_lost", _call("lost(true)"))
-    document.js_on_event("client_reconnected", _call("back()"))
-    moved, tapped = map(_call, ("moved(cb_obj)", "tap(cb_obj)"))
-    for axis in (args[name] for name in ("x_range", "y_range", "x2", "y2")):
-        for end in ("start", "end"):
-            axis.js_on_change(end, moved)
-    args["motion"].js_on_change("data", _call("moves()"))
-    for shown in (args["first"], args["second"]):
-        for click in (Tap, DoubleTap):  # one of two quick clicks on neighbouring columns
-            shown.js_on_event(click, tapped)
-
-
-def _call(call: str) -> CustomJS:
-    """Return a call into browser.js, which does nothing before that has run."""
-    return CustomJS(code=f"if (window.explorer) window.explorer.{call}")
-
-
-def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str, Any], tickers: dict[str, Any]) -> Any:
+def _diagram(name: str, x_range: Range1d, y_range: Range1d) -> Any:
+    """Return an empty diagram, for whose axes browser.js sets the scale."""
     p = figure(
         name=name, sizing_mode="stretch_both", x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom",
         active_drag="pan", active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=70,
@@ -129,10 +106,11 @@ def _diagram(name: str, x_range: Range1d, y_range: Range1d, formatters: dict[str
     p.toolbar.logo = None
     p.grid.visible = False  # a grid is drawn again with every picture
     p.grid.grid_line_alpha = 0.6
-    p.xaxis.formatter, p.yaxis.formatter = formatters["x"], formatters["y"]
-    p.xaxis.ticker, p.yaxis.ticker = tickers["x"], tickers["y"]
-    for grid, ticker in zip(p.grid, tickers.values(), strict=True):
-        grid.ticker = ticker
+    numbers, ticks = ((HERE / name).read_text() for name in ("numbers.js", "ticks.js"))
+    minor, scale = ticks.replace("MOST = 8", "MOST = 40"), {"scale": "linear"}
+    for axis in p.axis:
+        axis.formatter = CustomJSTickFormatter(args=scale, code=numbers)
+        axis.ticker = CustomJSTicker(args=scale, major_code=ticks, minor_code=minor)
     return p
 
 

@@ -58,48 +58,34 @@ const draw_mechanism = () => {
     c.fillText("obstacle", 0, -1.6 * block);
     c.fillText("shaken incline: A sin τ", 0.2 * length, 0.35 * block + 1.3 * size);
   }
-  mark_time();
+  moment.location = m.at; // in the time series
 };
 
-// Show the time of the drawing in the time series: a line over its frame.
-const time_line = document.createElement("div");
-time_line.style.cssText = "position: absolute; border-left: 1px solid #888; pointer-events: none";
-const mark_time = () => {
-  const view = Bokeh.index.find_one_by_id(small[1].id), {x_range} = small[1];
-  if (!view) return;
-  if (!time_line.parentElement) view.canvas_view.overlays_el.append(time_line);
-  const {left, top, width, height} = view.frame.bbox, share = (drawn_motion.at - x_range.start) / (x_range.end - x_range.start);
-  time_line.hidden = !(drawn_motion.time.length && share >= 0 && share <= 1);
-  Object.assign(time_line.style, {left: `${left + share * width}px`, top: `${top}px`, height: `${height}px`});
-};
-
-const SPEED_OF = (place) => 2 ** place; // excitation periods a second, over the slider
 const play = (now) => {
-  const m = drawn_motion;
+  const m = drawn_motion, speed = 2 ** Number(element("speed").value); // excitation periods a second
   if (!m.playing || !m.time.length) return;
-  m.at += Math.min(0.1, (now - m.last) / 1000) * SPEED_OF(Number(element("speed").value));
+  m.at += Math.min(0.1, (now - m.last) / 1000) * speed;
   if (m.at >= m.time.at(-1)) m.at = 0;
   m.last = now;
   draw_mechanism();
   requestAnimationFrame(play);
 };
-const set_playing = (on) => {
+page.play = (on = !drawn_motion.playing) => {
   Object.assign(drawn_motion, {playing: on, last: performance.now()});
   element("play").textContent = on ? "Pause" : "Play";
   if (on) requestAnimationFrame(play);
 };
-page.play = () => set_playing(!drawn_motion.playing);
 
 // Go to the next switch: the next point with another state.
 page.step = () => {
   const m = drawn_motion, from = point_of(m.at);
-  set_playing(false);
+  page.play(false);
   const next = m.state.findIndex((state, i) => i > from && state !== m.state[i - 1]);
   m.at = m.time[Math.max(0, next)] ?? 0;
   draw_mechanism();
 };
 page.drawn_motion = drawn_motion;
-press("play", page.play);
+press("play", () => page.play());
 press("step", page.step);
 new ResizeObserver(draw_mechanism).observe(drawn_motion.canvas);
 draw_mechanism();

@@ -25,13 +25,11 @@ class Start(NamedTuple):
     address: str
 
 
-_HALF_PI = "section_phase=1.5707963267948966"
-
 STARTS = (
     Start("Fig. 3: all amplitudes",
           "The section velocity over A, without disturbance: one value, then doublings, then bands. "
           "Zoom into a band, and windows with few values appear.",
-          f"low=0.0025&high=3.25&transient=1000&periods=300&{_HALF_PI}"),
+          "low=0.0025&high=3.25&transient=1000&periods=300"),
     Start("Fig. 5: a small ripple, no period lost",
           "At A = 1.5 a disturbance ε = 5e-4 keeps the impacts, although its force is five times the excitation. "
           "Set ε to 0 and compare the curves.",
@@ -39,19 +37,19 @@ STARTS = (
     Start("Fig. 6: two points that grow into clouds",
           "At A = 3.04 and ε = 0 the motion has period 2, two points. They grow with ε; the paper gives 1.7e-4 as the "
           "limit. Click a column to compare with k₂.",
-          f"x=eps&low=0&high=3e-4&scale=linear&A=3.04&transient=500&periods=300&{_HALF_PI}"),
+          "x=eps&low=0&high=3e-4&scale=linear&A=3.04&transient=500&periods=300"),
     Start("Fig. 7: a ripple that destroys the structure",
           "The diagram between A = 3 and 3.25 with ε = 2e-4: branches become bands. "
           "Move ε to 0 slowly, and look where the windows return.",
-          f"low=3.0&high=3.25&eps=2e-4&transient=500&periods=500&{_HALF_PI}"),
+          "low=3.0&high=3.25&eps=2e-4&transient=500&periods=500"),
     Start("Fig. 8: steps too large for the structure",
           "At A = 1.5 the paper finds the structure kept by fixed steps of Δτ = 0.5, destroyed by 0.7. "
           "Click a column: the text gives the period, and the states one after another.",
-          f"x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100&{_HALF_PI}"),
+          "x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100"),
     Start("Fig. 10: a coarse time step does the same",
           "Fixed steps of Δτ = 0.1 without any disturbance: the step alone changes the picture. "
           "Choose Certified motions: as a difference, then reduce Δτ until little colour remains.",
-          f"low=3.0&high=3.25&method=fixed&dtau=0.1&transient=500&periods=500&{_HALF_PI}"),
+          "low=3.0&high=3.25&method=fixed&dtau=0.1&transient=500&periods=500"),
     Start("Fig. 12: one motion with steps of 0.1",
           "At A = 3.04 the certified motion has period 2; fixed steps of Δτ = 0.1 scatter it. "
           "The text below the diagrams describes the selected motion, and gives the limit k₂.",
@@ -59,19 +57,19 @@ STARTS = (
     Start("First doubling, with the exact orbits",
           "Blue lines are stable periodic orbits, dashed ones unstable; a circle marks each bifurcation. "
           "Point at a circle to see its kind and its A.",
-          f"low=2.4&high=3.25&orbits=4&{_HALF_PI}"),
+          "low=2.4&high=3.25&orbits=4"),
     Start("A window of period 5",
           "Between A = 3.161 and 3.169 the motion has period 5, amid bands; then the period doubles to 10. "
           "Zoom into an end: further windows appear, and numbers keep all digits.",
-          f"low=3.155&high=3.178&transient=2000&periods=500&{_HALF_PI}"),
+          "low=3.155&high=3.178&transient=2000&periods=500"),
     Start("Windows of periods 7 and 8",
           "Period 7 from A = 3.1786 to 3.1831, period 8 from 3.1837 to 3.1847, narrower ones between them. "
           "Press Mark and click the ends of a window to read its width.",
-          f"low=3.176&high=3.187&transient=2000&periods=500&{_HALF_PI}"),
+          "low=3.176&high=3.187&transient=2000&periods=500"),
     Start("The last band before period 3",
           "At A = 3.1893 the irregular motion ends: from there up to 3.25 the period is 3. "
           "Click a column on either side and compare the cycles of states.",
-          f"low=3.186&high=3.192&transient=2000&periods=500&{_HALF_PI}"),
+          "low=3.186&high=3.192&transient=2000&periods=500"),
     Start("Map: the period over A and B, with exact curves",
           "Each colour is a period of the motion. The lines, exact bifurcations, appear after up to a minute. "
           "A click shows the diagram through that point.",

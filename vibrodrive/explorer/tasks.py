@@ -210,12 +210,11 @@ def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
     whose = "" if as_it_is else " of the certified, undisturbed motion"
     names = ("A", "B", "eta", "xi0", "dxi0", "tau0")
     k = call(exact.limit_at, {name: known[name] for name in names})
-    if k["k2"] == k["k2"]:
-        yield f"k₂ in ε{whose}: {k['k2']:.4g} (as a velocity {k['velocity']:.4g}): {html.escape(k['how'])}"
-        if known["eps"] > 0.0:
-            yield f"<b>{compared_with_limit(known['eps'], k['k2'], k['last_kept'])}</b>"
-    else:
-        yield f"k₂ in ε{whose}: {html.escape(k['how'])}"
+    there = k["k2"] == k["k2"]
+    value = f"{k['k2']:.4g} (as a velocity {k['velocity']:.4g}): " if there else ""
+    yield f"k₂ in ε{whose}: {value}{html.escape(k['how'])}"
+    if there and known["eps"] > 0.0:
+        yield f"<b>{compared_with_limit(known['eps'], k['k2'], k['last_kept'])}</b>"
 
 
 def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:

@@ -8,7 +8,7 @@ the first picture is a sketch: the coarse grid with fewer periods, which later l
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import NamedTuple
 
@@ -51,20 +51,13 @@ class Level(NamedTuple):
         return bool(self.sweep.done.all())
 
 
-@dataclass
 class Work:
     """All motions of one sweep, or of two sweeps that differ only in the method that locates switches."""
 
-    plans: list[Plan]
-    threads: int | None
-    order: np.ndarray = field(init=False)
-    steps: np.ndarray = field(init=False)
-    part: Part = field(init=False)
-
-    def __post_init__(self) -> None:
-        plan = self.plans[0]
-        self.order, self.steps = coarse_first(plan.shape)
-        self.part = Part([Results.uncomputed(p) for p in self.plans], np.zeros(plan.n_points, bool))
+    def __init__(self, plans: list[Plan], threads: int | None) -> None:
+        self.plans, self.threads = plans, threads
+        self.order, self.steps = coarse_first(plans[0].shape)
+        self.part = Part([Results.uncomputed(p) for p in plans], np.zeros(plans[0].n_points, bool))
 
     @property
     def bytes(self) -> int:
