@@ -27,6 +27,7 @@ from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
 from vibrodrive.kernels.lane import LANES, new_lanes
 from vibrodrive.kernels.outputs import numbers_of
+from vibrodrive.kernels.setup import fast_amplitude
 from vibrodrive.kernels.single import single
 from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
@@ -147,9 +148,8 @@ def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
-    """Return a mask of the points with a disturbance, computed as in `is_disturbed` of kernels/setup.py."""
-    a, eps, eta = (points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))
-    return a * eps * eta * eta > 0.0
+    """Return a mask of the points with a disturbance."""
+    return fast_amplitude(*(points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))) > 0.0
 
 
 def load_kernels(plan: Plan) -> None:

@@ -19,17 +19,24 @@ MANY = 16
 wait until others need a step, too."""
 
 
+@inline
+def value_at(base, sig, form, h):
+    """Return a switching function at h after the last switch, BASE + SIG · shape of `form`, at ε = 0."""
+    s, v, ds, dv, near = arc(h)
+    return base + sig * motion.shape(near, h, form, s, v, ds, dv)
+
+
 @inline_each("fast")
 def function_at(w, i, h, fast):
     """Return the switching function searched in lane i at h after the last switch, with a disturbance if `fast`."""
+    base, sig, form = w[r.BASE + i], w[r.SIG + i], first_zero.form_of(w, i)
+    if not fast:
+        return value_at(base, sig, form, h)
     s, v, ds, dv, near = arc(h)
-    if fast:
-        sf, vf, dsf, dvf, near_fast = arc_of_product(w[r.ETA + i], h)
-        near = near & near_fast
-    g = motion.shape(near, h, first_zero.form_of(w, i), s, v, ds, dv)
-    if fast:
-        g += motion.fast_part(near, w[r.ALF + i], w[r.BEF + i], sf, vf, dsf, dvf)
-    return w[r.BASE + i] + w[r.SIG + i] * g
+    sf, vf, dsf, dvf, near_fast = arc_of_product(w[r.ETA + i], h)
+    near = near & near_fast
+    g = motion.shape(near, h, form, s, v, ds, dv)
+    return base + sig * (g + motion.fast_part(near, w[r.ALF + i], w[r.BEF + i], sf, vf, dsf, dvf))
 
 
 @part

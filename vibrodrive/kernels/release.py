@@ -12,6 +12,7 @@ from numba.extending import register_jitable
 
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import PI, PI_LOW, arcsine
+from vibrodrive.kernels.codes import STICK
 
 
 @register_jitable
@@ -24,6 +25,12 @@ def onset(b):
 def moves(a, b):
     """Return whether a mass at rest at the obstacle will move. Plain Python may call this without compiling it."""
     return a > onset(b)
+
+
+@inline
+def can_end(state, reach, b):
+    """Return whether H can reach a boundary of the wait `state`; H + B never exceeds `reach` in size."""
+    return (reach > 1.0 + b) | ((state == STICK) & (reach > abs(1.0 - b)))
 
 
 @inline

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
-from vibrodrive.jit.compile import inline, part, part_each
+from numba.extending import register_jitable
+
+from vibrodrive.jit.compile import part, part_each
 from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW, turns
 from vibrodrive.kernels import certainty, event, history, margins, motion, record, recurrence, release, switch
 from vibrodrive.kernels import lane as r
@@ -14,17 +16,21 @@ from vibrodrive.kernels.outputs import Switch
 LAST_PHASE = math.nextafter(TWO_PI, 0.0)  # largest phase at which a motion can start
 
 
+@register_jitable
+def fast_amplitude(a, eps, eta):
+    """Return A ε η², the amplitude of the disturbance in H and ξ'', eq. (9). Plain Python may call this for arrays."""
+    return a * eps * eta * eta
+
+
 @part
 def set_parameters(w, k, i, points, row, method):
-    """Set the parameters of a point, its start in time, and the ends of its waits at ε = 0.
-
-    AF = A ε η² is the amplitude of the disturbance in H and ξ'', from eq. (9).
-    """
+    """Set the parameters of a point, its start in time, and the ends of its waits at ε = 0."""
     a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
-    fast = is_disturbed(points, row)
+    amplitude = fast_amplitude(a, eps, eta)
+    fast = amplitude > 0.0
     w[r.A + i] = a
     w[r.B + i] = b
-    w[r.AF + i] = a * eps * eta * eta if fast else 0.0
+    w[r.AF + i] = amplitude if fast else 0.0
     w[r.ETA + i] = eta if fast else 0.0
     w[r.INVERSE + i] = 1.0 / eta if fast else 0.0
     w[r.FRAC + i] = eta - float(math.floor(eta)) if fast else 0.0
@@ -56,12 +62,6 @@ def set_parameters(w, k, i, points, row, method):
     w[r.P_DOWN + i] = 0.0
     if a > abs(1.0 - b):
         w[r.PHI_DOWN + i], w[r.P_DOWN + i] = release.release_down(a, b)
-
-
-@inline
-def is_disturbed(points, row):
-    """Return whether a point has a disturbance of nonzero amplitude."""
-    return points[row, 0] * points[row, 2] * points[row, 3] * points[row, 3] > 0.0
 
 
 @part_each("method")

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
-from vibrodrive.kernels import motion
+from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
 
 PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
@@ -433,12 +433,6 @@ def sequence_number(rows, last, count):
     return number
 
 
-@inline
-def leaves(state, a, b, af):
-    """Return whether H can reach a boundary of a wait: `can_leave` for values outside of a lane."""
-    return (a + af > 1.0 + b) or (state == STICK and a + af > abs(1.0 - b))
-
-
 @part
 def add_switches(rows, first, end, drive, totals):
     """Add the switches in rows first … end - 1 to the totals. If first = 0, row 0 is the first switch of the record."""
@@ -459,7 +453,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
     no longer in the rows. state: the state in which the motion ends; x: ξ at the beginning of this state.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
-    resting = (state == STICK or state == REST) and not leaves(state, drive.a, drive.b, drive.af)
+    resting = (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b)
     if resting:
         n = 1
         clear_totals(totals, drive.a, drive.b)

@@ -12,7 +12,7 @@ from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
-from vibrodrive.kernels import motion
+from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
@@ -169,9 +169,8 @@ def terminating_function(state):
 
 @inline
 def can_leave(w, i, state):
-    """Return whether H can reach a boundary of the wait: |H + B| never exceeds A + AF."""
-    reach = w[r.A + i] + w[r.AF + i]
-    return (reach > 1.0 + w[r.B + i]) | ((state == STICK) & (reach > abs(1.0 - w[r.B + i])))
+    """Return whether H can reach a boundary of the wait `state`."""
+    return release.can_end(state, w[r.A + i] + w[r.AF + i], w[r.B + i])
 
 
 SECTION_MARGIN = 1e-9

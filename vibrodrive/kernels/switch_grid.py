@@ -20,19 +20,12 @@ import numpy as np
 
 from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline, inline_each
-from vibrodrive.jit.trig import TWO_PI, arc
+from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import codes, first_zero, margins, motion, muller, switch, take_over, undisturbed
 from vibrodrive.kernels import lane as r
 
 CONFIRMED, REFINED = 2.0, 4.0
 """Evaluations counted for a zero that is confirmed here, and for a zero that is also refined."""
-
-
-@inline
-def value_at(base, sig, form, h):
-    """Return a switching function at h, bitwise equal to `muller.value`."""
-    s, v, ds, dv, near = arc(h)
-    return base + sig * motion.shape(near, h, form, s, v, ds, dv)
 
 
 class Cell(NamedTuple):
@@ -61,8 +54,8 @@ def cell_of(w, k, i, which):
     shaped = first_zero.search_shape(w, i, which, high)
     form, base, noise = shaped.form, shaped.base, shaped.noise
     sig = choose(which == codes.S4, w[r.SIG + i], shaped.sig)
-    g0 = value_at(base, sig, form, low)
-    g1 = value_at(base, sig, form, high)
+    g0 = muller.value_at(base, sig, form, low)
+    g1 = muller.value_at(base, sig, form, high)
     first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
     # for S1 the gap was checked at the end of the slide: see `aside`
     waited = choose(which == codes.S5, 1.0 - form.c0, 1.0 - abs(form.c0))
@@ -78,12 +71,12 @@ def refine_briefly(cell, tol):
     """Return (h, whether `muller.refine` gives the same) in at most two of its steps, from the values at both ends."""
     base, sig, form, low, high, g0, g1 = cell.base, cell.sig, cell.form, cell.low, cell.high, cell.g0, cell.g1
     p0 = muller.on_chord(low, high, g0, g1)
-    f0 = value_at(base, sig, form, p0)
+    f0 = muller.value_at(base, sig, form, p0)
     below = f0 < 0.0
     lo, hi = choose(below, low, p0), choose(below, p0, high)
     p1 = muller.on_parabola(lo, hi, low, g0, high, g1, p0, f0)
     soon = abs(p1 - p0) < tol
-    f1 = value_at(base, sig, form, p1)
+    f1 = muller.value_at(base, sig, form, p1)
     below = f1 < 0.0
     p2 = muller.on_parabola(choose(below, lo, p1), choose(below, p1, hi), high, g1, p0, f0, p1, f1)
     refined = (f0 != 0.0) & (soon | ((p1 != lo) & (p1 != hi) & (f1 != 0.0) & (abs(p2 - p1) < tol)))
@@ -125,7 +118,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     # ξ < 0 at the end of the slide: search for the impact before it. Within a grid step of its minimum, ξ differs from
     # the minimum by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
-    x_low = value_at(0.0, 1.0, gap_form, cell.low)
+    x_low = muller.value_at(0.0, 1.0, gap_form, cell.low)
     off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]
     slack = off + (w[r.A + i] + 1.0 + w[r.B + i]) * dtau * dtau
     aside = sure & falling & (x_low < -slack)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from vibrodrive.model.block import Block
     from vibrodrive.model.drawing import Style, Width
 
 Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all values)
