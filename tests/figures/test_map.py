@@ -130,7 +130,7 @@ def test_points_that_are_missing_or_rest_are_no_class(plane):
     fig = map_figure(plane)
     colours = cells(fig)[2]
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
-    assert "of 6 points rests for ever: 1, not computed: 1" in told(fig)
+    assert "of 6 points at rest permanently: 1, not computed: 1" in told(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert fig.axes[0].patch.get_hatch()
 

@@ -105,7 +105,7 @@ def test_options_replace_what_the_file_says():
         ("[sweep]\nA = [[1, 2]]\n", ["A[0]", "[1, 2]", "number"]),
         ("[sweep]\nA = {start = 1, stop = 2}\n", ["sweep.A.num", "missing"]),
         ("[sweep]\nA = {start = 1, stop = 2, num = 0}\n", ["sweep.A.num", "0", ">= 1"]),
-        ("[sweep]\nA = {start = 1, stop = 2, num = 2.5}\n", ["sweep.A.num", "2.5", "whole"]),
+        ("[sweep]\nA = {start = 1, stop = 2, num = 2.5}\n", ["sweep.A.num", "2.5", "integer"]),
         ("[sweep]\nA = {start = 1, stop = inf, num = 2}\n", ["sweep.A.stop", "inf", "number"]),
         ("[sweep]\nA = {start = 1, stop = 2, num = 3, step = 1}\n", ["sweep.A", "step", "num"]),
         ("[sweep]\nA = {start = 1, stop = 2, num = 3, scale = 'cubic'}\n", ["sweep.A.scale", "cubic", "log"]),

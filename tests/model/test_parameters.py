@@ -48,10 +48,10 @@ def test_both_ends_of_every_range(name):
 def test_counts():
     assert check_count("periods", np.int32(5), 1) == 5
     for wrong in (0, -3, 2**41):
-        with pytest.raises(ValueError, match=f"^periods = {wrong}: must be a whole number >= 1"):
+        with pytest.raises(ValueError, match=f"^periods = {wrong}: must be an integer >= 1"):
             check_count("periods", wrong, 1)
     for wrong in (2.0, "2", None, True):
-        with pytest.raises(TypeError, match=r"^periods = .*: must be a whole number >= 1"):
+        with pytest.raises(TypeError, match=r"^periods = .*: must be an integer >= 1"):
             check_count("periods", wrong, 1)
 
 

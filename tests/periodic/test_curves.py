@@ -321,7 +321,7 @@ def test_close_to_a_turn_B_is_approached_along_the_curve():
         ({"B": (0.1, 0.2, 0.3)}, "B = "),
         ({"B": (-0.1, 0.2)}, "B = -0.1: must be a number >= 0"),
         ({"max_period": 0}, "max_period = 0"),
-        ({"num": 1}, "num = 1: must be a whole number >= 2"),
+        ({"num": 1}, "num = 1: must be an integer >= 2"),
     ],
 )
 def test_refused(arguments, told):

@@ -181,7 +181,7 @@ def test_an_orbit_followed_twice_is_not_another_one():
 
 @pytest.mark.jit
 def test_too_long_a_period_is_refused(monkeypatch):
-    with pytest.raises(ValueError, match=r"max_period = 1000: must be a whole number >= 1 and <= 100"):
+    with pytest.raises(ValueError, match=r"max_period = 1000: must be an integer >= 1 and <= 100"):
         orbits(3.04, max_period=1000)
     monkeypatch.setattr(orbit_search, "MOST_ITINERARIES", 2000)
     with pytest.raises(ValueError, match="max_period = 9: must be smaller, as there are more than 222 itineraries"):

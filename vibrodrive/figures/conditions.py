@@ -17,7 +17,7 @@ PANELS = 6  # panels of one figure, at most
 STATUS_WORDS = {
     Status.TOO_CLOSE: "too close to a decision",
     Status.BUDGET: "out of budget",
-    Status.NEVER_LEAVES: "rests for ever",
+    Status.NEVER_LEAVES: "at rest permanently",
     Status.NOT_COMPUTED: "not computed",
 }
 _T = TypeVar("_T")

@@ -212,13 +212,13 @@ def cobweb(
     >>> orbit = vd.orbits(2.62, max_period=2)[-1]
     >>> figure = vd.plot.cobweb(2.62, orbit=orbit)
     >>> figure.axes[0].get_legend_handles_labels()[1][-2:]
-    ['cobweb of an orbit', 'its impacts']
+    ['cobweb of an orbit', 'impacts of the orbit']
     """
     system = ImpactMap(A, B)
     fig, axes = new(1, 1, height=4.6, width=4.8)
     ax = axes[0, 0]
     turn = 2.0 * math.pi
-    ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="image = phase")
+    ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="next phase = phase")
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
         # close to a grazing the map falls like a square root, so the points are denser at the ends of a branch
@@ -232,7 +232,7 @@ def cobweb(
     if orbit is not None:
         path = np.repeat(np.append(orbit.phases, orbit.phases[0]), 2)
         ax.plot(path[:-1], path[1:], color=look().other, lw=0.7, ls="--", label="cobweb of an orbit")
-        ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=look().other, label="its impacts")
+        ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=look().other, label="impacts of the orbit")
     ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
     ax.set_xlabel(r"$\varphi_i$")
     ax.set_ylabel(r"$\varphi_{i+1}$", rotation=0, labelpad=16, va="center")

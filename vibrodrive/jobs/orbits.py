@@ -35,7 +35,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse a disturbance, and a method other than `certified`; return the longest period of the search."""
     if plan.scalars["eps"] != 0.0:
-        raise ValueError(bad("eps", plan.scalars["eps"], "0: only the undisturbed motion is a map"))
+        raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
         raise ValueError(bad("method", Method(plan.settings.method).name.lower(), "certified"))
     return {"max_period": check_period("max_period", config.orbits.get("max_period", MAX_PERIOD))}

@@ -91,7 +91,7 @@ def check(name: str, value: object) -> float:
 
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
-    allowed = f"a whole number >= {low}"
+    allowed = f"an integer >= {low}"
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise TypeError(bad(name, value, allowed))
     value = int(value)

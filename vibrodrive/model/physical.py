@@ -126,7 +126,7 @@ class Scene:
     Raises
     ------
     TypeError, ValueError
-        with one sentence: key, value, allowed values.
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
 
     Warns
     -----
@@ -203,7 +203,7 @@ class Scene:
 
     @property
     def B(self) -> float:
-        """Incline over friction B = tan α / μ."""
+        """Gravity along the incline over friction, B = tan α / μ."""
         return incline(self.mu, self.alpha)
 
     def length(self, xi: ArrayLike) -> Any:

@@ -89,7 +89,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     TypeError, ValueError
         if `path` is no file name, or `kind` is unknown.
     OSError
-        if the system refuses.
+        if the system cannot open the file.
 
     Examples
     --------
