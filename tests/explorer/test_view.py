@@ -414,7 +414,7 @@ def test_a_scene_in_si_units_has_no_lines_of_python():
 @pytest.mark.jit
 def test_a_motion_as_a_table_is_that_of_simulate():
     view = View.read({"columns": 5, "low": 3.0, "high": 3.2, "at": 3.1, "transient": 20, "periods": 3})
-    rows = export.motion_table(view, motion_at(view, Halt()).trajectory).splitlines()
+    rows = export.motion_table(motion_at(view, Halt()).trajectory).splitlines()
     sample = vd.simulate(3.1, section_phase=view.section_phase, transient=20, periods=3).sample(export.POINTS)
     assert rows[0] == "tau,xi,dxi,state"
     assert [float(row.split(",")[1]) for row in rows[1:]] == sample.xi.tolist()

@@ -1,5 +1,6 @@
 // Script of the page: it requests the next view when the last picture is painted, and updates the address. The server
 // does everything else.
+const PATIENCE = 250; // ms that a newer view waits for the running request, at first
 const page = {
   busy: false, // a view has been requested and no picture of it is painted yet
   pending: false, // the view has changed since that request
@@ -8,7 +9,7 @@ const page = {
   begun: false, // the address contains the first view; from now on each change is a step of "back"
   over_plane: false, // true if the ranges belong to a map; after a change of mode they still belong to the old mode
   waiting: 0, // timer until the address is updated
-  patience: 0, // ms that a newer view waits for the running request
+  patience: PATIENCE, // the same now, since it grows on a slow machine
   held: 0, // timer until diagrams are painted even without their picture
   due: false, // a painting of the diagrams is scheduled
   asked: 0, // number of the last request for a picture
@@ -36,8 +37,6 @@ const page = {
 };
 window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
-const PATIENCE = 250; // value of `patience` at the start and after each painted picture
-page.patience = PATIENCE;
 const COMPILING = "computing …; the first use of a kernel after an installation compiles it (up to a minute)";
 const SLOW = 1500; // ms without an answer until COMPILING is shown
 const SILENCE = 8000; // ms without an answer of the server until that is reported
@@ -208,8 +207,8 @@ page.enter = (field) => {
 };
 
 page.fit_now = () => {
-  if (fields.mode.value === "map") Object.assign(page.extra, {bottom: null, top: null});
-  page.fit = true;
+  if (page.over_plane) Object.assign(page.extra, {bottom: null, top: null});
+  page.fit = !page.over_plane;
   page.ask(true);
 };
 
@@ -299,8 +298,7 @@ const measure = () => {
 };
 window.addEventListener("resize", scale_letters);
 
-// A picture has arrived: request the next one immediately, so that it is computed while this one is painted. The browser
-// processes frames in order, so the next one cannot be painted first.
+// A picture has arrived: request the next one immediately, so that it is computed while this one is painted.
 page.paint = (sent) => {
   const data = plain(sent), head = JSON.parse(data.head), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) put_span(y_range, "", ...head.fit);
@@ -425,8 +423,7 @@ setInterval(() => {
   tell({ping: true});
 }, SILENCE / 4);
 
-// A browser may keep a page that was left, for "back", with an open or closed connection. On return the page is
-// reloaded, and its address restores the view.
+// A browser may keep a page that was left, for "back". On return it is reloaded, and its address restores the view.
 window.addEventListener("pagehide", () => tell({left: true}));
 window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
 

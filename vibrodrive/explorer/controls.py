@@ -52,10 +52,8 @@ def symbol(name: str, with_unit: bool = True) -> str:
 def part_shown(view: View, plan: Plan) -> str:
     """Return the part of a sweep that a view shows: its axes, and the values of the other axes."""
     shown = view.shade.replace("_", " ") if view.mode == MAP else symbol(view.quantity)
-    rest = [(name, axis) for name, axis in plan.axes.items() if name not in view.axes]
-    others = [
-        f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest if len(axis) > 1
-    ]
+    rest = {name: axis for name, axis in plan.axes.items() if name not in view.axes and len(axis) > 1}
+    others = [f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest.items()]
     return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import tempfile
 import textwrap
 from pathlib import Path
@@ -184,12 +182,9 @@ def python(view: View) -> str:
     return "\n".join(["import numpy as np", "", "import vibrodrive as vd", "", *call, ""])
 
 
-def motion_table(view: View, trajectory: Trajectory) -> str:
-    """Return the motion of the selected column as CSV: tau, xi, dxi and state at POINTS times a period."""
+def motion_table(trajectory: Trajectory) -> str:
+    """Return a motion as CSV: tau, xi, dxi and state at POINTS times a period."""
     sample = trajectory.sample(POINTS)
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["tau", "xi", "dxi", "state"])
-    for tau, xi, dxi, state in zip(sample.tau, sample.xi, sample.dxi, sample.state, strict=True):
-        writer.writerow([repr(float(tau)), repr(float(xi)), repr(float(dxi)), State(int(state)).name])
-    return out.getvalue()
+    columns = (array.tolist() for array in (sample.tau, sample.xi, sample.dxi, sample.state))
+    rows = (f"{tau!r},{xi!r},{dxi!r},{State(state).name}" for tau, xi, dxi, state in zip(*columns, strict=True))
+    return "\n".join(["tau,xi,dxi,state", *rows, ""])

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 SHADES = 64  # of ink; shade 0 is blank. The palette of a difference has three such scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-SLACK = 1  # rows by which two equal pixels may differ: rounding may move a value to the next row
 MARGIN = 0.04
 
 
@@ -74,11 +73,10 @@ def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, 
 
 
 def _near(there: np.ndarray) -> np.ndarray:
-    """Return the pixels with a pixel of `there` (bool, rows by columns) within SLACK rows of the same column."""
+    """Add to `there` (bool, rows by columns) the pixels above and below: rounding may move a value to the next row."""
     out = there.copy()
-    for k in range(1, SLACK + 1):
-        out[k:] |= there[:-k]
-        out[:-k] |= there[k:]
+    out[1:] |= there[:-1]
+    out[:-1] |= there[1:]
     return out
 
 

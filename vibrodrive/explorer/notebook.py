@@ -19,13 +19,7 @@ if TYPE_CHECKING:
 
 
 class Explored:
-    """Running explorer. A notebook shows it in a frame, `address` opens it in a browser, `close` ends it.
-
-    Attributes
-    ----------
-    address : str
-        URL of its page on this machine, including the token.
-    """
+    """Running explorer. A notebook shows it in a frame, a browser opens its `address`, a URL on this machine."""
 
     def __init__(self, view: View, threads: int | None) -> None:
         started: Future[Explorer] = Future()

@@ -7,6 +7,7 @@ import math
 import operator
 import re
 from collections.abc import Callable
+from contextlib import suppress
 
 LONGEST = 100  # characters of an expression
 OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
@@ -22,10 +23,8 @@ def number_of(text: str) -> float:
 
     A comma is a decimal point. The text is parsed, never evaluated by Python.
     """
-    try:
+    with suppress(ValueError):
         return float(text)
-    except ValueError:
-        pass
     if len(text) > LONGEST:
         raise ValueError("too long")
     written = re.sub(r"(?<=\d),(?=\d)", ".", text.strip()).replace("^", "**").replace("−", "-")

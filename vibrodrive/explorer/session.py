@@ -16,7 +16,18 @@ from bokeh.document.events import MessageSentEvent
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.layout import NO_CURVES, NO_MOTION, build
-from vibrodrive.explorer.view import DIAGRAM, DIMENSIONLESS, ENDS, MOST_COLUMNS, PICTURE_ROWS, SI, SPAN, Y_SPAN, View
+from vibrodrive.explorer.view import (
+    COLUMNS,
+    DIAGRAM,
+    DIMENSIONLESS,
+    ENDS,
+    MOST_COLUMNS,
+    PICTURE_ROWS,
+    SI,
+    SPAN,
+    Y_SPAN,
+    View,
+)
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
@@ -40,7 +51,7 @@ class Session:
         self.work: Work | None = None
         self.made_from: list[str] = []
         self.view, self.seq = base, 0
-        self.pixels: tuple[int, int] | None = None
+        self.pixels = COLUMNS, PICTURE_ROWS  # of the frame of the page
         self.refused = ""
         self.unpainted = 0
         self.overlay: Overlay | None = None
@@ -67,7 +78,8 @@ class Session:
         asked = json.loads(message)
         self.seq = asked["seq"]
         if asked.get("pixels"):
-            self.pixels = checked_pixels(asked["pixels"])
+            width, height = (min(MOST_COLUMNS, max(2, int(length))) for length in asked["pixels"])
+            self.pixels = width, height
         try:
             self._answer(asked)
         except Exception as error:  # otherwise the page would wait for an answer
@@ -100,9 +112,11 @@ class Session:
         self.view, seq = view, self.seq
         wanted = overlay_of(view)
         if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):
-            self._clear()
+            self.overlay = None
+            self.page.lines.data, self.page.marks.data = dict(NO_CURVES), dict(NO_CURVES)
         if self.page.motion.data["time"] and not view.follows:
-            self._forget_motion()
+            self.page.motion.data = dict(NO_MOTION)
+            self.tell({"words": ""})
         if only_motion:
             self.request(Rank.MOTION, self.sized(view), seq, instead_of=(Rank.EXACT,))
         else:
@@ -110,12 +124,7 @@ class Session:
 
     def sized(self, view: View) -> View:
         """Return the view with numbers of columns and rows that suit the frame of the page."""
-        return view if self.pixels is None else view.sized(*self.pixels)
-
-    @property
-    def rows(self) -> int:
-        """Number of rows of a diagram: the pixels of the frame."""
-        return self.pixels[1] if self.pixels else PICTURE_ROWS
+        return view.sized(*self.pixels)
 
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
         """Request the task of this rank with these arguments, and cancel those of the ranks in `instead_of`."""
@@ -126,10 +135,7 @@ class Session:
         self.engine.worker.follow(halt, Slot(self.number, rank), self._task(rank, arguments))
 
     def _task(self, rank: Rank, arguments: tuple[Any, ...]) -> Task:
-        def task(halt: Halt) -> None:
-            self.engine.tasks().TASKS[rank](self, *arguments, halt)
-
-        return task
+        return lambda halt: self.engine.tasks().TASKS[rank](self, *arguments, halt)
 
     def failed(self, rank: Rank, error: BaseException) -> None:
         """Show the error of a task of this page, in one line."""
@@ -164,14 +170,6 @@ class Session:
         """Remove the note that exact curves are being computed."""
         self.tell({"note": ""})
 
-    def _clear(self) -> None:
-        self.overlay = None
-        self.page.lines.data, self.page.marks.data = dict(NO_CURVES), dict(NO_CURVES)
-
-    def _forget_motion(self) -> None:
-        self.page.motion.data = dict(NO_MOTION)
-        self.tell({"words": ""})
-
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
 """Key of the exact curves over a view, and the window in which they were computed.
@@ -193,12 +191,6 @@ def overlay_of(view: View) -> Overlay | None:
 
 def _one_line(error: BaseException) -> str:
     return html.escape(" ".join(str(error).split()) or type(error).__name__)
-
-
-def checked_pixels(given: Any) -> tuple[int, int]:
-    """Return the width and height of a frame, within the limits of a picture."""
-    width, height = (min(MOST_COLUMNS, max(2, int(length))) for length in given)
-    return width, height
 
 
 def read_address(address: str) -> View:

@@ -80,12 +80,11 @@ def title_of(view: View) -> tuple[str, str]:
     over = f"{symbol(view.quantity)} over {symbol(view.x)}"
     if view.mode == MAP:
         over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
-    given = [name for name in (*(SCENE if view.scene == SI else ("A", "B")), "eps") if name not in view.axes]
-    given += ["eta"] if "eta" not in view.axes and ("eps" in view.axes or view.eps > 0.0) else []
-    given += [name for name in ("dtau",) if view.method != "certified" and name not in view.axes]
-    given += [
-        name for name in ("section_phase", "xi0", "dxi0", "tau0") if name not in view.axes and getattr(view, name)
-    ]
+    given = [*(SCENE if view.scene == SI else ("A", "B")), "eps"]
+    given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
+    given += ["dtau"] if view.method != "certified" else []
+    given += [name for name in ("section_phase", "xi0", "dxi0", "tau0") if getattr(view, name)]
+    given = [name for name in given if name not in view.axes]
     values = [f"{symbol(name, False)} = {getattr(view, name):.6g} {unit(name)}".rstrip() for name in given]
     periods = f"periods {view.transient + 1} to {view.transient + view.periods}"
     return over, ", ".join([*values, view.method, periods])

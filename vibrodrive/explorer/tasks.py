@@ -69,7 +69,7 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address(), "odd": {}}
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"
-    p = picture_of(view, level, session.rows)
+    p = picture_of(view, level, session.pixels[1])
     said, meaning = counted(level, p.odd), f"<br>{p.key.html()}"
     if not level.complete:
         said = f"{100 * level.share:.0f} % of the sweep"
@@ -171,13 +171,13 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
     elif kind == "csv":
         if not view.follows:
             raise ValueError(bad("at", "nothing", "the place of a motion: click a column of a diagram first"))
-        content = export.motion_table(view, motion_at(view, halt).trajectory).encode()
+        content = export.motion_table(motion_at(view, halt).trajectory).encode()
     else:
         *_, level = work_of(session, view).levels(session.engine.pace, halt)
         if kind == "h5":
             content = export.result_file(view, level.sweep.results[0])
         else:
-            content = export.drawn(view, picture_of(view, level, session.rows), session.page, kind)
+            content = export.drawn(view, picture_of(view, level, session.pixels[1]), session.page, kind)
     file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
     session.later(partial(session.tell, {"file": file}))
 

@@ -92,10 +92,9 @@ def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
 class View:
     """Complete state of a page. Its fields are the keys of the address.
 
-    The abscissa is the parameter x, with `columns` values from `low` to `high` (by default the range in RANGES; None:
-    as many as the page has pixels, see `sized`). The
-    ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate of a map is
-    the parameter y, with `rows` values from `y_low` to `y_high`; its colour is `shade`, from `bottom` to `top`.
+    The abscissa is the parameter x, with `columns` values (None: see `sized`) from `low` to `high`, by default those of
+    RANGES. The ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate
+    of a map is the parameter y, with `rows` values from `y_low` to `y_high`; its colour is `shade`.
 
     `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
     that are drawn (0: none). With `scene` "SI", the default if an axis is a quantity of a scene, a0 to g are those of
@@ -219,14 +218,12 @@ class View:
 
     def address(self) -> str:
         """Return the query of the address: all fields that differ from their defaults."""
-        return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in self._chosen().items()})
-
-    def _chosen(self) -> dict[str, Any]:
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
         defaults["scene"] = self._usual_scene
         values = ((name, getattr(self, name)) for name in defaults)
-        return {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
+        chosen = {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
+        return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in chosen.items()})
 
     def state(self) -> dict[str, Any]:
         """Return all fields for JSON, with None in place of NaN."""

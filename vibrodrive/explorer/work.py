@@ -124,11 +124,8 @@ def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int |
     """Compute the points with these indices, in any order, and store them in `results`. Raises Halted."""
     began, n = perf_counter(), len(which)
     whole = results.rows(0, plan.n_points)
-    section, status, margin, counts = (None if array is None else np.empty((n, *array.shape[1:]), array.dtype)
-                                       for array in whole)  # fmt: skip
-    assert status is not None
-    assert margin is not None
-    assert counts is not None
+    section = None if whole[0] is None else np.empty((n, *whole[0].shape[1:]))
+    status, margin, counts = (np.empty((n, *array.shape[1:]), array.dtype) for array in whole[1:])
     records = fill_records(plan, plan.rows(which), check_threads(threads), halt, section, status, margin, counts)
     for array, part in zip(whole, (section, status, margin, counts), strict=True):
         if array is not None:
