@@ -1,4 +1,4 @@
-"""Pixels of a map agree with the list of orbits; the comparison finds disagreements."""
+"""Pixels of a map agree with the list of orbits. If the list is falsified, the comparison finds the disagreement."""
 
 from __future__ import annotations
 

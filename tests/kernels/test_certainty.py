@@ -208,7 +208,7 @@ def test_an_impact_at_the_end_of_the_record_may_have_been():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
-    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant more than one of the phase."""
+    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant more than one in the phase."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))

@@ -134,7 +134,7 @@ def test_on_the_level_one_orbit_touches(A):
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
 def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
-    """In the reference a start above the orbit returns to its gap. A later launch lands, an earlier one does not."""
+    """A start 1e-3 above the orbit returns to this gap (reference). A later launch lands, an earlier one does not."""
     (orbit,) = orbits(A, 0.0, 1)
     phase, gap = float(orbit.phases[0]), 1e-3
     run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)

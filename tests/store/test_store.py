@@ -493,7 +493,7 @@ def damaged(path, offset, bit=0):
 
 
 def assert_complete_but_for(path, plan, block, variable):
-    """Only the array of the damaged variable lacks the block, which is named; all other values are as computed."""
+    """Only the array of the damaged variable lacks this block. A warning names it; all other values are right."""
     array = "section" if variable.startswith("section") else variable
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:

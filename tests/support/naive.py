@@ -15,7 +15,7 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Switch(NamedTuple):
-    """One switch. ξ and ξ' are the values before ξ', and at an impact also ξ, is set to zero."""
+    """One switch, with ξ and ξ' there. The next state starts with ξ' = 0, after an impact also with ξ = 0."""
 
     tau: float
     period: int
