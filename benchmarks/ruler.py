@@ -54,8 +54,11 @@ PAPER = 3.04
 AMPLITUDES = tuple(round(3.0 + 0.005 * i, 3) for i in range(51))
 THREADS = os.cpu_count() or 1
 
-SMOOTH = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
-"""The values of v_s and 1/√k that are tried, as close as those of ε."""
+VELOCITIES = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
+"""The values of v_s that are tried."""
+
+CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
+"""The values of 1/√k that are tried, as close as those of ε."""
 
 STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
 """The steps h that are tried, those of Δτ down to 1e-4. At 1e-5 a motion takes twenty seconds."""
@@ -82,8 +85,8 @@ class Disturbance(NamedTuple):
 
 OWN = {
     "h": Disturbance(ruler_motions.stepped, float, STEPS, float),
-    "v_s": Disturbance(ruler_motions.creeping, float, SMOOTH, float),
-    "k": Disturbance(ruler_motions.sprung, lambda root: 1.0 / root, SMOOTH, lost_in_a_blow),
+    "v_s": Disturbance(ruler_motions.creeping, float, VELOCITIES, float),
+    "k": Disturbance(ruler_motions.sprung, lambda root: 1.0 / root, CONTACTS, lost_in_a_blow),
 }
 NAMES = ("eps", "dtau", *OWN)
 LABELS = {

@@ -18,8 +18,8 @@ SCENES += [(2.8, 0.05), (2.8, 0.2), (3.04, 0.05), (3.04, 0.4)]
 WAYS = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))
 RECORD = {"transient": 1000, "periods": 1500}
 TABLE = Path(__file__).with_name("level4.csv")
-HEAD = ("A", "B", "n", "gaps", "phases", "speeds", "disturbance", "method")
-HEAD += ("first_lost", "last_kept", "share_kept", "searched_to")
+ORBIT = ["A", "B", "n", "gaps", "phases", "speeds"]
+HEAD = [*ORBIT, "disturbance", "method", "first_lost", "last_kept", "share_kept", "searched_to"]
 
 
 def rows(A: float, B: float) -> Iterator[list[str]]:

@@ -132,10 +132,11 @@ def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path
     monkeypatch.setattr(claims_limits, "A_OF_PERIODS", (2.4,))
     monkeypatch.setattr(claims_limits, "A_OF_INCLINES", (2.4,))
     monkeypatch.setattr(claims_limits, "ALL_TIMES", 3000)
+    monkeypatch.setattr(claims_limits, "SHARES_OF_K2", (0.9,))
     configs = session(limits={axis("limits"): "A = [2.4]"}).configs
     monkeypatch.setattr("vibrodrive.paper.run.configurations", lambda: configs)
     result = run_paper(tmp_path / "out", ["limits"])
-    assert [j.id for j in result.claims] == ["alike", "any-frequency", "any-incline", "all-times"]
+    assert [j.id for j in result.claims] == ["alike", "any-frequency", "any-incline", "all-times", "jointly"]
     assert all("cannot be tested" not in j.text for j in result.claims)
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["claims.json", "claims.md"]
 

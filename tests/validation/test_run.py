@@ -208,6 +208,20 @@ def test_side_by_side(monkeypatch, id):
     assert verdict(id) is Verdict.FAILS
 
 
+@pytest.mark.parametrize("tau", [0.3, 2.0, 4.0, 40.0])
+@pytest.mark.parametrize("state", [vd.State.STICK, vd.State.REST])
+def test_a_scan_for_the_end_of_a_rest_finds_the_arcsine(state, tau):
+    A, B = 1.5, 0.1
+
+    def H(t):
+        return A * math.sin(t) - B
+
+    end = peers.release(A, B)(state, tau)
+    if H(tau) < 1.0 and (state == vd.State.REST or H(tau) > -1.0):
+        assert peers.scanned(H, 1.0)(state, tau) == pytest.approx(end, abs=1e-13)
+    assert peers.scanned(lambda t: 0.5, 1.0)(state, tau) == math.inf
+
+
 def test_what_is_not_installed_is_not_done(monkeypatch):
     for name in ("scipy", "heyoka", "mpmath"):
         monkeypatch.setitem(sys.modules, name, None)

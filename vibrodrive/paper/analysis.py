@@ -28,6 +28,9 @@ SETTLING = 3000
 SAMPLED = 200
 """Number of values of A in a diagram at which the impacts of a motion are analysed."""
 
+PHASES = 200
+"""Number of instants in a period at which different periods of a motion are compared."""
+
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 """Criterion of the paper: the order of the section points, and the numbers of periods between impacts."""
 
@@ -35,6 +38,12 @@ AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
     """Return the arguments of the same motion without a grid."""
     return arguments | {"method": "certified", "dtau": None, "tol": None}
+
+
+def widths(motion: Trajectory) -> list[np.ndarray]:
+    """Return the width of the band of ξ and of ξ' over the phase: two float64 arrays (PHASES,)."""
+    sample = motion.sample(PHASES)
+    return [np.ptp(v[:-1].reshape(-1, PHASES), axis=0) for v in (sample.xi, sample.dxi)]
 
 
 class PhaseSlip(NamedTuple):

@@ -19,8 +19,10 @@ from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import IMPACTS
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.main_impacts import impact_gaps
+from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.questions import limit
 from vibrodrive.stability.structure import Structure, compare_structure, deviation, order, period
+from vibrodrive.stability.unique_motion import each_unique_limit
 from vibrodrive.verdicts import NotApplicable
 
 LONG = 600
@@ -32,6 +34,26 @@ def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
     text = f"Δτ = {step:g} over {LONG} periods: {_answers(found, 'impacts', 'word')}"
     return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
+
+
+@claim("band-beside-band", "fig08", "Fig. 8a can be compared with Fig. 5b: late switches make a band, as ε does.")
+def band_beside_band(session: Session) -> Outcome:
+    calm, physical = session.motions("fig05")
+    late = simulate(**(next(points(session.config("fig08").plan())) | {"periods": len(physical.section)}))
+    curve = orbit_curve(calm, session.undisturbed("fig05").n)
+    rows, numbers = [], {}
+    for name, motion in (("ε", physical), ("Δτ", late)):
+        xi, dxi = (float(w.mean()) for w in analysis.widths(motion))
+        numbers[name] = {"xi": xi, "dxi": dxi, "rho": curve_distance(curve, motion)}
+        rows.append(f"{name} = {motion.arguments['eps' if name == 'ε' else 'dtau']:g}: {xi:.2g}, {dxi:.2g}")
+    ratio = {key: numbers["Δτ"][key] / numbers["ε"][key] for key in ("xi", "dxi", "rho")}
+    text = (
+        f"mean width of the band of ξ and of ξ' at one phase: {'; '.join(rows)}, ratios {ratio['xi']:.2g} and "
+        f"{ratio['dxi']:.2g}; as curves both leave the orbit by up to {numbers['ε']['rho']:.2g} and "
+        f"{numbers['Δτ']['rho']:.2g}"
+    )
+    near = [0.5 < r < 2.0 for r in ratio.values()]
+    return Outcome(text, numbers | {"ratio": ratio}, when(all(near), any(near)))
 
 
 @claim("step-lost", "fig08", "Δτ = 0.7 destroys the structure: it lies beyond the limit.")
@@ -178,6 +200,25 @@ def unique(session: Session) -> Outcome:
         f"{len(set(shifts))} solutions"
     )
     return Outcome(text, {"same": same, "exact_shifts": shifts}, when(all(same) and len(set(shifts)) > 1))
+
+
+@claim("unique-limit", "fig11", "Uniqueness has a limit in the size of the disturbance, as orbital stability has.")
+def unique_limit(session: Session) -> Outcome:
+    arguments = next(points(session.config("fig11").plan()))
+    point = {name: arguments[name] for name in ("A", "B", "eta")}
+    rows, numbers = [], {}
+    for symbol, kind in (("ε", "eps"), ("Δτ", "dtau")):
+        one = dict(each_unique_limit(point, kind, threads=session.threads))[0]
+        lost = dict(each_limit(point, kind, threads=session.threads))[0]
+        numbers[kind] = {"ku": one.ku, "k2": lost.k2, "last_several": one.last_several, "share": one.share_several}
+        rows.append(
+            f"k_u({symbol}) = {one.ku:.3g}, {one.ku / lost.k2:.3g} k₂; several motions up to {one.last_several:.3g}, "
+            f"at {100 * one.share_several:.0f} % of the values between"
+        )
+    limits = [found["ku"] for found in numbers.values()]
+    sharp = all(found["last_several"] <= found["ku"] for found in numbers.values())
+    text = f"A = {arguments['A']:g}: {'; '.join(rows)}"
+    return Outcome(text, numbers, when(sharp and np.isfinite(limits).all(), bool(np.isfinite(limits).all())))
 
 
 @claim("basic-motion", "fig12", "The motion consists of a basic motion of 6×2π, in place of 2×2π.")

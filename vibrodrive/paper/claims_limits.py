@@ -16,8 +16,10 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session, points
-from vibrodrive.stability.limit import Limit, each_limit
+from vibrodrive.stability.limit import Disturbance, Limit, each_limit
+from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.questions import limit
+from vibrodrive.stability.structure import SETTLING, WATCHED, reference_orbit
 from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
@@ -41,6 +43,11 @@ INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
 A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # all have a period for B >= 0.05
 RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # η = p/q, and q
 ALL_TIMES = 40_000
+DISTANCE = 0.5  # k₃
+SLIDING = 0.5 * math.pi  # a phase at which the mass slides
+SHARES_OF_K2 = (0.0, 0.5, 0.9)
+HALVINGS = 10
+AFTER = 200  # periods after a start
 AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 
@@ -193,11 +200,55 @@ def computing_time(session: Session) -> Outcome:
 def all_times(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}
-    short, long = (limit(disturbance="eps", periods=periods, **at) for periods in (1500, ALL_TIMES))
-    change = long.k2 / short.k2 - 1
-    text = f"A = {at['A']:g}: k₂ = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {ALL_TIMES}"
-    text += f" ({100 * change:+.1f} %)"
-    return Outcome(text, {"k2": [short.k2, long.k2]}, when(abs(change) < 0.02, abs(change) < 0.2))
+    numbers, rows, changes = {}, [], []
+    kinds: tuple[tuple[str, Disturbance], ...] = (("ε", "eps"), ("Δτ", "dtau"))
+    for symbol, kind in kinds:
+        short, long = (limit(disturbance=kind, periods=periods, **at) for periods in (1500, ALL_TIMES))
+        changes.append(abs(long.k2 / short.k2 - 1))
+        numbers[kind] = [short.k2, long.k2]
+        rows.append(
+            f"k₂({symbol}) = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {ALL_TIMES} "
+            f"({100 * (long.k2 / short.k2 - 1):+.1f} %)"
+        )
+    text = f"A = {at['A']:g}: {'; '.join(rows)}"
+    return Outcome(text, {"k2": numbers}, when(max(changes) < 0.02, max(changes) < 0.2))
+
+
+@claim(
+    "jointly",
+    "limits",
+    "For a distance k₃ there are k₁ and k₂: starts within ‖ΔX₀‖ + |Δt₀| < k₁ and disturbances below k₂ stay within k₃.",
+)
+def jointly(session: Session) -> Outcome:
+    scalars = session.config("limits").plan().scalars
+    point: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"]}
+    k2 = limit(criterion=f"rho < {DISTANCE:g}", threads=session.threads, **point).k2
+    orbit = simulate(**point, transient=SETTLING, periods=WATCHED, section_phase=SLIDING)
+    base = reference_orbit(orbit)
+    if base is None:
+        raise NotApplicable("the undisturbed motion has no period")
+    curve, (xi, dxi) = orbit_curve(orbit, base.n), orbit.section[0]
+    start = {"xi0": xi, "dxi0": dxi, "tau0": SLIDING}
+
+    def within(size: float, eps: float) -> bool:
+        return all(
+            curve_distance(curve, simulate(**point, **moved, eps=eps, transient=0, periods=AFTER)) < DISTANCE
+            for name in start
+            for moved in (start | {name: start[name] + size}, start | {name: start[name] - size})
+        )
+
+    found = []
+    for share in SHARES_OF_K2:
+        low, high = 0.0, DISTANCE
+        for _ in range(HALVINGS):
+            size = 0.5 * (low + high)
+            low, high = (size, high) if within(size, share * k2) else (low, size)
+        found.append(low)
+    pairs = ", ".join(f"{k1:.2g} at {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
+    text = (
+        f"A = {point['A']:g}, k₃ = {DISTANCE:g}: k₂(ε) = {k2:.3g}; starts beside the orbit in ξ, ξ' and τ: k₁ = {pairs}"
+    )
+    return Outcome(text, {"k2": k2, "k1": found, "share": SHARES_OF_K2}, when(min(found) > 0))
 
 
 class _Pairs(NamedTuple):

@@ -10,6 +10,7 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
+from vibrodrive.paper import analysis
 from vibrodrive.paper.analysis import AT_SECTION, kept_by_period, low_and_high, shares, structures
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
@@ -43,12 +44,9 @@ def structure_kept(session: Session) -> Outcome:
 
 @claim("broad-band", "fig05", "Periods differ from one another: the phase curve becomes a broad band.")
 def broad_band(session: Session) -> Outcome:
-    spread, speed = [], []
-    for motion in _two(session.motions("fig05")):
-        sample = motion.sample(PHASES)
-        by_phase = [v[:-1].reshape(-1, PHASES) for v in (sample.xi, sample.dxi)]
-        spread.append([float(np.ptp(v, axis=0).max()) for v in by_phase])
-        speed.append(float(motion.impacts["speed"].max(initial=0.0)))
+    motions = _two(session.motions("fig05"))
+    spread = [[float(w.max()) for w in analysis.widths(motion)] for motion in motions]
+    speed = [float(motion.impacts["speed"].max(initial=0.0)) for motion in motions]
     text = (
         f"at the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
         f"(undisturbed: {spread[0][0]:.1g} and {spread[0][1]:.1g}); the fastest impact grows from "
@@ -56,10 +54,6 @@ def broad_band(session: Session) -> Outcome:
     )
     broad = all(wide > 1e-3 + 100 * narrow for narrow, wide in zip(*spread, strict=True))
     return Outcome(text, {"spread_calm": spread[0], "spread": spread[1], "fastest_impact": speed}, when(broad))
-
-
-PHASES = 200
-"""Number of instants in a period at which different periods of a motion are compared."""
 
 
 @claim("small-epsilon", "fig06", "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.")

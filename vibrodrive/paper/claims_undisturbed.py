@@ -10,10 +10,11 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
-from vibrodrive.paper.analysis import SETTLED
+from vibrodrive.paper.analysis import PHASES, SETTLED
 from vibrodrive.paper.claim import Outcome, claim, listed, when
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation, period
+from vibrodrive.verdicts import NotApplicable
 
 HIGHER = (3.1, 3.22)  # excitation amplitudes with subharmonics of order 4 and 3
 
@@ -77,6 +78,27 @@ def two_solutions(session: Session) -> Outcome:
     text = f"period {base.n}; the starts lead to one orbit, shifted by {listed(shifts)} × 2π, to within {rho:.1g}"
     settled = rho < SETTLED and base.n == 2
     return Outcome(text, {"n": base.n, "shifts": shifts, "rho": rho}, when(settled and len(set(shifts)) == 2))
+
+
+@claim("invisible-shift", "fig04", "The shift by 2π is not visible in the bifurcation diagram and in phase curves.")
+def invisible_shift(session: Session) -> Outcome:
+    motions = session.motions("fig04")
+    base = session.undisturbed("fig04")
+    shifts = [int(deviation(base.points, m.section)[1]) for m in motions]
+    if len(set(shifts)) < 2:
+        raise NotApplicable("the motions are the same solution")
+    values = [np.sort(m.section[-base.n :], axis=0) for m in motions]
+    curves = [np.stack([s.xi, s.dxi], axis=1)[:-1] for s in (m.sample(PHASES) for m in motions)]
+    whole = len(curves[0]) - base.n * PHASES
+    moved = [np.roll(c, s * PHASES, axis=0)[base.n * PHASES :][:whole] for c, s in zip(curves, shifts, strict=True)]
+    section, curve = (max(float(np.abs(v - of[0]).max()) for v in of) for of in (values, moved))
+    apart = max(float(np.abs(c - curves[0]).max()) for c in curves)
+    text = (
+        f"shifts {listed(shifts)} × 2π: the values in a diagram differ by {section:.1g}, the phase curves by "
+        f"{curve:.1g} after the shift; at the same time the states differ by up to {apart:.2g}"
+    )
+    equal = section < SETTLED and curve < SETTLED
+    return Outcome(text, {"section": section, "curve": curve, "apart": apart}, when(equal and apart > 1e-3))
 
 
 @claim(

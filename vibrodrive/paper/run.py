@@ -11,7 +11,13 @@ from typing import NamedTuple
 from vibrodrive.figures.style import drawn_as, save
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
-from vibrodrive.paper import claims_grid, claims_limits, claims_physical, claims_undisturbed  # noqa: F401 (register)
+from vibrodrive.paper import (  # noqa: F401 (register)
+    claims_grid,
+    claims_limits,
+    claims_physical,
+    claims_switches,
+    claims_undisturbed,
+)
 from vibrodrive.paper.claim import CLAIMS, claims_page, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session

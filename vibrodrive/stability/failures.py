@@ -68,12 +68,35 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
     return ends[:, 0], phases, ends[:, 1]
 
 
-def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the delay of each switch behind the certified one, and True if both are the same transition.
+class Comparison(NamedTuple):
+    """Comparison of each judged switch of a motion with the certified one, arrays of n entries.
 
-    The delays are float64 (n,), in τ; the transitions are bool (n,). If the certified motion has no further switch,
-    they are inf and False. No method finds a zero before the first one, so only rounding and `tol` can make a
-    delay negative.
+    start : rows of `Trajectory.switches`, the switch from which the certified motion starts.
+    tau, xi : float64, time and gap of this start.
+    certified : float64, time of the certified switch that follows; inf if there is none.
+    behind : float64, delay of the next switch behind it; inf if there is none.
+    same : bool, True if both are the same transition.
+    in_time : bool, True if the delay is at most a step.
+    """
+
+    start: np.ndarray
+    tau: np.ndarray
+    xi: np.ndarray
+    certified: np.ndarray
+    behind: np.ndarray
+    same: np.ndarray
+    in_time: np.ndarray
+
+    def of(self, kind: str) -> np.ndarray:
+        """Return True for each failure of a kind in KINDS: bool (n,)."""
+        late = ~self.in_time & self.same
+        return {"missed": ~self.in_time & ~self.same, "late": late, "wrong": self.in_time & ~self.same}[kind]
+
+
+def compared(plan: Plan, halt: Halt | None = None) -> Comparison:
+    """Compare each switch of the motion of a plan of one point (method fixed or muller) with the certified one.
+
+    No method finds a zero before the first one, so only rounding and `tol` can make a delay negative.
     """
     s = plan.settings
     rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches
@@ -84,17 +107,17 @@ def compared(plan: Plan, halt: Halt | None = None) -> tuple[np.ndarray, np.ndarr
     xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
     tau = TWO_PI * row["period"] + row["phase"]
     period, phase, to = next_switches(plan, tau, xi, row["after"].astype(np.int64))
-    behind = TWO_PI * (following["period"] - period) + (following["phase"] - phase)
     known = period >= 0
-    return np.where(known, behind, np.inf), known & (to == following["after"])
+    certified = np.where(known, TWO_PI * period + phase, np.inf)
+    behind = np.where(known, TWO_PI * (following["period"] - period) + (following["phase"] - phase), np.inf)
+    in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
+    return Comparison(row, tau, xi, certified, behind, known & (to == following["after"]), in_time)
 
 
 def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
     """Compare every switch of the motion of a plan of one point (method fixed or muller) with the certified one."""
-    behind, same = compared(plan, halt)
-    in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
-    kinds = ~in_time & ~same, ~in_time & same, in_time & ~same
-    return SwitchCounts(len(behind), *(int(np.count_nonzero(kind)) for kind in kinds))
+    found = compared(plan, halt)
+    return SwitchCounts(len(found.behind), *(int(np.count_nonzero(found.of(kind))) for kind in KINDS))
 
 
 def failures_of_methods(

@@ -37,8 +37,8 @@ CHECKS = (
     Check("threads", "One thread = two", identity.one_thread_is_two),
     Check("resume", "Resumed = uninterrupted", identity.resumed_is_uninterrupted),
     Check("ball", "B → ∞: the laws of the inelastic bouncing ball", bouncing_ball.findings),
-    Check("scipy", "Comparison with scipy's events (ε = 0)", peers.scipy_events, ("scipy",)),
-    Check("heyoka", "Comparison with heyoka's events (ε = 0)", peers.heyoka_events, ("heyoka",)),
+    Check("scipy", "Comparison with scipy's events", peers.scipy_events, ("scipy",)),
+    Check("heyoka", "Comparison with heyoka's events", peers.heyoka_events, ("heyoka",)),
 )
 """Checks in the order of execution. The first checks need only the kernels of a sweep."""
 

@@ -1,0 +1,107 @@
+"""Claims about single switches on a grid: their results are checked in another way, and depend on the configuration."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from tests.paper.test_claims_limits import outcome, session  # noqa: F401 (a fixture)
+from vibrodrive.model.plan import make_plan
+from vibrodrive.paper import claims_limits, claims_switches
+from vibrodrive.paper.claim import Verdict
+from vibrodrive.stability.failures import compared
+
+DTAU = 'dtau = {start = 1e-3, stop = 2.0, num = 40, scale = "log"}'
+
+
+@pytest.mark.jit
+def test_skipped_sticking_is_found_in_the_sequence_of_states(session):  # noqa: F811
+    found = outcome("skipped", session())
+    assert found.verdict == Verdict.CORRECTED
+    motion = vd.simulate(1.5, method="fixed", dtau=0.7, transient=999, periods=claims_switches.LONG)
+    states = "".join("UDSRI"[s] for s in motion.switches["after"])
+    assert states.count("UDIR") == found.record["numbers"]["without"]
+    assert states.count("USDIR") + states.count("UDIR") == claims_switches.LONG
+    kept = outcome("skipped", session(fig08={"dtau = [0.5, 0.7]": "dtau = [0.5, 0.6]"}))
+    assert kept.record["numbers"]["without"] == 0
+    assert kept.verdict == Verdict.NOT
+
+
+@pytest.mark.jit
+def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
+    found = outcome("zeros-in-step", session(atlas_undisturbed={DTAU: "dtau = [0.7, 1.2, 1.9]"}))
+    numbers = found.record["numbers"]
+    assert numbers.get("missed, even", 0) + numbers.get("late, even", 0) > 0
+    assert numbers["wrong, one"] > 0
+    assert found.verdict == Verdict.CORRECTED
+    fine = {DTAU: "dtau = [1e-4, 1e-3]"}
+    assert outcome("zeros-in-step", session(atlas_undisturbed=fine)).verdict == Verdict.NOT  # no switch fails
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("A", [1.5, 3.04])
+def test_a_step_of_a_fine_grid_has_one_zero(A):
+    """At a small step each state ends at a simple zero, except where two test functions compete."""
+    plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
+    found = compared(plan)
+    for k in range(len(found.behind)):
+        assert sum(claims_switches.zeros_of_step(plan, found, k)) == 1
+
+
+@pytest.mark.jit
+def test_jumps_of_the_state_grow_with_the_step(session):  # noqa: F811
+    numbers = outcome("disturbed-switches", session()).record["numbers"]
+    assert numbers["Δτ = 0.01"]["dxi"][1] < numbers["Δτ = 0.05"]["dxi"][1] < numbers["Δτ = 0.242"]["dxi"][1]
+    assert numbers["Δτ = 0.05"]["dxi"][1] <= 0.05 * (3.04 + 1.1)  # a step at the largest acceleration
+    assert numbers["Muller"]["dxi"][1] < 1e-14
+
+
+@pytest.mark.jit
+def test_a_fixed_step_does_not_see_a_touch_that_is_shallower_than_its_own_arc(session):  # noqa: F811
+    numbers = outcome("touching", session()).record["numbers"]
+    assert numbers["certified"] == pytest.approx(1e-13)
+    for step in (1e-3, 0.1):
+        arc = (3.04 + 1.1) * step**2 / 2  # the way of a step from the lowest point at the largest acceleration
+        assert numbers[f"fixed Δτ = {step:g}"] < 10 * arc
+
+
+@pytest.mark.jit
+def test_two_solutions_look_the_same(session):  # noqa: F811
+    numbers = outcome("invisible-shift", session()).record["numbers"]
+    assert numbers["section"] < 1e-13
+    assert numbers["curve"] < 1e-13
+    one = session(fig04={"xi0 = [0.0, 2.0]": "xi0 = [0.0, 0.1]"})
+    assert "the same solution" in outcome("invisible-shift", one).text
+
+
+@pytest.mark.jit
+def test_bands_are_as_wide_as_the_motions_differ(session):  # noqa: F811
+    numbers = outcome("band-beside-band", session()).record["numbers"]
+    motion = vd.simulate(1.5, method="fixed", dtau=0.5, transient=999, periods=250)
+    sample = motion.sample(200)
+    at = [sample.dxi[k:-1:200] for k in range(200)]
+    assert numbers["Δτ"]["dxi"] == pytest.approx(np.mean([v.max() - v.min() for v in at]))
+
+
+@pytest.mark.jit
+@pytest.mark.slow("5 s: two searches for a limit, each over a lattice of starts")
+def test_the_limit_of_uniqueness_separates_one_motion_from_several(session):  # noqa: F811
+    numbers = outcome("unique-limit", session()).record["numbers"]
+
+    def ends(dtau):
+        start = {"xi0": [0.0, 0.5, 2.0, 5.0], "method": "fixed", "dtau": dtau}
+        return len(np.unique(vd.sweep(A=3.04, **start, transient=2400, periods=64).section, axis=0))
+
+    assert ends(numbers["dtau"]["ku"]) == 1
+    assert ends(0.9 * numbers["dtau"]["ku"]) == 2
+
+
+@pytest.mark.jit
+def test_start_and_disturbance_share_one_distance(session, monkeypatch):  # noqa: F811
+    for name, value in {"SHARES_OF_K2": (0.0, 0.9), "HALVINGS": 6, "AFTER": 40}.items():
+        monkeypatch.setattr(claims_limits, name, value)
+    calm, disturbed = outcome("jointly", session()).record["numbers"]["k1"]
+    assert 0 < disturbed < calm < math.inf
+    monkeypatch.setattr(claims_limits, "DISTANCE", 0.1)
+    assert outcome("jointly", session()).record["numbers"]["k1"][0] < calm

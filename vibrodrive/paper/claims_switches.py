@@ -1,0 +1,163 @@
+"""Claims about single switches on a grid (§3 and §5 of the paper)."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.states import State
+from vibrodrive.paper.analysis import without_grid
+from vibrodrive.paper.claim import Outcome, claim, when
+from vibrodrive.paper.session import Session, points
+from vibrodrive.stability.failures import KINDS, Comparison, compared
+from vibrodrive.verdicts import NotApplicable
+
+LONG = 600
+"""Number of periods in which skipped switches are counted."""
+
+JUDGED = 10
+"""Number of periods of each motion whose switches are judged, as in a map of failures."""
+
+FRACTIONS = 400
+"""Number of parts of a step in which the zeros of a switching function are counted."""
+
+PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
+"""The paper's setting of Muller's method."""
+
+FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
+"""A slide down that turns in the air if it starts high enough."""
+
+HIGH = 30.0
+CLOSENESS = tuple(10.0**-k for k in range(1, 14))
+
+
+@claim("skipped", "fig08", "At Δτ = 0.7 several switching points are skipped, in equal intervals.")
+def skipped(session: Session) -> Outcome:
+    arguments = list(points(session.config("fig08").plan()))
+    if len(arguments) < 2:
+        raise NotApplicable("fig08 has no second step")
+    motion = simulate(**(arguments[1] | {"periods": LONG}))
+    exact = simulate(**without_grid(arguments[1]))
+    usual, entered = (np.bincount(m.switches["after"], minlength=len(State)) for m in (exact, motion))
+    lost = usual * LONG / len(exact.section) - entered
+    most = State(int(lost.argmax()))
+    periods = np.unique(motion.switches["period"][motion.switches["after"] == most])
+    without = np.setdiff1d(np.arange(motion.switches["period"][0], motion.switches["period"][-1] + 1), periods)
+    apart = Counter(np.diff(without).tolist())
+    intervals = ", ".join(f"{d} ({n} times)" for d, n in sorted(apart.items()))
+    text = (
+        f"Δτ = {arguments[1]['dtau']:g}: {len(without)} of {LONG} periods pass without {most.name}, other states are "
+        f"skipped {np.delete(lost, most).max():.0f} times; the next such period comes after {intervals} periods"
+    )
+    numbers = {"state": most.name, "without": len(without), "intervals": sorted(apart.items())}
+    some = len(without) > 1
+    return Outcome(text, numbers, when(some and len(apart) == 1, some and max(apart) < 3 * min(apart)))
+
+
+@claim(
+    "zeros-in-step",
+    "fig08",
+    "A step with an even number of zeros does not recognise the switching point, one with an odd number takes the "
+    "wrong one.",
+)
+def zeros_in_step(session: Session) -> Outcome:
+    plan = session.config("atlas_undisturbed").plan()
+    found: Counter[str] = Counter()
+    for index in range(plan.n_points):
+        step = float(plan.axes["dtau"][index % plan.shape[1]])
+        motion = make_plan(plan.arguments(index) | {"method": "fixed", "dtau": step, "periods": JUDGED})
+        comparison = compared(motion)
+        found["judged"] += len(comparison.behind)
+        for kind in KINDS:
+            for k in np.flatnonzero(comparison.of(kind)).tolist():
+                zeros = zeros_of_step(motion, comparison, k)
+                more = "even" if any(n and n % 2 == 0 for n in zeros) else "odd" if max(zeros) > 1 else "one"
+                found[f"{kind}, {more}"] += 1
+    unseen = found["missed, even"] + found["late, even"]
+    passed = sum(n for name, n in found.items() if name.startswith(("missed", "late")))
+    wrong = sum(n for name, n in found.items() if name.startswith("wrong"))
+    text = (
+        f"ε = 0, {found['judged']} switches at {plan.n_points} values of A and Δτ up to "
+        f"{plan.axes['dtau'][-1]:g}: {passed} not recognised, {unseen} of them with an even number of zeros in the "
+        f"step; {wrong} in time but with the wrong next state, {found['wrong, odd']} of them with three zeros or "
+        f"more, an odd number, {found['wrong, even']} with an even number, {found['wrong, one']} with one zero, found "
+        "too late for the right decision"
+    )
+    told = unseen == passed > 0
+    return Outcome(text, dict(found), when(told and found["wrong, odd"] == wrong > 0, told))
+
+
+@claim(
+    "disturbed-switches",
+    "fig09",
+    "A wrong localisation disturbs the state at all switching points, by instantaneous jumps of ξ and ξ'.",
+)
+def disturbed_switches(session: Session) -> Outcome:
+    arguments = [*points(session.config("fig09").plan())]
+    rows, numbers, always = [], {}, True
+    for name, at in [(f"Δτ = {a['dtau']:g}", a) for a in arguments] + [("Muller", arguments[0] | PAPERS)]:
+        switches = simulate(**at).switches
+        turned = (switches["before"] <= State.DOWN) & (switches["after"] != State.IMPACT)
+        speed, depth = np.abs(switches["dxi"][turned]), np.abs(switches["xi"][switches["after"] == State.IMPACT])
+        if not len(speed) or not len(depth):
+            raise NotApplicable("the motion does not turn or does not land")
+        always = always and (name == "Muller" or min(speed.min(), depth.min()) > 0.0)
+        numbers[name] = {"dxi": [np.median(speed), speed.max()], "xi": [np.median(depth), depth.max()]}
+        rows.append(
+            f"{name}: ξ' by {np.median(speed):.2g} (at most {speed.max():.2g}) at turns, "
+            f"ξ by {np.median(depth):.2g} ({depth.max():.2g}) at impacts"
+        )
+    text = f"median of the jump that ends a slide: {'; '.join(rows)}; a sticking or a rest that ends late has no jump, "
+    text += "because its state is constant"
+    return Outcome(text, numbers, when(False, always))
+
+
+@claim(
+    "touching", "fig02", "Two coinciding zeros are a problem, as when the mass touches the obstacle without an impact."
+)
+def touching(session: Session) -> Outcome:
+    drop = HIGH - float(simulate(**FALL, xi0=HIGH).switches[0]["xi"])
+    ways: dict[str, dict[str, Any]] = {"certified": {}, "Muller (the paper's setting)": PAPERS}
+    ways |= {f"fixed Δτ = {step:g}": {"method": "fixed", "dtau": step} for step in (1e-3, 0.1)}
+    right = {}
+    for name, way in ways.items():
+        close = [d for d in CLOSENESS if all(_lands(drop - s * d, way) == (s > 0) for s in (1, -1))]
+        right[name] = close[-1] if close == list(CLOSENESS[: len(close)]) and close else np.inf
+    text = (
+        "least distance of the lowest point from the obstacle, above and below, at which impact or reversal is right "
+    )
+    text += f"(tried down to {CLOSENESS[-1]:g}): {', '.join(f'{n} {d:.0e}' for n, d in right.items())}"
+    return Outcome(text, right, when(max(right.values()) > CLOSENESS[-1]))
+
+
+def _lands(height: float, way: dict[str, Any]) -> bool:
+    """Return True if the slide down from this height ends at the obstacle."""
+    return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
+
+
+def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:
+    """Return the number of zeros of each test function of eq. (8) in the step that contains certified switch k.
+
+    A slide is continued beyond its end by the closed form of eqs. (4) and (5) at ε = 0.
+    """
+    A, B, step = (motion.scalars[name] for name in ("A", "B", "dtau"))
+    state, start, end = comparison.start["after"][k], comparison.tau[k], comparison.certified[k]
+    if end == np.inf:
+        return [0]
+    steps = max(1, math.ceil((end - start) / step - 1e-9))
+    first = 1 if steps == 1 else 0  # the zero with which the state begins is left out
+    tau = start + step * (steps - 1 + np.arange(first, FRACTIONS + 1) / FRACTIONS)
+    if state in (State.REST, State.STICK):
+        force = A * np.sin(tau) - B
+        tests = [force - 1.0, force + 1.0][: 1 if state == State.REST else 2]
+    else:
+        drag, since = B + (1.0 if state == State.UP else -1.0), tau - start
+        speed = A * (np.cos(start) - np.cos(tau)) - drag * since
+        fall = A * (np.sin(tau) - np.sin(start) - np.cos(start) * since) + 0.5 * drag * since**2
+        tests = [speed, comparison.xi[k] - fall][: 1 if state == State.UP else 2]
+    return [int(np.count_nonzero(np.diff(np.signbit(values)))) for values in tests]
