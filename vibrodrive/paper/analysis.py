@@ -122,7 +122,7 @@ def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
 
 
 def shares(kept: Mapping[int, list[bool]]) -> str:
-    """Return the shares of solutions whose structure is kept as text, for the first four periods."""
+    """Return, as text, the shares of solutions whose structure is kept, for the first four periods."""
     return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 

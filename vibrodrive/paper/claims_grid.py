@@ -134,7 +134,7 @@ def cloud(session: Session) -> Outcome:
     back = returning(motion.section, LAGS).min()
     text = (
         f"Δτ = {motion.arguments['dtau']:g}: {_answers(found)}; {distinct} distinct points in "
-        f"{len(motion.section)} periods, but the motion nearly returns after {m} (to {back:.2g})"
+        f"{len(motion.section)} periods, but after {m} periods the motion returns to within {back:.2g}"
     )
     lost = n == 0 and not found.impacts
     return Outcome(
@@ -154,8 +154,8 @@ def reactions(session: Session) -> Outcome:
         back.append((int(distance.argmin()) + 1, float(distance.min())))
     (m_eps, d_eps), (m_dtau, d_dtau) = back
     text = (
-        f"the motion nearly returns after {m_eps} periods (to {d_eps:.2g}) under the largest ε drawn, "
-        f"and after {m_dtau} (to {d_dtau:.2g}) under the largest Δτ"
+        f"under the largest ε drawn the motion returns to within {d_eps:.2g} after {m_eps} periods, "
+        f"and under the largest Δτ to within {d_dtau:.2g} after {m_dtau} periods"
     )
     numbers = {"eps": [m_eps, d_eps], "dtau": [m_dtau, d_dtau]}
     return Outcome(text, numbers, when(d_eps < 0.05 and d_dtau > 0.1, d_eps < 0.05))
@@ -227,8 +227,8 @@ def basic_motion(session: Session) -> Outcome:
     slip = analysis.find_phase_slip(motion, base)
     back = returning(motion.section, LAGS)
     text = (
-        f"it nearly returns after {slip.basic} periods (to {back[slip.basic - 1]:.2g}; after {base.n}: "
-        f"{back[base.n - 1]:.2g}), with impacts {slip.usual} periods apart"
+        f"after {slip.basic} periods it returns to within {back[slip.basic - 1]:.2g}, after {base.n} periods to within "
+        f"{back[base.n - 1]:.2g}; its impacts are {slip.usual} periods apart"
     )
     return Outcome(text, {"basic": slip.basic, "gap": slip.usual, "n": base.n}, when(slip.basic == 6 and base.n == 2))
 
