@@ -225,7 +225,7 @@ def test_another_configuration_is_refused(tmp_path, invented):
         ("A = [2.5]", {"quantity": "ku", "criterion": "word"}, "criterion = 'word': must be left out"),
         ("A = [2.5]\neps = 1e-4", {"quantity": "k1"}, "eps = 0.0001: must be left out"),
         ("eta = [9.5, 101.3]\nA = 3.04", {"quantity": "k1"}, "eta = 'array of 2 values': .*: ε = 0"),
-        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = 'A, B': must be one, for k1"),
+        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = 'A, B': must be one, A or B, for k1"),
     ],
 )
 def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, sought, words):

@@ -35,7 +35,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
         raise ConfigError(bad("axes", ", ".join(names) or "none", "one or two of A, B and eta"))
     quantity, criterion = _judged(config)
     if quantity == K1 and len(names) > 1:
-        raise ConfigError(bad("axes", ", ".join(names), f"one, for {K1}"))
+        raise ConfigError(bad("axes", ", ".join(names), f"one, A or B, for {K1}"))
     _each(config, plan, None)(dict(plan.axes), *QUANTITIES[quantity].curves[0])
     return own_settings(config, criterion, quantity)
 

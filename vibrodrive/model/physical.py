@@ -169,7 +169,7 @@ class Scene:
             )
         if frequency is not None:
             if omega0 is not None:
-                raise TypeError(bad("frequency", frequency, "left out where omega0 is given"))
+                raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
             omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
         self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units

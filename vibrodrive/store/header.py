@@ -188,12 +188,18 @@ def read_header(file: h5py.File) -> Header:
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
-                raise Damaged(f"{path}: damaged: the SHA-256 of the {what} differs from the stored one")
+                raise Damaged(
+                    f"{path}: damaged (the SHA-256 of the {what} differs from the stored one): "
+                    "restore it, or replace it with --overwrite"
+                )
         outline = json.loads(attrs["plan"])
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise Damaged(f"{path}: damaged: axis {name}: changed after it was written")
+                raise Damaged(
+                    f"{path}: damaged (axis {name}: changed after it was written): "
+                    "restore it, or replace it with --overwrite"
+                )
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
         record = tuple(outline.get("record", (SECTION,)))
@@ -201,7 +207,10 @@ def read_header(file: h5py.File) -> Header:
         for variable in layout.variables_of(plan):
             data = file[variable.name]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
-                raise Damaged(f"{path}: damaged: {variable.name}: wrong chunk shape or data type")
+                raise Damaged(
+                    f"{path}: damaged ({variable.name}: wrong chunk shape or data type): "
+                    "restore it, or replace it with --overwrite"
+                )
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 
