@@ -1,111 +1,158 @@
-"""Chart of the README: error of the switching times over the cost of a period, for each method.
+"""Error over cost of each method for a motion of 200 periods, at every setting, and whether all switches are found.
 
-The data are those measured by `work_precision`, read from its JSON file. An existing picture of the same data is not
-drawn again.
-A setting that missed or invented a switch is drawn in a separate band at its cost: the error of its other switches
-would be misleading.
+`python -m benchmarks.accuracy_speed` measures, `python -m benchmarks.draw` draws the chart of the README. The motion
+starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturbance (ε = 2e-4). The error of a setting
+that finds every switch is its largest error of a switching time. A setting that misses or invents a switch has no
+error, but a number of periods up to the first difference.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-from pathlib import Path
+import importlib
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
-from benchmarks.common import RESULTS, arguments, figure, say
+import numpy as np
 
-PICTURE = Path(__file__).parents[1] / "docs" / "accuracy_speed.png"
+import vibrodrive as vd
+from benchmarks.common import TWO_PI, arguments, paired, say, truth, write
+from benchmarks.switches import solvers
+from benchmarks.switches.model import STATES
+from benchmarks.switches.run import timed
+from vibrodrive.validation.reference import mp
 
-A, UNDISTURBED, DISTURBED = 3.04, 0.0, 2e-4
-PAPER = "Δτ = 1e-05, tol = 1e-07"
-LEAST = 1e-16
-WRONG, CEILING = 25.0, 1.5e3
-"""Ordinate of the settings that miss or invent switches, and upper limit of the axis: above every meaningful error."""
+A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
+CLOSE = 1.0  # distance in rad beyond which switches of one kind do not correspond
+LANES = 1024
 
-
-class Curve(NamedTuple):
-    """A family of `work_precision`, its colour (distinct in grey, too), its mark, and its label.
-
-    at: position of the label, in (seconds, error), in the undisturbed and in the disturbed panel.
-    """
-
-    family: str
-    colour: str
-    mark: str
-    label: str
-    at: tuple[tuple[float, float], tuple[float, float]]
+Found = list[tuple[Any, int, int]]  # τ, state before, state after
 
 
-CURVES = (
-    Curve("fixed, literal", "#d55e00", "s", "fixed Δτ", ((2.2e-5, 1.5e-3), (1.2e-4, 8e-3))),
-    Curve("Muller, literal", "#7a6000", "D", "Muller-refined", ((1.3e-5, 5e-14), (2.5e-6, 2.5e-5))),
-    Curve("hand-written Numba: scan + Newton", "#009e73", "^", "scan + Newton,\nhand-written",
-          ((1.9e-7, 5e-16), (3.6e-6, 1.2e-14))),
-    Curve("heyoka terminal events", "#8f4a86", "v", "heyoka", ((9.5e-6, 2e-9), (2.8e-4, 2e-7))),
-    Curve("scipy solve_ivp", "#333333", "o", "scipy", ((1.2e-4, 1e-8), (9e-3, 1e-7))),
-    Curve("certified, batched", "#0072b2", "*", "certified sweep:\neach switch\nguaranteed",
-          ((2.3e-8, 3e-12), (1.5e-7, 4e-9))),
-)  # fmt: skip
+def decades(largest: int, smallest: int, each: int = 2) -> list[float]:
+    """Return 10^largest … 10^smallest with `each` numbers a decade."""
+    exponents = np.arange(largest, smallest - 0.5 / each, -1 / each)
+    return [float(f"{10.0**k:.3g}") for k in exponents]
 
 
-def points_of(data: dict[str, Any], eps: float, family: str) -> list[dict[str, Any]]:
-    """Return the settings of a family in one panel, in the order of measurement."""
-    return [p for p in data["points"] if (p["A"], p["eps"], p["family"]) == (A, eps, family)]
+TOLERANCES = decades(-4, -13, 1)
 
 
-def draw_curve(ax: Any, curve: Curve, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """Draw a method: its name, a line through the settings that find every switch, and crosses for other settings."""
-    right = [p for p in points if not p["wrong"] and p["error"] is not None]
-    x = [p["seconds"] for p in right]
-    y = [max(p["error"], LEAST) for p in right]
-    size = 15 if curve.mark == "*" else 5
-    ax.plot(x, y, "-", marker=curve.mark, color=curve.colour, markersize=size, lw=1.3)
-    wrong = [p["seconds"] for p in points if p["wrong"]]
-    ax.plot(wrong, [WRONG] * len(wrong), "x", color=curve.colour, markersize=6, mew=1.4)
-    ax.text(*at, curve.label, color=curve.colour, fontsize=9, va="center")
-    for p in points:
-        if p["setting"] == PAPER and not p["wrong"]:
-            ax.plot([p["seconds"]], [p["error"]], "o", mfc="none", mec=curve.colour, markersize=12, mew=1.1)
-            ax.annotate(
-                "the paper's setting", (p["seconds"], p["error"]), (9, -13), textcoords="offset points",
-                color=curve.colour, fontsize=8,
-            )  # fmt: skip
+class Method(NamedTuple):
+    """A solver of the set of switches, or the package where `solver` is None; the name and the grid of a setting."""
+
+    name: str
+    solver: str | None
+    setting: str
+    grid: list[float]
+    fixed: dict[str, Any]
 
 
-def draw(data: dict[str, Any]) -> Any:
-    """Draw both panels: without and with the disturbance of the paper."""
-    fig, axes = figure(7.2, 3.9, columns=2)
-    for column, (ax, eps) in enumerate(zip(axes[0], (UNDISTURBED, DISTURBED), strict=True)):
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.axhspan(8.0, CEILING, color="0.92", lw=0)
-        for curve in CURVES:
-            draw_curve(ax, curve, points_of(data, eps, curve.family), curve.at[column])
-        ax.set_ylim(LEAST / 6, CEILING)
-        ax.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
-        ax.set_xlim(1.5e-8, 2e-2) if eps == UNDISTURBED else ax.set_xlim(1e-7, 0.3)
-        ax.text(0.02, 0.985, "× misses or invents switches", transform=ax.transAxes, fontsize=8, va="top", color="0.3")
-        ax.set_title("undisturbed" if eps == UNDISTURBED else f"with a fast disturbance, $\\varepsilon = {eps:g}$")
-        ax.set_xlabel("CPU time per period of motion (s)")
-    axes[0, 0].set_ylabel("largest error of a switching time (rad)")
-    fig.suptitle(f"Finding the switches of 20 periods from rest, $A = {A:g}$: error against cost", fontsize=10)
-    return fig
+def methods(eps: float) -> Iterator[Method]:
+    """Yield all methods; of the adaptive ones of scipy, the better one at this ε."""
+    paper = {"method": "muller", "tol": 1e-7, "scan": "literal"}
+    yield Method("Muller on a grid", None, "dtau", decades(-1, -6), paper)
+    yield Method("fixed Δτ", None, "dtau", decades(-1, -6), {"method": "fixed", "scan": "literal"})
+    yield Method("scan + Newton", "scan_newton", "step", decades(0, -4, 4), {})
+    yield Method("RK4 + bisection", "rk4_bisection", "step", decades(-1, -4), {})
+    yield Method("heyoka", "heyoka_events", "tol", [*TOLERANCES, *decades(-14, -15, 1)], {})
+    best = "LSODA" if eps else "DOP853"
+    yield Method(f"scipy {best}", "scipy_ivp", "rtol", TOLERANCES, {"method": best})
+    yield Method("CVODE", "cvode", "rtol", TOLERANCES, {})
+    yield Method("diffrax Dopri8", "diffrax_events", "rtol", TOLERANCES, {"method": "Dopri8"})
+    yield Method("time-stepping", "moreau_jean", "step", decades(-1, -6), {})
+
+
+def simulated(eps: float, periods: int, settings: dict[str, Any]) -> Found:
+    """Return the switches of the package. Times have the digits of the phase."""
+    s = vd.simulate(A, eps=eps, transient=0, periods=periods, **settings).switches
+    exact = [2 * mp.pi * int(k) + mp.mpf(float(phase)) for k, phase in zip(s["period"], s["phase"], strict=True)]
+    return list(zip(exact, s["before"].tolist(), s["after"].tolist(), strict=True))
+
+
+def true_switches(eps: float) -> Found:
+    """Return the switches of the reference."""
+    true = truth(A, eps, PERIODS)
+    exact = [2 * mp.pi * int(k) + phase for k, phase in zip(true.period, true.phase, strict=True)]
+    return [(tau, *kinds) for tau, kinds in zip(exact, true.kinds, strict=True)]
+
+
+def compare(true: Found, found: Found) -> tuple[float | None, float]:
+    """Return the error, or None if a switch is wrong, and the number of periods up to the first difference."""
+    pairs = [(abs(mp.mpf(b[0]) - a[0]), a[1:] == b[1:]) for a, b in zip(true, found, strict=False)]
+    first = next((i for i, (error, same) in enumerate(pairs) if error > CLOSE or not same), len(pairs))
+    if first == len(true) == len(found):
+        return float(max(error for error, _ in pairs)), PERIODS
+    until = min(float(s[first][0]) for s in (true, found) if first < len(s)) / TWO_PI
+    return None, until
+
+
+def measure_package(eps: float, repeats: int, settings: dict[str, Any]) -> tuple[Found, float]:
+    """Return the switches and the seconds of one motion."""
+    work = {"": lambda: vd.simulate(A, eps=eps, transient=0, periods=PERIODS, **settings)}
+    return simulated(eps, PERIODS, settings), paired(work, repeats)[""].seconds
+
+
+def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Found, float]:
+    """Return the switches and the seconds of one motion by a solver of the set; no switches where it fails."""
+    x = {"A": A, "B": 0.1, "eps": eps, "eta": vd.ETA, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0}
+    timed(module, 2, x | {"periods": 2.0}, setting, 0.0)  # compiles
+    given, seconds = timed(module, 3, x | {"periods": float(PERIODS)}, setting, 0.0)
+    if isinstance(given, str):
+        say(f"{module.NAME}, {setting}: {given}")
+        return [], seconds
+    return [(tau, STATES.index(before), STATES.index(after)) for tau, before, after in given["events"]], seconds
+
+
+def sweep_seconds(eps: float, repeats: int) -> float:
+    """Return the seconds of one motion of `certified` in a sweep of neighbouring motions, on one thread."""
+    near = A + 1e-9 * np.arange(LANES)
+    run: dict[str, Any] = {"A": near, "eps": eps, "transient": 0, "periods": PERIODS, "threads": 1}
+    return paired({"": lambda: vd.sweep(**run)}, repeats)[""].seconds / LANES
+
+
+def points(eps: float, quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield the measurement of each method at each setting."""
+    mp.dps = 40
+    true, repeats = true_switches(eps), 1 if quick else 5
+
+    def point(name: str, setting: str, value: float | None, found: Found, seconds: float) -> dict[str, Any]:
+        error, until = compare(true, found)
+        per_period = seconds / PERIODS
+        shown = f"{error or math.nan:.1e}  {per_period:.1e} s  right for {until:.4g}"
+        say(f"ε = {eps:g}  {name:20} {value or '':<9}  {shown}")
+        kept = {
+            "error": error,
+            "until": until,
+            "right": until == PERIODS,
+            "found": len(found),
+            "true": len(true),
+            "seconds": per_period,
+        }
+        return {"eps": eps, "method": name, "setting": setting, "value": value, **kept}
+
+    found, seconds = measure_package(eps, repeats, {"method": "certified"})
+    yield point("certified", "", None, found, seconds)
+    yield point("certified sweep", "", None, found, sweep_seconds(eps, repeats))
+    for method in methods(eps):
+        measure: Callable[[dict[str, Any]], tuple[Found, float]] = partial(measure_package, eps, repeats)
+        if method.solver:
+            try:
+                module = importlib.import_module(f"{solvers.__name__}.{method.solver}")
+            except ImportError as error:
+                say(f"{method.name} is left out: {error}")
+                continue
+            measure = partial(measure_solver, eps, module)
+        for value in itertools.islice(method.grid, 0, None, 4 if quick else 1):
+            yield point(method.name, method.setting, value, *measure(method.fixed | {method.setting: value}))
 
 
 def main() -> None:
     options = arguments(__doc__)
-    source = options.output / "work_precision.json"
-    picture = PICTURE if options.output == RESULTS else options.output / PICTURE.name
-    data = json.loads(source.read_text(encoding="utf-8"))
-    shown = hashlib.sha256(json.dumps(data["points"]).encode()).hexdigest()
-    measured = data["environment"].get("measured", "on an unknown date")
-    say(f"{source.name}: measured {measured}; `python -m benchmarks.work_precision` measures again")
-    if picture.exists() and shown.encode() in picture.read_bytes():
-        say(f"accuracy_speed: {picture.name} already shows these data (delete it to draw it again)")
-        return
-    draw(data).savefig(picture, metadata={"Source": shown})
-    say(f"accuracy_speed: {source.name} drawn to {picture.name}")
+    found = [p for eps in EPS for p in points(eps, options.quick)]
+    write("accuracy_speed", {"A": A, "periods": PERIODS, "points": found}, None, options.output)
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ def environment() -> dict[str, Any]:
     if cpuinfo.exists():
         names = [line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
-    versions = dict.fromkeys(("vibrodrive", "numpy", "numba", "scipy", "heyoka", "mpmath"))
+    versions = dict.fromkeys(("vibrodrive", "numpy", "numba", "scipy", "heyoka", "diffrax", "scikit-sundae", "mpmath"))
     for package in versions:
         with suppress(importlib.metadata.PackageNotFoundError):
             versions[package] = importlib.metadata.version(package)

@@ -96,13 +96,10 @@ def table(levels: Sequence[int]) -> tuple[list[str], list[list[str]]]:
     return ["method", "settings", *sizes], rows
 
 
-def over_difficulty(method: Method, edges: list[float]) -> list[list[float]]:
-    """Return the pass rates of all settings in each interval of difficulty, over the cases of level 0."""
-    bins = []
-    for low, high in pairwise(edges):
-        ids = {c["id"] for c in method.cases if c["level"] == 0 and low <= (c["difficulty"] or 0.0) < high}
-        bins.append(method.rates(ids))
-    return bins
+def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
+    """Return the pass rates of all settings in each interval of difficulty, over some families of level 0."""
+    cases = [c for c in method.cases if c["level"] == 0 and c["family"] in families and c["difficulty"] is not None]
+    return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 
 
 def dates() -> str:

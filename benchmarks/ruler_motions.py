@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from benchmarks.switches.model import STICK, TWO_PI, force, gap, jit, velocity
+from benchmarks.switches.model import STICK, TWO_PI, constants, force, gap, jit, velocity
 from benchmarks.switches.solvers.moreau_jean import advance
 
 FAST = 40.0  # time constants after which the exponential of a piece has decayed
@@ -64,7 +64,8 @@ def creep(point, v_s, t0, xi, dxi, tau):
 @jit
 def slide(point, sign, t0, xi, dxi, tau):
     """Return ξ, ξ' at τ of a slide without contact since t0."""
-    return gap(point, sign, t0, xi, dxi, tau), velocity(point, sign, t0, dxi, tau)
+    fixed = constants(point, sign, t0, xi, dxi)
+    return gap(point, fixed, tau), velocity(point, fixed, tau)
 
 
 @jit

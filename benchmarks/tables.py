@@ -79,9 +79,9 @@ def throughput(data: dict[str, Any]) -> str:
 
 RIVALS = {
     "certified": "vibrodrive, certified",
-    "certified, one at a time (libm)": "the same method, hand-written loop with libm",
-    "hand-written Numba: scan + Newton": "hand-written Numba: scan + Newton",
-    "heyoka terminal events": "heyoka, terminal events",
+    "certified, one motion at a time": "vibrodrive, certified, one motion at a time",
+    "scan + Newton": "hand-written Numba: scan + Newton",
+    "heyoka": "heyoka, terminal events",
     "obvious loop, fixed Δτ = 1e-4": "the obvious loop, fixed Δτ = 1e-4, compiled",
     "scipy solve_ivp": "scipy `solve_ivp`",
 }
@@ -110,30 +110,33 @@ def speed(data: dict[str, Any]) -> str:
     return table(head, rows) + f"\n\n{machine(data)}."
 
 
-def work_precision(data: dict[str, Any]) -> str:
-    best = {(p["family"], p["A"], p["eps"]): p for p in data["best"]}
-    scenes = list(dict.fromkeys((p["A"], p["eps"]) for p in data["best"]))
-    first = scenes[0]
-    families = sorted(
-        dict.fromkeys(p["family"] for p in data["best"]),
-        key=lambda f: best[f, *first]["seconds"] if (f, *first) in best else math.inf,
-    )
-    head = ["method, cheapest of its most accurate settings"]
-    for A, eps in scenes:
-        head += [f"A = {A:g}, ε = {eps:g}: error in τ", "time a period"]
+def accuracy_speed(data: dict[str, Any]) -> str:
+    """Return for each method how many settings are right, and the cheapest of the accurate ones."""
+    points: dict[tuple[float, str], list[dict[str, Any]]] = {}
+    for p in data["points"]:
+        points.setdefault((p["eps"], p["method"]), []).append(p)
+    levels = sorted({eps for eps, _ in points})
+    head = ["method"]
+    for eps in levels:
+        head += [f"ε = {eps:g}: settings right", "error in τ", "time a period"]
     rows = []
-    for family in families:
-        row = [family]
-        for scene in scenes:
-            p = best.get((family, *scene))
-            if p is None:
+    for name in dict.fromkeys(name for _, name in points):
+        row = [name]
+        for eps in levels:
+            here = points.get((eps, name), [])
+            right = [p for p in here if p["right"]]
+            row.append(f"{len(right)} of {len(here)}" if here else "")
+            if right:
+                best = min(p["error"] for p in right)
+                cheapest = min((p for p in right if p["error"] <= max(10 * best, 1e-13)), key=lambda p: p["seconds"])
+                row += [number(cheapest["error"]), duration(cheapest["seconds"])]
+            else:
                 row += ["", ""]
-                continue
-            wrong = f" ({p['wrong']} wrong)" if p["wrong"] else ""
-            row += [number(p["error"]) + wrong, duration(p["seconds"])]
         rows.append(row)
-    missing = "; not installed, left out: " + ", ".join(data["missing"]) if data["missing"] else ""
-    return table(head, rows) + f"\n\nOver 20 periods from rest. {machine(data)}{missing}."
+    about = (
+        f"A = {data['A']:g}, {data['periods']} periods from rest. {machine(data)}, {data['environment']['measured']}."
+    )
+    return table(head, rows) + f"\n\nError and time: the cheapest setting within ten times the smallest error. {about}"
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:
@@ -201,6 +204,15 @@ def measured_switches(_: dict[str, Any]) -> str:
     return f"Measured {passes.dates()}: {settings} settings. {', '.join(programs)}; the other methods are hand-written."
 
 
+def failures(data: dict[str, Any]) -> str:
+    """Return a section for each kind of failure: its picture, its cause with the measured numbers, and its case."""
+    sections = [
+        f"### {e['title']}\n\n![{e['title']}](failures/{name}.png)\n\n{e['caption']} Case: `{e['case']}`."
+        for name, e in data["examples"].items()
+    ]
+    return "\n\n".join(sections)
+
+
 class Place(NamedTuple):
     """A table: its page, the JSON file with its data ("": none is needed), and the function that makes it."""
 
@@ -215,12 +227,13 @@ FAILURES = ROOT / "docs" / "where_methods_fail.md"
 TABLES = {
     "speed": Place(ROOT / "README.md", "throughput", speed),
     "throughput": Place(PAGE, "throughput", throughput),
-    "work_precision": Place(PAGE, "work_precision", work_precision),
+    "accuracy_speed": Place(PAGE, "accuracy_speed", accuracy_speed),
     "refined_vs_fixed": Place(PAGE, "refined_vs_fixed", refined_vs_fixed),
     "scaling": Place(PAGE, "scaling", scaling),
     "compile_time": Place(PAGE, "compile_time", compile_time),
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
+    "failures": Place(FAILURES, "failures", failures),
     "switches_measured": Place(FAILURES, "", measured_switches),
     "switches_level_0": Place(FAILURES, "", pass_rates(0)),
     "switches_level_1": Place(FAILURES, "", pass_rates(1)),

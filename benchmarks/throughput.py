@@ -1,17 +1,18 @@
 """Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
-Three comparisons use the same sweep. Certified switching in batches is compared with other programs: certified
-switching of one trajectory at a time with sine and cosine of libm, hand-written Numba, heyoka and scipy. The literal
-scan is compared with the obvious loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified
-switching. All programs use one thread. A last measurement of certified switching uses all threads.
+Three comparisons use the same sweep. Certified switching in batches is compared with one motion at a time and with
+solvers of the set of switches: hand-written Numba, heyoka and scipy. The literal scan is compared with the obvious
+loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified switching. All programs use one
+thread. A last measurement of certified switching uses all threads.
 
-The section points of every program are compared with certified section points, so that no program is fast only because
-it is wrong. At ε = 0 a certified motion that returns to the same bits is copied from then on. Therefore the cost of
-computation is measured on motions that do not return within the record.
+The first switches of every other program are compared with those of certified switching, so that no program is fast
+only because it is wrong. At ε = 0 a certified motion that returns to the same bits is copied from then on. Therefore
+the cost of computation is measured on motions that do not return within the record.
 """
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,16 +22,35 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.common import TWO_PI, arguments, environment, figure, paired, ratio, say, write
-from benchmarks.peers import certified_scalar, heyoka_events, literal_scan, scan_newton, scipy_ivp
-from benchmarks.peers.record import Case, Unavailable
+from benchmarks.switches import solvers
+from benchmarks.switches.loop import event_loop
+from benchmarks.switches.model import DOWN, STICK, UP, Point, constants, force, gap, jit, velocity
 
 RANGE = (3.0, 3.25)
 EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
-COMPUTED = "certified, where nothing repeats"
+COMPUTED, ONE_BY_ONE = "certified, where nothing repeats", "certified, one motion at a time"
 """Values of A with stable motions that never rest and approach their orbit so slowly that none repeats its bits within
 PERIODS periods."""
+
+
+def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
+    """Return the solvers of the set that take part: module, setting, motions and periods, for some tenths of a second.
+
+    Settings are the fastest that are right: the step of the scan is below the closest pair of zeros.
+    """
+    if eps == 0.0:
+        return {
+            "scan + Newton": ("scan_newton", {"step": 0.3}, POINTS, PERIODS),
+            "heyoka": ("heyoka_events", {"tol": 2.2e-16}, 50, 100),
+            "scipy solve_ivp": ("scipy_ivp", {"method": "DOP853", "rtol": 1e-10}, 10, 40),
+        }
+    return {
+        "scan + Newton": ("scan_newton", {"step": 3e-4}, 10, 50),
+        "heyoka": ("heyoka_events", {"tol": 2.2e-16}, 50, 20),
+        "scipy solve_ivp": ("scipy_ivp", {"method": "LSODA", "rtol": 1e-10}, 10, 3),
+    }
 
 
 def values(n: int) -> np.ndarray:
@@ -40,7 +60,7 @@ def values(n: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Contestant:
-    """A sweep over `A`, each for `periods` periods from rest. It returns the sections (points, periods, 2) or None."""
+    """A sweep over `A`, each for `periods` periods from rest. It returns switches or section points."""
 
     A: np.ndarray
     periods: int
@@ -54,69 +74,56 @@ class Contestant:
         return len(self.A) * self.periods
 
 
-def ours(**settings: Any) -> Callable[[np.ndarray, int], np.ndarray]:
+def ours(**settings: Any) -> Callable[[np.ndarray, int], Any]:
+    """Return a sweep of the package, which records section points."""
     settings = {"threads": 1, **settings}
     return lambda A, periods: vd.sweep(A=A, transient=0, periods=periods, **settings).section
 
 
-def compiled_scalar(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
-    """Return a sweep by the certified kernel, one trajectory at a time."""
-
-    def work(A: np.ndarray, periods: int) -> np.ndarray:
-        section = np.empty((len(A), periods, 2))
-        points = np.column_stack([A, np.full(len(A), 0.1), np.full(len(A), eps)])
-        certified_scalar.sweep(points, vd.ETA, 0, periods, section)
-        return section
-
-    return work
+def one_by_one(eps: float) -> Callable[[np.ndarray, int], Any]:
+    """Return a sweep of the package, one motion at a time."""
+    return lambda A, periods: [vd.simulate(a, eps=eps, transient=0, periods=periods).section for a in A]
 
 
-def compiled_loop(kernel: Callable[..., Any], eps: float, *parameters: float):
-    """Return a sweep that calls a kernel of `event_loop` for each A. Python adds microseconds to milliseconds."""
-    none = (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int8), np.empty(0, np.int8))
+def by_solver(events: Callable[..., Any], eps: float, **setting: Any) -> Callable[[np.ndarray, int], Any]:
+    """Return a sweep by a solver of the set of switches."""
 
-    def work(A: np.ndarray, periods: int) -> np.ndarray:
-        section = np.empty((len(A), periods, 2))
-        for k, a in enumerate(A):
-            kernel(a, 0.1, eps, vd.ETA, *parameters, 0.0, 0, periods, section[k], *none)
-        return section
+    def work(A: np.ndarray, periods: int) -> Any:
+        return [events((0.0, 0.0, 0.0, TWO_PI * periods), Point(a, 0.1, eps, vd.ETA), **setting) for a in A]
 
     return work
 
 
-def heyoka_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
-    if heyoka_events.hy is None:
-        raise Unavailable("heyoka is not installed")
-    integrators = heyoka_events.Integrators(eps > 0.0, 2.2e-16)
+@jit
+def locate_obvious(point, setting, state, t0, xi, dxi, end):
+    """Return the first point of the grid at which the state has ended, and visit every point."""
+    sign = 1.0 if state == UP else -1.0
+    k, tau, s = round(t0 / setting[0]), t0, constants(point, sign, t0, xi, dxi)
+    while tau <= end:
+        k += 1
+        tau = k * setting[0]
+        h = force(point, tau)
+        v, x = velocity(point, s, tau), gap(point, s, tau)
+        if state in (UP, DOWN):
+            landed = state == DOWN and x < 0.0
+            if landed or sign * v < 0.0:
+                return tau, landed, x
+        elif h > 1.0 or (state == STICK and h < -1.0):
+            return tau, False, xi
+    return tau, False, xi
 
-    def work(A: np.ndarray, periods: int) -> np.ndarray:
-        return np.array([integrators.solve(Case(a, eps, periods=periods))[0].section for a in A])
 
-    return work
-
-
-def scipy_sweep(eps: float) -> Callable[[np.ndarray, int], np.ndarray]:
-    if scipy_ivp.solve_ivp is None:
-        raise Unavailable("scipy is not installed")
-    method = "LSODA" if eps > 0.0 else "DOP853"
-
-    def work(A: np.ndarray, periods: int) -> np.ndarray:
-        solvers = [scipy_ivp.Solver(Case(a, eps, periods=periods), method, 1e-10, 1e-12) for a in A]
-        return np.array([solver.section() for solver in solvers])
-
-    return work
+obvious_loop = event_loop(locate_obvious, compiled=True)
 
 
 def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
     """Return all contestants on one thread, each with work for some tenths of a second."""
     n, p = (100, 100) if quick else (POINTS, PERIODS)
-    scan = scan_newton.STEP_DISTURBED if eps > 0.0 else scan_newton.STEP
     paper = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
     few = values(50)
-    literal = literal_scan.kernel_fixed
     everyone = {
         "certified": Contestant(values(n), p, ours(eps=eps, method="certified")),
-        certified_scalar.NAME: Contestant(values(n), p, compiled_scalar(eps)),
+        ONE_BY_ONE: Contestant(few, p, one_by_one(eps)),
         "paper's setting, skipping": Contestant(values(n), p, ours(eps=eps, **paper)),
         "paper's setting, literal": Contestant(
             values(10)[:8], 1 if quick else 50, ours(eps=eps, scan="literal", **paper)
@@ -126,53 +133,49 @@ def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[st
             values(10)[:8], 10 if quick else 100, ours(eps=eps, method="fixed", dtau=1e-4, scan="literal")
         ),
         "obvious loop, fixed Δτ = 1e-4": Contestant(
-            values(10)[:2], 4 if quick else 20, compiled_loop(literal, eps, 1e-4, 0.0)
-        ),
-        scan_newton.NAME: Contestant(
-            values(n) if eps == 0.0 else few[:10],
-            p if eps == 0.0 else 50,
-            compiled_loop(scan_newton.kernel, eps, scan, 0.0),
+            values(10)[:2], 4 if quick else 20, by_solver(obvious_loop, eps, step=1e-4)
         ),
     }
     if eps == 0.0:
         everyone[COMPUTED] = Contestant(np.linspace(*RANGE_COMPUTED, n), p, ours(eps=eps, method="certified"))
     missing = []
-    slow: tuple[tuple[str, Callable[[float], Any], int, int], ...] = (
-        (heyoka_events.NAME, heyoka_sweep, 50, 100 if eps == 0.0 else 20),
-        (scipy_ivp.NAME, scipy_sweep, 10, 40 if eps == 0.0 else 3),
-    )
-    for name, make, points, periods in slow:
+    for name, (module, setting, points, periods) in rivals(eps).items():
         try:
-            everyone[name] = Contestant(values(points), periods, make(eps))
-        except Unavailable as why:
+            solver = importlib.import_module(f"{solvers.__name__}.{module}")
+        except ImportError as why:
             missing.append(name)
             say(f"{name} is left out: {why}")
+            continue
+        everyone[name] = Contestant(values(points), periods, by_solver(solver.events, eps, **setting))
     return everyone, missing
 
 
 def off(contestant: Contestant, eps: float) -> float:
-    """Return the share of trajectories whose first 10 section points differ by more than 1e-3 from certified ones.
+    """Return the share of motions whose switches in the first 10 periods differ from certified ones by more than 1e-3.
 
     Only the first periods are compared, because many of these motions are irregular, and any two computations of an
     irregular motion diverge. A missed switch appears in the first periods.
     """
-    first = min(contestant.periods, 10)
-    true = vd.sweep(A=contestant.A, eps=eps, transient=0, periods=first, threads=1).section
-    got = np.asarray(contestant())[:, :first]
-    return float((np.abs(got - true).max(axis=(1, 2)) > 1e-3).mean())
+    first, wrong = min(contestant.periods, 10), 0
+    for a, found in zip(contestant.A, contestant.work(contestant.A, first), strict=True):
+        s = vd.simulate(a, eps=eps, transient=0, periods=first).switches
+        true = [(TWO_PI * k + phase, *kind) for k, phase, *kind in s[["period", "phase", "before", "after"]].tolist()]
+        same = [t[1:] for t in true] == [f[1:] for f in found]
+        wrong += not same or any(abs(t[0] - f[0]) > 1e-3 for t, f in zip(true, found, strict=True))
+    return wrong / len(contestant.A)
 
 
 def one_thread(eps: float, quick: bool) -> dict[str, Any]:
     """Return the periods per second and the ratios of all contestants at this ε."""
     everyone, missing = contestants(eps, quick)
-    times = paired(everyone, 3 if quick else 7)
+    times = paired(everyone, 3 if quick else 5)
     rate = {name: everyone[name].total / t.seconds for name, t in times.items()}
 
     def times_faster(fast: str, slow: str) -> float:
         return ratio(times[slow], times[fast], everyone[slow].total, everyone[fast].total)
 
-    rivals = certified_scalar.NAME, scan_newton.NAME, heyoka_events.NAME, scipy_ivp.NAME
-    ratios = {name: times_faster("certified", name) for name in rivals if name in times}
+    others = [ONE_BY_ONE, *(name for name in rivals(eps) if name in times)]
+    ratios = {name: times_faster("certified", name) for name in others}
     steps = TWO_PI / 1e-4
     computed = COMPUTED if COMPUTED in rate else "certified"
     for name, value in rate.items():
@@ -186,8 +189,8 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
         "obvious_ns_per_step": 1e9 / (rate["obvious loop, fixed Δτ = 1e-4"] * steps),
         "paper_over_certified": times_faster("certified", "paper's setting, skipping"),
         "paper_skipping_over_literal": times_faster("paper's setting, skipping", "paper's setting, literal"),
-        "computed_over_one_at_a_time": times_faster(computed, certified_scalar.NAME),
-        "wrong_share": {name: off(c, eps) for name, c in everyone.items() if "fixed" not in name},
+        "computed_over_one_at_a_time": times_faster(computed, ONE_BY_ONE),
+        "wrong_share": {name: off(everyone[name], eps) for name in others[1:]},
         "missing": missing,
     }
 

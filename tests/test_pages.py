@@ -18,7 +18,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import vibrodrive as vd
-from benchmarks import accuracy_speed
+from benchmarks import draw
 from vibrodrive.cli import cli
 from vibrodrive.model import config, plan
 from vibrodrive.model.size import block_bytes, file_bytes
@@ -241,21 +241,20 @@ def test_the_citation_is_of_this_version():
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
 
 
-def test_the_chart_of_stored_data_is_drawn_once(tmp_path, monkeypatch, capsys):
-    """The driver keeps the tracked figure unchanged while the stored data are those of the figure."""
-    stored = ROOT / "benchmarks/results/work_precision.json"
-    picture, tracked = tmp_path / "accuracy_speed.png", accuracy_speed.PICTURE.read_bytes()
-    (tmp_path / stored.name).write_bytes(stored.read_bytes())
-    monkeypatch.setattr("sys.argv", ["accuracy_speed", "-o", str(tmp_path)])
-    accuracy_speed.main()
-    first = picture.read_bytes()
-    with monkeypatch.context() as patch:
-        patch.setattr("sys.argv", ["accuracy_speed"])
-        accuracy_speed.main()
-    assert accuracy_speed.PICTURE.read_bytes() == tracked
-    assert "benchmarks.work_precision` measures" in capsys.readouterr().err
-    data = json.loads(stored.read_text())
+@pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.stem)
+def test_a_chart_shows_the_stored_data_and_is_not_drawn_again(chart, capsys):
+    before = chart.picture.read_bytes()
+    draw.draw(chart)
+    assert chart.picture.read_bytes() == before
+    assert "shows these data already" in (said := capsys.readouterr().err)
+    assert f"`python -m {chart.command}` measures again" in said
+
+
+def test_a_chart_of_other_data_is_drawn(tmp_path):
+    chart = draw.charts()[0]
+    draw.draw(chart, tmp_path)
+    first = (tmp_path / chart.picture.name).read_bytes()
+    data = chart.load()
     data["points"].pop()
-    (tmp_path / stored.name).write_text(json.dumps(data))
-    accuracy_speed.main()
-    assert picture.read_bytes() != first
+    draw.draw(chart._replace(load=lambda: data), tmp_path)
+    assert (tmp_path / chart.picture.name).read_bytes() != first

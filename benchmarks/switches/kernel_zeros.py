@@ -1,7 +1,7 @@
 """Level 0 through the kernels of the package: the three paths search g as they search a switching function.
 
 The kernels know a function as a shape in h = τ − t, with bounds of its derivatives. Here g is written as one, its fast
-wave as the disturbance, and written anew behind a zero or a few periods, as the package does with a motion. Behind a
+wave as the disturbance. The shape is expanded again behind a zero and every few periods, as for a motion. Behind a
 zero the certified path and Muller's take up a function that begins with 0 there; the fixed path, for which the zero is
 a grid point behind it, keeps g as it is.
 """
@@ -57,7 +57,7 @@ def first_cursor(search, on_zero, method, dtau, limit):
 def search_all(w, k, f, T, sign, method, dtau, found):
     """Fill `found` with the zeros of g in (0, T] in order; return their number. `sign`: that of g behind 0."""
     count, t, on_zero = 0, 0.0, f.c0 + f.a * math.sin(f.alpha) + f.b * math.sin(f.beta) == 0.0
-    point = 0  # of the grid, at t
+    point = 0  # index of the grid point at t
     while t < T and count < len(found):
         longest = min(T - t, motion.STRETCH, 1e6 / f.eta)
         limit = longest

@@ -13,7 +13,7 @@ from benchmarks.switches.zeros import Function, Zero
 from vibrodrive.validation.reference import mp
 
 NAMES = ("c0", "c1", "c2", "a", "alpha", "b", "eta", "beta", "T")
-DIGITS = 90  # of the arithmetic; zeros are stored to 30
+DIGITS = 90  # precision of the arithmetic; zeros are stored to 30 digits
 
 Inputs = dict[str, float]
 Drawn = tuple[Inputs, list[str], str]  # inputs, tags, why

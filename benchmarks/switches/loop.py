@@ -14,10 +14,32 @@ CROWD = 2_000
 """Switches in one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
 
 
-def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]:
-    """Return `run(point, initial, setting, times, before, after)`, which follows a motion.
+Event = tuple[float, int, int]
+"""τ, state before and state after a switch."""
 
-    It fills the three arrays with the switches up to the end or up to their length, and returns the number of switches.
+
+def events_by(run: Callable[..., int]) -> Callable[..., list[Event]]:
+    """Return `events(initial, point, **setting)`: the switches from `initial`, which is (ξ, ξ', τ, end).
+
+    `run(point, initial, values of the setting, times, before, after)` fills the three arrays with the switches up to
+    the end, or up to the length of the arrays, and returns the number of switches.
+    """
+
+    def events(initial: tuple[float, float, float, float], point: Any, **setting: Any) -> list[Event]:
+        size = 4096
+        while True:
+            times, before, after = np.empty(size), np.empty(size, np.int8), np.empty(size, np.int8)
+            count = run(point, initial, tuple(setting.values()), times, before, after)
+            if count < size:
+                return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
+            size *= 8
+
+    return events
+
+
+def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list[Event]]:
+    """Return the function `events` of a method that locates the end of each state.
+
     `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ there);
     τ > `end` if the state does not end before. A compiled `locate` needs `compiled=True`; a loop in Python
     evaluates the formulas itself, since a call of compiled code would take longer.
@@ -46,11 +68,11 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., int]
                 xi = 0.0
         return count
 
-    return jit(run) if compiled else run
+    return events_by(jit(run) if compiled else run)
 
 
-def step_loop(advance: Callable[..., Any]) -> Callable[..., int]:
-    """Return a `run` as that of `event_loop` for methods of fixed step, which do not locate switches.
+def step_loop(advance: Callable[..., Any]) -> Callable[..., list[Event]]:
+    """Return the function `events` of a method of fixed step, which does not locate switches.
 
     `advance(point, setting, state, xi, dxi, tau, level, ahead)` returns (ξ, ξ', state, True if the mass has landed)
     after the step setting[0]; H is `level` before the step and `ahead` after it. A changed state is reported at the
@@ -82,21 +104,4 @@ def step_loop(advance: Callable[..., Any]) -> Callable[..., int]:
                     last = count - 1
         return count if count < len(times) - 1 else len(times)
 
-    return jit(run)
-
-
-Event = tuple[float, int, int]
-"""τ, state before and state after a switch."""
-
-
-def follow(
-    run: Callable[..., int], initial: tuple[float, float, float, float], point: Any, setting: Any
-) -> list[Event]:
-    """Return the switches of a motion; `initial` is (ξ, ξ', τ, end)."""
-    size = 4096
-    while True:
-        times, before, after = np.empty(size), np.empty(size, np.int8), np.empty(size, np.int8)
-        count = run(point, initial, setting, times, before, after)
-        if count < size:
-            return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
-        size *= 8
+    return events_by(jit(run))

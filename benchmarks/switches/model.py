@@ -39,24 +39,29 @@ def force_rate(point, tau):
 
 
 @jit
-def velocity(point, sign, t0, dxi, tau):
-    """Return ξ' of eqs. (4), (5), (9) at τ in a slide in direction `sign` that starts at t0 with ξ' = dxi."""
-    v = dxi - (point.B + sign) * (tau - t0) - point.A * (math.cos(tau) - math.cos(t0))
+def constants(point, sign, t0, xi, dxi):
+    """Return (sign, t0, terms of ξ' and ξ that do not change) of a slide in direction `sign` that starts at t0."""
+    v, x = dxi + point.A * math.cos(t0), xi + point.A * math.sin(t0)
     if point.eps > 0.0:
-        v -= point.A * point.eps * point.eta * (math.cos(point.eta * tau) - math.cos(point.eta * t0))
-    return v
+        v += point.A * point.eps * point.eta * math.cos(point.eta * t0)
+        x += point.A * point.eps * math.sin(point.eta * t0)
+    return sign, t0, v, x
 
 
 @jit
-def gap(point, sign, t0, xi, dxi, tau):
-    """Return ξ of eqs. (4), (5), (9) at τ in a slide that starts at t0 with ξ = xi, ξ' = dxi."""
-    h = tau - t0
-    rate = dxi + point.A * math.cos(t0)
-    x = xi - 0.5 * (point.B + sign) * h * h - point.A * (math.sin(tau) - math.sin(t0))
-    if point.eps > 0.0:
-        rate += point.A * point.eps * point.eta * math.cos(point.eta * t0)
-        x -= point.A * point.eps * (math.sin(point.eta * tau) - math.sin(point.eta * t0))
-    return x + rate * h
+def velocity(point, slide, tau):
+    """Return ξ' of eqs. (4), (5), (9) at τ; `slide`: its constants."""
+    sign, t0, v, _ = slide
+    v -= (point.B + sign) * (tau - t0) + point.A * math.cos(tau)
+    return v - point.A * point.eps * point.eta * math.cos(point.eta * tau) if point.eps > 0.0 else v
+
+
+@jit
+def gap(point, slide, tau):
+    """Return ξ of eqs. (4), (5), (9) at τ; `slide`: its constants."""
+    sign, t0, v, x = slide
+    x += (v - 0.5 * (point.B + sign) * (tau - t0)) * (tau - t0) - point.A * math.sin(tau)
+    return x - point.A * point.eps * math.sin(point.eta * tau) if point.eps > 0.0 else x
 
 
 @jit

@@ -1,10 +1,10 @@
 """Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each into the folder `results`.
 
 Each solver has a process of its own and answers all cases at every setting. An error, and an answer that takes longer
-than the limit, count as refused. After two answers of a family that take too long one after the other, a setting is
-not asked for the rest of the family. Warm-up questions before each setting keep compilation out of the times. Seconds
-are CPU time; for a case of less than 0.005 s, the shortest of three runs. At level 1 a solver follows the motion for
-one period, and for all of them only if that period has no event.
+than the limit, count as refused. If two successive cases of a family take too long, the setting skips the rest of the
+family. Warm-up questions before each setting keep compilation out of the times. Seconds are CPU time; for a case of
+less than 0.005 s, the shortest of three runs. At level 1 a solver follows the motion for one period, and for all of
+them only if that period has no event.
 """
 
 from __future__ import annotations
@@ -200,8 +200,8 @@ def main(arguments: list[str] | None = None) -> int:
     add = parser.add_argument
     add("--only", nargs="+", choices=NAMES, metavar="SOLVER", help=", ".join(NAMES))
     add("--levels", nargs="+", type=int, choices=range(4), default=[0, 1, 2, 3])
-    help_limit = "CPU seconds for a case of levels 0 and 1, and of levels 2 and 3 (3 and 20)"
-    add("--limit", nargs=2, type=float, default=[3.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
+    help_limit = "CPU seconds for a case of levels 0 and 1, and of levels 2 and 3 (2 and 20)"
+    add("--limit", nargs=2, type=float, default=[2.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
     add("--results", type=Path, default=HERE / "results", help="folder of the results")
     add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
     options = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""Score answers to the set of switches: pass rates for each level and family, from the files in `cases` alone."""
+"""Score answers to the set of switches: pass rates for each level and family, from the files in `cases`."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""scipy.optimize.brentq in the intervals of a grid in which g changes its sign, for level 0 alone."""
+"""scipy.optimize.brentq in the intervals of a grid in which g changes its sign (level 0 only)."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from sksundae.cvode import CVODE
 
-from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.loop import event_loop
 from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locator, rates
 
 NAME, PACKAGE = "CVODE", "scikit-sundae"
@@ -37,9 +37,9 @@ def solver(state, rtol):
     return CVODE(right, eventsfn=passing, num_events=len(EVENTS[state]), **options), rate
 
 
-def begin(rtol, state, of, tau, y):
+def begin(setting, state, of, tau, y):
     """Return the solver of a state, begun at τ."""
-    cvode, rate = solver(state, rtol)
+    cvode, rate = solver(state, *setting)
     rate[0] = rates(state, of)
     cvode.init_step(tau, y)
     return cvode
@@ -53,24 +53,19 @@ def next_event(cvode, end):
     return result if result.status == ROOT else None
 
 
-def solve(rtol, state, point, tau, y, end):
+def solve(setting, state, point, tau, y, end):
     """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
-    met = next_event(begin(rtol, state, point, tau, y), end)
+    met = next_event(begin(setting, state, point, tau, y), end)
     return met and (met.t, met.y.tolist(), int(abs(met.i_events[-1]).argmax()))
 
 
-RUN = event_loop(locator(solve, again=True), compiled=False)
-
-
-def events(start, point, rtol):
-    """Return the switches at a tolerance."""
-    return follow(RUN, start, point, rtol)
+events = event_loop(locator(solve, again=True), compiled=False)
 
 
 def zeros(function, T, rtol):
     """Return the zeros of y' = g'(τ), y(0) = g(0) in (0, T] at a tolerance."""
     found: list[float] = []
-    cvode = begin(rtol, SUM, function, 0.0, (first_value(function),))
+    cvode = begin((rtol,), SUM, function, 0.0, (first_value(function),))
     while len(found) < MOST and (met := next_event(cvode, T)):
         found.append(met.t)
     return found

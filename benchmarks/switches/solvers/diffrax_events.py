@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 
-from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.loop import event_loop
 from benchmarks.switches.model import REST, STICK, UP, Point
 from benchmarks.switches.odes import EVENTS, NUDGE, SUM, TOLERANCES, first_value, locator
 from benchmarks.switches.sums import Sum
@@ -75,12 +75,7 @@ def solve(setting, state, of, tau, y, end):
     return (at, last, int(which)) if met else None
 
 
-RUN = event_loop(locator(solve, again=False), compiled=False)
-
-
-def events(start, point, method, rtol):
-    """Return the switches by a method at a tolerance."""
-    return follow(RUN, start, point, (method, rtol))
+events = event_loop(locator(solve, again=False), compiled=False)
 
 
 def zeros(function, T, method, rtol):

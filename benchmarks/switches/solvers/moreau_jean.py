@@ -8,7 +8,7 @@ for contact.
 
 from __future__ import annotations
 
-from benchmarks.switches.loop import follow, step_loop
+from benchmarks.switches.loop import step_loop
 from benchmarks.switches.model import DOWN, jit, start
 
 NAME, PACKAGE = "Moreau-Jean", None
@@ -29,9 +29,4 @@ def advance(point, setting, state, xi, dxi, tau, level, ahead):
     return xi + 0.5 * h * (dxi + v), v, next_state, closed and state == DOWN
 
 
-RUN = step_loop(advance)
-
-
-def events(start, point, step):
-    """Return the changes of the discrete state at steps of `step`."""
-    return follow(RUN, start, point, (step,))
+events = step_loop(advance)

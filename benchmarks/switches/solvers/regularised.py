@@ -1,25 +1,25 @@
 """Hand-written Numba: friction as a ramp over velocities up to v_s, the obstacle as a spring with a dashpot.
 
-The dashpot has critical damping, the least with which the spring alone does not throw the mass back. It may pull: one
-that only pushes gives back 13.5 % of the speed of a blow, however stiff the spring is, and the impact would not become
-plastic. Steps are explicit (RK4), for step <= v_s and step <= 1/√k, as nobody would choose unstable ones, or implicit
-(backward Euler, which holds a stiff contact at any step; solved exactly, as its equation is linear in pieces).
+The dashpot has critical damping, the least at which the spring does not throw the mass back. It may pull: one that only
+pushes gives back 13.5 % of the speed of a blow, however stiff the spring is, and the impact would not become plastic.
+Steps are explicit (RK4), where they are stable: step <= v_s and step <= 1/√k. Or they are implicit (backward Euler,
+which holds a stiff contact at any step; solved exactly, as its equation is linear in pieces).
 """
 
 from __future__ import annotations
 
 import math
 
-from benchmarks.switches.loop import follow, step_loop
+from benchmarks.switches.loop import step_loop
 from benchmarks.switches.model import DOWN, REST, STICK, UP, force, jit
 
 NAME, PACKAGE = "regularised friction, penalty contact", None
 SETTINGS = [
     {"step": step, "v_s": v_s, "k": k, "implicit": implicit}
     for implicit in (False, True)
-    for step in (1e-2, 1e-3, 1e-4, 1e-5)
+    for step in (1e-2, 1e-3, 1e-4)
     for v_s in (1e-2, 1e-4, 1e-6)
-    for k in (1e4, 1e8, 1e12)
+    for k in (1e4, 1e8)
     if implicit or (step <= v_s and step <= k**-0.5)
 ]
 
@@ -27,13 +27,13 @@ SETTINGS = [
 @jit
 def acceleration(setting, xi, dxi, level):
     """Return ξ'' where H = `level`."""
-    _, v_s, k, damping, _ = setting
+    _, v_s, k, _ = setting
     friction = max(-1.0, min(1.0, dxi / v_s))
-    return level - friction - (k * xi + damping * dxi if xi < 0.0 else 0.0)
+    return level - friction - (k * xi + 2.0 * math.sqrt(k) * dxi if xi < 0.0 else 0.0)
 
 
 @jit
-def explicit(point, setting, xi, dxi, tau, level, ahead):
+def rk4(point, setting, xi, dxi, tau, level, ahead):
     """Return ξ, ξ' after a step of RK4."""
     h, middle = setting[0], force(point, tau + 0.5 * setting[0])
     a1 = acceleration(setting, xi, dxi, level)
@@ -49,18 +49,16 @@ def explicit(point, setting, xi, dxi, tau, level, ahead):
 @jit
 def velocity_ahead(h, v_s, stiff, b):
     """Return the v with stiff v + h clip(v/v_s) = b."""
-    if abs(b) <= stiff * v_s + h:
-        return b / (stiff + h / v_s)
-    return (b - math.copysign(h, b)) / stiff
+    return b / (stiff + h / v_s) if abs(b) <= stiff * v_s + h else (b - math.copysign(h, b)) / stiff
 
 
 @jit
-def implicit(setting, xi, dxi, ahead):
+def euler(setting, xi, dxi, ahead):
     """Return ξ, ξ' after a step of backward Euler."""
-    h, v_s, k, damping, _ = setting
+    h, v_s, k, _ = setting
     v = velocity_ahead(h, v_s, 1.0, dxi + h * ahead)
     if xi < 0.0 or xi + h * v < 0.0:
-        held = velocity_ahead(h, v_s, 1.0 + h * (k * h + damping), dxi + h * (ahead - k * xi))
+        held = velocity_ahead(h, v_s, 1.0 + h * (k * h + 2.0 * math.sqrt(k)), dxi + h * (ahead - k * xi))
         if xi + h * held < 0.0:
             v = held
         elif xi + h * v < 0.0:
@@ -83,18 +81,10 @@ def classify(state, v_s, xi, dxi, level):
 @jit
 def advance(point, setting, state, xi, dxi, tau, level, ahead):
     """Return ξ, ξ', the state, and whether the mass has landed, after one step."""
-    if setting[4]:
-        xi, dxi = implicit(setting, xi, dxi, ahead)
-    else:
-        xi, dxi = explicit(point, setting, xi, dxi, tau, level, ahead)
+    xi, dxi = euler(setting, xi, dxi, ahead) if setting[3] else rk4(point, setting, xi, dxi, tau, level, ahead)
     if state == DOWN and xi <= 0.0:
         return xi, dxi, UP if ahead > 1.0 else REST, True
     return xi, dxi, classify(state, setting[1], xi, dxi, ahead), False
 
 
-RUN = step_loop(advance)
-
-
-def events(start, point, step, v_s, k, implicit):
-    """Return the changes of the state at steps of `step`."""
-    return follow(RUN, start, point, (step, v_s, k, 2.0 * k**0.5, implicit))
+events = step_loop(advance)

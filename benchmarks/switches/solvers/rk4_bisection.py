@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.loop import event_loop
 from benchmarks.switches.model import DOWN, STICK, UP, force, jit
 from benchmarks.switches.sums import slope, value
 
@@ -46,12 +46,7 @@ def locate(point, setting, state, tau, xi, dxi, end):
     return tau, False, xi
 
 
-RUN = event_loop(locate, compiled=True)
-
-
-def events(start, point, step):
-    """Return the switches at steps of `step`."""
-    return follow(RUN, start, point, (step,))
+events = event_loop(locate, compiled=True)
 
 
 @jit

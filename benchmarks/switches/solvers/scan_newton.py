@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.switches.loop import event_loop, follow
-from benchmarks.switches.model import DOWN, STICK, UP, force, force_rate, gap, jit, velocity
+from benchmarks.switches.loop import event_loop
+from benchmarks.switches.model import DOWN, STICK, UP, constants, force, force_rate, gap, jit, velocity
 from benchmarks.switches.sums import scan
 
 NAME, PACKAGE = "scan + Newton", None
@@ -11,26 +11,24 @@ SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-
 
 
 @jit
-def value(which, point, t0, xi, dxi, tau):
+def value(which, point, s, tau):
     """Return a switching function, positive while its state lasts: ξ' up and down, ξ, 1 − H, 1 + H."""
-    if which == 0:
-        return velocity(point, 1.0, t0, dxi, tau)
-    if which == 1:
-        return -velocity(point, -1.0, t0, dxi, tau)
+    if which < 2:
+        v = velocity(point, s, tau)
+        return v if which == 0 else -v
     if which == 2:
-        return gap(point, -1.0, t0, xi, dxi, tau)
+        return gap(point, s, tau)
     return 1.0 - force(point, tau) if which == 3 else 1.0 + force(point, tau)
 
 
 @jit
-def slope(which, point, t0, xi, dxi, tau):
+def slope(which, point, s, tau):
     """Return the derivative of `value`."""
-    if which == 0:
-        return force(point, tau) - 1.0
-    if which == 1:
-        return -force(point, tau) - 1.0
+    if which < 2:
+        h = force(point, tau)
+        return h - 1.0 if which == 0 else -h - 1.0
     if which == 2:
-        return velocity(point, -1.0, t0, dxi, tau)
+        return velocity(point, s, tau)
     return -force_rate(point, tau) if which == 3 else force_rate(point, tau)
 
 
@@ -54,33 +52,25 @@ def newton(value, slope, function, low, high):
 @jit
 def locate(point, setting, state, t0, xi, dxi, end):
     low, k = t0, 0
+    first = 0 if state == UP else 1 if state == DOWN else 3
+    s = constants(point, 1.0 if state == UP else -1.0, t0, xi, dxi)
     while low <= end:
         k += 1
         high = t0 + k * setting[0]
-        first = 0 if state == UP else 1 if state == DOWN else 3
-        ended = value(first, point, t0, xi, dxi, high) <= 0.0
-        if state == DOWN:
-            if ended:
-                high = newton(value, slope, (1, point, t0, xi, dxi), low, high)
-            if value(2, point, t0, xi, dxi, high) <= 0.0:
-                return newton(value, slope, (2, point, t0, xi, dxi), low, high), True, 0.0
-            if ended:
-                return high, False, gap(point, -1.0, t0, xi, dxi, high)
-        elif ended:
-            tau = newton(value, slope, (first, point, t0, xi, dxi), low, high)
-            return tau, False, gap(point, 1.0, t0, xi, dxi, tau) if state == UP else xi
-        elif state == STICK and value(4, point, t0, xi, dxi, high) <= 0.0:
-            return newton(value, slope, (4, point, t0, xi, dxi), low, high), False, xi
+        ended = value(first, point, s, high) <= 0.0
+        if ended:
+            high = newton(value, slope, (first, point, s), low, high)
+        if state == DOWN and value(2, point, s, high) <= 0.0:
+            return newton(value, slope, (2, point, s), low, high), True, 0.0
+        if ended:
+            return high, False, xi if first == 3 else gap(point, s, high)
+        if state == STICK and value(4, point, s, high) <= 0.0:
+            return newton(value, slope, (4, point, s), low, high), False, xi
         low = high
     return low, False, xi
 
 
-RUN = event_loop(locate, compiled=True)
-
-
-def events(start, point, step):
-    """Return the switches at a scan step Δτ = `step`."""
-    return follow(RUN, start, point, (step,))
+events = event_loop(locate, compiled=True)
 
 
 def zeros(function, T, step):

@@ -1,6 +1,6 @@
 """scipy.integrate.solve_ivp with terminal events, restarted at each switch; at level 0 events that do not stop it.
 
-Without `first_step` a first step could hold a whole slide, and its end would be found at its start.
+Without `first_step`, the first step could contain a complete slide, whose end would be reported at its start.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Any
 
 from scipy.integrate import solve_ivp
 
-from benchmarks.switches.loop import event_loop, follow
+from benchmarks.switches.loop import event_loop
 from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locator, rates
 
 NAME, PACKAGE = "scipy solve_ivp", "scipy"
@@ -48,12 +48,7 @@ def solve(*arguments):
     return (float(found.t[-1]), found.y[:, -1].tolist(), which[0]) if which else None
 
 
-RUN = event_loop(locator(solve, again=True), compiled=False)
-
-
-def events(start, point, method, rtol):
-    """Return the switches by a method at a tolerance."""
-    return follow(RUN, start, point, (method, rtol))
+events = event_loop(locator(solve, again=True), compiled=False)
 
 
 def zeros(function, T, method, rtol):

@@ -1,0 +1,224 @@
+"""Draw all charts of measured data: `python -m benchmarks.draw` reads JSON files and writes pictures, nothing else.
+
+Each chart has one command that measures. A chart that already shows the stored data is not drawn again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks import passes
+from benchmarks.common import RESULTS, figure, plt, say
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+# -- the chart of the README ---------------------------------------------------------------------------------
+
+FLOOR, CEILING = 1e-18, 3e8
+BAND = 8.0  # ordinate above which marks of wrong settings are drawn, a row for each method
+ROW = 12.0  # ratio of successive rows
+
+
+class Curve(NamedTuple):
+    """A method, its label, its colour (distinct in grey, too), its mark, and the positions of its label.
+
+    `at` is (seconds, error) in the undisturbed and in the disturbed panel.
+    """
+
+    method: str
+    label: str
+    colour: str
+    mark: str
+    at: tuple[tuple[float, float], tuple[float, float]]
+
+
+CURVES = (
+    Curve("time-stepping", "time-stepping", "#d55e00", "s", ((1e-4, 0.1), (1.5e-7, 1e-2))),
+    Curve("scan + Newton", "scan + Newton", "#009e73", "^", ((1.6e-8, 1e-12), (5.5e-3, 3e-11))),
+    Curve("Muller on a grid", "Muller on a grid", "#7a6000", "D", ((1.5e-3, 2e-14), (1e-4, 1e-15))),
+    Curve("heyoka", "heyoka", "#8f4a86", "v", ((3e-7, 1e-8), (9e-4, 1e-5))),
+    Curve("scipy", "", "#333333", "o", ((6e-3, 1e-7), (1.3e-3, 1e-8))),
+    Curve("certified", "certified: each\nswitch guaranteed", "#0072b2", "*", ((3e-8, 2e-16), (1.5e-7, 3e-11))),
+)
+PAPER = ("Muller on a grid", 1e-5)
+
+
+def draw_curve(ax: Any, curve: Curve, row: float, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
+    """Draw one method: a line over its grid of settings, hollow marks at wrong ones, and its name with a count."""
+    x, y = [p["seconds"] for p in points], [p["error"] if p["right"] else row for p in points]
+    ax.plot(x, y, "-", color=curve.colour, lw=1.1, zorder=2)
+    for right, face in ((True, curve.colour), (False, "white")):
+        marks = [(a, b) for a, b, p in zip(x, y, points, strict=True) if p["right"] == right] or [(np.nan, np.nan)]
+        size = 13 if curve.mark == "*" else 5
+        ax.plot(*zip(*marks, strict=True), curve.mark, ms=size, mfc=face, mec=curve.colour, zorder=3)
+    count = f"\n{sum(p['right'] for p in points)} of {len(points)} right"
+    text = curve.label if curve.method == "certified" else (curve.label or points[0]["method"]) + count
+    ax.text(*at, text, color=curve.colour, fontsize=8, va="center", linespacing=1.1)
+
+
+def chart(data: dict[str, Any]) -> Any:
+    """Draw error over cost for 200 periods, undisturbed and disturbed."""
+    fig, axes = figure(8.4, 4.8, columns=2)
+    for column, (ax, eps) in enumerate(zip(axes[0], sorted({p["eps"] for p in data["points"]}), strict=True)):
+        ax.set(xscale="log", yscale="log", xlabel="CPU time per period of motion (s)")
+        ax.axhspan(BAND / 3, CEILING, color="0.93", lw=0)
+        ax.text(
+            0.5, 0.985, "hollow: misses or invents a switch", transform=ax.transAxes, fontsize=8, va="top", ha="center"
+        )
+        for k, curve in enumerate(CURVES):
+            points = [p for p in data["points"] if p["eps"] == eps and p["method"].startswith(curve.method)]
+            draw_curve(ax, curve, BAND * ROW**k, points, curve.at[column])
+        paper = next(p for p in data["points"] if (p["eps"], p["method"], p["value"]) == (eps, *PAPER))
+        at, colour = (paper["seconds"], paper["error"]), CURVES[2].colour
+        ax.plot(*at, "o", mfc="none", mec=colour, ms=12, mew=1.1)
+        offset = {"xytext": (0, -22), "textcoords": "offset points", "ha": "center"}
+        ax.annotate("the paper's setting", at, color=colour, fontsize=8, **offset)
+        ax.set_title("undisturbed" if eps == 0 else f"with a fast disturbance, $\\varepsilon = {eps:g}$")
+        ax.set_ylim(FLOOR, CEILING)
+        ax.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
+        ax.set_xlim(1e-8 if eps == 0 else 1e-7, 1.0)
+    axes[0, 0].set_ylabel("largest error of a switching time (rad)")
+    fig.suptitle(
+        f"All switches of {data['periods']} periods from rest, $A = {data['A']:g}$: error over cost", fontsize=10
+    )
+    return fig
+
+
+# -- pass rate over difficulty -------------------------------------------------------------------------------
+
+EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 15]
+FAMILIES = ("close pair", "near miss", "two in a step", "three in a step")
+
+
+def difficulty(_: dict[str, Any]) -> Any:
+    """Draw the pass rate over the distance of the closest zeros: mean and range of the settings of each method."""
+    shown = [m for m in passes.methods() if any(c["level"] == 0 for c in m.cases)]
+    fig, axes = figure(8.4, 6.4, columns=4, rows=-(-len(shown) // 4))
+    for ax in axes.flat[len(shown) :]:
+        ax.set_axis_off()
+    for k, (ax, method) in enumerate(zip(axes.flat, shown, strict=False)):
+        rates = passes.over_difficulty(method, EDGES, FAMILIES)
+        bins = [(0.5 * (a + b), r) for a, b, r in zip(EDGES[:-1], EDGES[1:], rates, strict=True) if r]
+        x, mean = [10.0**-at for at, _ in bins], [sum(r) / len(r) for _, r in bins]
+        ax.fill_between(x, [min(r) for _, r in bins], [max(r) for _, r in bins], color="0.85", lw=0)
+        ax.plot(x, mean, "o-", color="black" if "(ours)" in method.label else "#0072b2", ms=3, lw=1.3)
+        ax.set(
+            xscale="log",
+            xlim=(10.0**0.2, 10.0**-13.5),
+            ylim=(-0.05, 1.08),
+            yticks=[0, 0.5, 1],
+            xticks=[1, 1e-4, 1e-8, 1e-12],
+        )
+        ax.minorticks_off()
+        ax.set_title(method.label, fontsize=9)
+        ax.set_yticklabels(["0", "50 %", "100 %"] if k % 4 == 0 else [])
+    fig.supxlabel("distance of the closest two zeros (to the right: harder)", fontsize=10)
+    fig.supylabel("cases right (line: mean of all settings; grey: their range)", fontsize=10)
+    return fig
+
+
+# -- one small picture for each kind of failure ----------------------------------------------------------------
+
+STYLES = {"line": "-", "dashes": "--", "dotted": ":"}
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#333333")
+
+
+def failure(example: dict[str, Any]) -> Any:
+    """Draw the curves of one example, with the legend above them."""
+    fig, axes = figure(3.5, 2.5)
+    ax = axes[0, 0]
+    for s, colour in zip(example["series"], COLOURS, strict=False):
+        words = s["style"].split()
+        line = next((STYLES[w] for w in words if w in STYLES), "none")
+        mark = "x" if "cross" in words else "o" if {"dots", "rings"} & {*words} else "none"
+        face = "white" if "rings" in words else colour
+        ax.plot(
+            s["x"],
+            s["y"],
+            ls=line,
+            marker=mark,
+            ms=7 if mark == "x" else 4,
+            mew=1.4,
+            mfc=face,
+            color=colour,
+            label=s["label"],
+        )
+    xlabel, ylabel, xscale, yscale = example["axes"]
+    ax.set(xlabel=xlabel, ylabel=ylabel, xscale=xscale, yscale=yscale)
+    if xscale == "linear":
+        ax.xaxis.set_major_locator(plt.MaxNLocator(4))
+    if any(s["label"] in ("true zeros", "true zero", "obstacle") for s in example["series"]):
+        ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
+    fig.legend(loc="outside upper center", ncols=3, fontsize=8, handlelength=1.8, columnspacing=1.0)
+    return fig
+
+
+# -- all charts ------------------------------------------------------------------------------------------------
+
+
+class Chart(NamedTuple):
+    """A picture: the stored data, the command that measures them, and the function that draws."""
+
+    picture: Path
+    load: Callable[[], dict[str, Any]]
+    command: str
+    draw: Callable[[dict[str, Any]], Any]
+
+
+def stored(name: str) -> dict[str, Any]:
+    """Return the measured data of a benchmark."""
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def stored_rates() -> dict[str, Any]:
+    """Return the results of all solvers of the set."""
+    found = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(passes.RESULTS.glob("*.json"))}
+    return {"environment": {"measured": passes.dates()}, "solvers": found}
+
+
+def charts() -> list[Chart]:
+    """Return all charts."""
+    found = [
+        Chart(DOCS / "accuracy_speed.png", lambda: stored("accuracy_speed"), "benchmarks.accuracy_speed", chart),
+        Chart(DOCS / "difficulty.png", stored_rates, "benchmarks.switches.run", difficulty),
+    ]
+    for name, example in stored("failures")["examples"].items():
+        about = {"environment": stored("failures")["environment"], **example}
+        found.append(Chart(DOCS / "failures" / f"{name}.png", partial(dict, about), "benchmarks.failures", failure))
+    return found
+
+
+def draw(chart: Chart, folder: Path | None = None) -> None:
+    """Draw a chart unless its picture shows the same data; print the age of the data."""
+    data = chart.load()
+    picture = folder / chart.picture.name if folder else chart.picture
+    shown = hashlib.sha256(json.dumps({k: v for k, v in data.items() if k != "environment"}).encode()).hexdigest()
+    say(f"{picture.name}: measured {data['environment']['measured']}; `python -m {chart.command}` measures again")
+    if picture.exists() and shown.encode() in picture.read_bytes():
+        say(f"{picture.name}: shows these data already (delete it to draw it again)")
+        return
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    fig = chart.draw(data)
+    fig.savefig(picture, metadata={"Source": shown})
+    plt.close(fig)
+    say(f"{picture.name}: drawn")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, help="folder of the pictures, instead of docs")
+    options = parser.parse_args()
+    for chart in charts():
+        draw(chart, options.output)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,377 @@
+"""Examples of each kind of failure: `python -m benchmarks.failures` measures, `python -m benchmarks.draw` draws them.
+
+Each example stores its case, a caption with the measured numbers, and the curves of its picture. One picture shows data
+of `accuracy_speed`, which has to be measured before.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import vibrodrive as vd
+from benchmarks.common import RESULTS, TWO_PI, arguments, say, truth, write
+from benchmarks.switches import level1, run, solvers
+from benchmarks.switches.model import REST, STICK, Point, force, start
+from benchmarks.switches.score import judge
+from benchmarks.switches.sums import Sum, value
+from vibrodrive.validation.reference import Slide, mp
+
+Series = dict[str, Any]
+STEP = 0.1
+
+CASES = {case["id"]: case for case in run.cases_of([0, 1, 2, 3])}
+
+
+def series(x: Any, y: Any, style: str = "line", label: str = "") -> Series:
+    """Return a curve (`line`, `dashes`), marks (`dots`, `rings`, `cross`) or a step of a picture."""
+    return {"x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist(), "style": style, "label": label}
+
+
+def ask(name: str, solver: str, **setting: Any) -> tuple[list[Any], str]:
+    """Return the answer of a solver to a case, and its verdict."""
+    case, module = CASES[name], importlib.import_module(f"{solvers.__name__}.{solver}")
+    given = run.answer(module, case["level"], run.inputs(case), setting)
+    return next(iter(given.values())), judge(case, given)["verdict"]
+
+
+def g_of(name: str) -> Callable[[Any], list[float]]:
+    """Return the function of a case of level 0, for arrays of times."""
+    x = run.inputs(CASES[name])
+    f = Sum(**{key: number for key, number in x.items() if key != "T"})
+    return lambda times: [value(f, float(t)) for t in times]
+
+
+def true_zeros(name: str) -> list[float]:
+    """Return the zeros of a case of level 0."""
+    return [float(z) for z in CASES[name]["zeros"]]
+
+
+# -- one search ----------------------------------------------------------------------------------------------
+
+
+def pair_missed() -> dict[str, Any]:
+    """Two zeros between grid points."""
+    name = "L0-close-pair-03"
+    g, zeros = g_of(name), true_zeros(name)
+    found, verdict = ask(name, "scan_newton", step=STEP)
+    k = np.arange(np.floor(zeros[0] / STEP), np.floor(zeros[0] / STEP) + 2)
+    grid = STEP * k
+    fine = np.linspace(grid[0] - 0.02, grid[1] + 0.02, 200)
+    later = f"the first zero found is {found[0]:.4f}" if found else "no zero is found"
+    return {
+        "title": "A pair missed in a step",
+        "case": name,
+        "caption": f"Both zeros, {zeros[1] - zeros[0]:.2g} apart, are between two points of a grid of {STEP:g}. The "
+        f"signs at the points are equal, so scan + Newton does not search there: {later} instead of {zeros[0]:.4f} "
+        f"({verdict}).",
+        "axes": ("τ", "g", "linear", "linear"),
+        "series": [
+            series(fine, g(fine), label="g"),
+            series(grid, g(grid), "dots", "grid"),
+            series(zeros[:2], [0, 0], "rings", "true zeros"),
+        ],
+    }
+
+
+def zero_at_start() -> dict[str, Any]:
+    """The zero at the start, reported again by one method and hiding the next zero from another."""
+    again, lost = "L0-zero-at-the-start-20", "L0-zero-at-the-start-18"
+    (reported, *_), verdict = ask(again, "cvode", rtol=1e-8)
+    found, verdict_lost = ask(lost, "scan_newton", step=STEP)
+    zero, other = true_zeros(again)[0], true_zeros(lost)[0]
+    fine = np.linspace(0.0, 1.4 * zero, 200)
+    scale = np.abs(g_of(again)(fine)).max()
+    none = "finds none" if not found else f"finds {found[0]:.4f}"
+    return {
+        "title": "A zero at the start found again, or the next one lost",
+        "case": again,
+        "caption": f"g(0) = g′(0) = 0, and the next zero is at {zero:.5f}. CVODE (rtol 1e-8) reports {reported:.1e}: "
+        f"its error is larger than g there ({verdict}). In {lost}, the zero after the start is at {other:.4f}, inside "
+        f"the first step of {STEP:g}: scan + Newton {none} ({verdict_lost}).",
+        "axes": ("τ", "g / max |g|", "linear", "linear"),
+        "series": [
+            series(fine, np.array(g_of(again)(fine)) / scale, label="g"),
+            series([zero], [0], "rings", "true zero"),
+            series([reported], [0], "cross", "reported"),
+        ],
+    }
+
+
+def wrong_of_three() -> dict[str, Any]:
+    """Three zeros in a bracket, of which Newton's method takes another than the first."""
+    name = "L0-three-in-a-step-07"
+    g, zeros = g_of(name), true_zeros(name)
+    found, verdict = ask(name, "scan_newton", step=STEP)
+    low = STEP * np.floor(zeros[0] / STEP)
+    fine = np.linspace(low - 0.01, low + STEP + 0.01, 300)
+    bracket = [low, low + STEP]
+    return {
+        "title": "The wrong one of three",
+        "case": name,
+        "caption": f"The bracket from {low:.1f} to {low + STEP:.1f} holds three zeros, at {zeros[0]:.4f}, "
+        f"{zeros[1]:.4f} and {zeros[2]:.4f}. A change of sign does not say which: scan + Newton reports {found[0]:.4f} "
+        f"({verdict}).",
+        "axes": ("τ", "g", "linear", "linear"),
+        "series": [
+            series(fine, g(fine), label="g"),
+            series(bracket, g(bracket), "dots", "bracket"),
+            series(zeros[:3], [0, 0, 0], "rings", "true zeros"),
+            series([found[0]], [0], "cross", "reported"),
+        ],
+    }
+
+
+def wrong_of_two() -> dict[str, Any]:
+    """A reversal so close to the obstacle that an integrator reports an impact."""
+    name = "L1-grazing-23"
+    found, verdict = ask(name, "scipy_ivp", method="DOP853", rtol=1e-8)
+    x, event = run.inputs(CASES[name]), CASES[name]["events"][0]
+    model = level1.oscillator(x)
+    slide = Slide(mp.mpf(x["xi0"]), mp.mpf(x["dxi0"]), -1, model.B, model.waves(mp.mpf(x["tau0"])))
+    at = mp.mpf(event["tau"]) - mp.mpf(x["tau0"])
+    away = np.linspace(-3e-6, 3e-6, 121)
+    gap = [float(slide.at(at + mp.mpf(d))[0]) for d in away]
+    return {
+        "title": "The wrong one of two at once",
+        "case": name,
+        "caption": f"The slide turns {float(event['xi']):.1e} above the obstacle. Both events are in the last step, "
+        f"and the error of ξ is larger than the gap: scipy DOP853 (rtol 1e-8) reports {found[0][2]} instead of "
+        f"{event['after']}, at the right time ({verdict}).",
+        "axes": ("τ − τ of the reversal", "ξ", "linear", "linear"),
+        "series": [
+            series(away, gap, label="ξ"),
+            series([0.0], [float(event["xi"])], "rings", "reversal"),
+            series([away[0], away[-1]], [0, 0], "dashes", "obstacle"),
+        ],
+    }
+
+
+def tightened() -> dict[str, Any]:
+    """Tolerances that are right, and tighter ones that are wrong."""
+    name, tolerances = "L0-close-pair-03", [10.0**e for e in np.arange(-4.0, -13.1, -0.25)]
+    methods = {"DOP853": ("scipy_ivp", {"method": "DOP853"}), "CVODE": ("cvode", {})}
+    shown, counts = [], []
+    for (label, (solver, fixed)), style in zip(methods.items(), ("line dots", "dashes rings"), strict=True):
+        answers = [ask(name, solver, **fixed, rtol=rtol) for rtol in tolerances]
+        right = [verdict == "right" for _, verdict in answers]
+        first = right.index(True)
+        again = right[first:].count(False)
+        counts.append(
+            f"{label} is right at {tolerances[first]:.1e} and wrong at {again} of {len(right) - first - 1} tighter ones"
+        )
+        errors = [abs(found[0] - true_zeros(name)[0]) if found else np.nan for found, _ in answers]
+        shown.append(series(tolerances, np.maximum(errors, 1e-16), style, label))
+    return {
+        "title": "A tighter tolerance, and wrong again",
+        "case": name,
+        "caption": "A pair of zeros is seen if a step happens to end between them, which no tolerance controls: "
+        f"{'; '.join(counts)}.",
+        "axes": ("rtol", "error of the first zero", "log", "log"),
+        "series": shown,
+    }
+
+
+# -- many periods --------------------------------------------------------------------------------------------
+
+
+def stored_points(eps: float) -> dict[str, list[dict[str, Any]]]:
+    """Return the measurements of `accuracy_speed` at an ε, by method."""
+    data = json.loads((RESULTS / "accuracy_speed.json").read_text(encoding="utf-8"))
+    found: dict[str, list[dict[str, Any]]] = {}
+    for point in data["points"]:
+        if point["eps"] == eps:
+            found.setdefault(point["method"], []).append(point)
+    return found
+
+
+def first_order() -> dict[str, Any]:
+    """The error of time-stepping over its step."""
+    found = stored_points(0.0)
+    stepping, newton = ([p for p in found[name] if p["right"]] for name in ("time-stepping", "scan + Newton"))
+    steps, errors = ([p[key] for p in stepping] for key in ("value", "error"))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    return {
+        "title": "Order 1",
+        "case": "L2-paper-04",
+        "caption": f"Time-stepping reports the end of a step, so its error over 200 periods is of order {order:.2f} in "
+        f"the step, {errors[-1]:.1e} at {steps[-1]:g}. The states follow each other as they should at {len(steps)} of "
+        f"{len(found['time-stepping'])} steps.",
+        "axes": ("step", "largest error of a switch", "log", "log"),
+        "series": [
+            series(steps, errors, "line dots", "time-stepping"),
+            series([p["value"] for p in newton], [p["error"] for p in newton], "dashes rings", "scan + Newton"),
+        ],
+    }
+
+
+def clock() -> dict[str, Any]:
+    """The error of a phase over the time, for a clock that grows and for one that is reduced."""
+    periods = [1000, 3000, 10_000, 30_000, 100_000]
+    point = Point(3.04, 0.1, 0.0, vd.ETA)
+    true = truth(3.04, 0.0, 1200).phase
+    impact = [float(p) for p, kind in zip(true, truth(3.04, 0.0, 1200).kinds, strict=True) if kind == (1, 4)][-2:]
+
+    def error(phase: float) -> float:
+        return max(min(abs(phase - p) for p in impact), 1e-17)
+
+    curves: dict[str, list[float]] = {"RK4 + bisection": [], "scan + Newton": [], "certified": []}
+    for n in periods:
+        for name, module, setting in (
+            ("RK4 + bisection", "rk4_bisection", {"step": 0.003}),
+            ("scan + Newton", "scan_newton", {"step": 0.1}),
+        ):
+            solver = importlib.import_module(f"{solvers.__name__}.{module}")
+            found = solver.events((0.0, 0.0, 0.0, TWO_PI * n), point, **setting)
+            tau = [tau for tau, before, after in found if (before, after) == (1, 4)][-1]
+            curves[name].append(error(float(mp.fmod(mp.mpf(tau), 2 * mp.pi))))
+        s = vd.simulate(3.04, transient=n - 2, periods=2).switches
+        curves["certified"].append(error(float(s["phase"][(s["before"] == 1) & (s["after"] == 4)][-1])))
+    last = {name: values[-1] for name, values in curves.items()}
+    return {
+        "title": "The phase error of a clock that grows",
+        "case": "L3-undisturbed-01",
+        "caption": "The motion at A = 3.04 becomes periodic, so its impacts keep their phase. After "
+        f"{periods[-1]:.0e} periods the phase is wrong by {last['RK4 + bisection']:.0e} where τ is a sum of steps, by "
+        f"{last['scan + Newton']:.0e} where τ is one number, and by {last['certified']:.0e} with periods and phase "
+        "kept apart.",
+        "axes": ("periods", "error of the impact phase", "log", "log"),
+        "series": [
+            series(periods, values, f"{style} dots", name)
+            for (name, values), style in zip(curves.items(), ("line", "dashes", "dotted"), strict=True)
+        ],
+    }
+
+
+# -- states that are not kept --------------------------------------------------------------------------------
+
+
+def trace(solver: str, setting: Any, A: float, periods: float) -> tuple[np.ndarray, ...]:
+    """Return τ, ξ, ξ' and the state of a method of fixed step, from rest."""
+    advance = importlib.import_module(f"{solvers.__name__}.{solver}").advance
+    point, h, xi, dxi = Point(A, 0.1, 0.0, vd.ETA), setting[0], 0.0, 0.0
+    level, rows = force(point, 0.0), []
+    state = start(level, xi, dxi)
+    for k in range(int(TWO_PI * periods / h)):
+        ahead = force(point, (k + 1) * h)
+        xi, dxi, state, _ = advance(point, setting, state, xi, dxi, k * h, level, ahead)
+        level = ahead
+        rows.append(((k + 1) * h, xi, dxi, state))
+    return tuple(np.array(rows).T)
+
+
+def creep() -> dict[str, Any]:
+    """The velocity of a mass that should stick."""
+    shown, largest = [], []
+    for v_s, style in ((1e-2, "line"), (1e-3, "dashes"), (1e-4, "dotted")):
+        tau, xi, dxi, state = trace("regularised", (1e-4, v_s, 1e4, True), 1.5, 1.0)
+        stuck = (state == STICK) & (xi > 0.0)
+        largest.append(float(np.abs(dxi[stuck]).max()))
+        shown.append(series(tau[stuck][::50], np.maximum(np.abs(dxi[stuck][::50]), 1e-9), style, f"$v_s$ = {v_s:g}"))
+    return {
+        "title": "Creep that never sticks",
+        "case": "L2-paper-01",
+        "caption": "Regularised friction needs a velocity to hold: the mass that sticks moves with ξ′ = v_s·H, up to "
+        f"{largest[0]:.1e}, {largest[1]:.1e} and {largest[2]:.1e} for v_s = 1e-2, 1e-3 and 1e-4. The true velocity "
+        "is 0.",
+        "axes": ("τ", "|ξ′| while it sticks", "linear", "log"),
+        "series": shown,
+    }
+
+
+def penetration() -> dict[str, Any]:
+    """The gap of a mass on a spring instead of an obstacle."""
+    shown, deepest = [], []
+    for k, style in ((1e3, "line"), (1e4, "dashes"), (1e5, "dotted")):
+        tau, xi, _, state = trace("regularised", (1e-4, 1e-4, k, True), 1.5, 2.0)
+        landed = int(np.argmax((state[1:] == REST) & (xi[1:] < 0.0) & (tau[1:] > 2.0)))
+        part = slice(max(landed - 500, 0), landed + 4000)
+        deepest.append(float(xi.min()))
+        shown.append(series(tau[part][::10], xi[part][::10], style, f"k = {k:g}"))
+    return {
+        "title": "Penetration",
+        "case": "L2-paper-01",
+        "caption": "A spring for an obstacle gives way: the mass goes down to "
+        f"ξ = {deepest[0]:.1e}, {deepest[1]:.1e} and {deepest[2]:.1e} for k = 1e3, 1e4 and 1e5, as 1/√k. "
+        "The true ξ is never negative.",
+        "axes": ("τ", "ξ", "linear", "linear"),
+        "series": shown,
+    }
+
+
+def sinking() -> dict[str, Any]:
+    """The depth of the mass below the obstacle over a fixed step."""
+    steps = [float(f"{10**e:.3g}") for e in np.arange(-3, -0.4, 0.25)]
+    seen, rest = [], []
+    for step in steps:
+        switches = vd.simulate(1.5, method="fixed", dtau=step, transient=0, periods=20).switches
+        seen.append(-float(switches["xi"].min()))
+        _, xi, _, state = trace("moreau_jean", (step,), 1.5, 20.0)
+        rest.append(-float(xi[state == REST].min()))
+    return {
+        "title": "Below the obstacle at fixed steps",
+        "case": "L2-paper-01",
+        "caption": "A fixed step sees an impact at its end, where the mass is below 0 by its speed times the "
+        f"lateness: up to {seen[0]:.1e} at Δτ = {steps[0]:g} and {seen[8]:.1e} at {steps[8]:g} on the fixed path, "
+        f"which then sets ξ to 0. Time-stepping does not: its mass rests up to {rest[0]:.1e} and {rest[8]:.1e} below.",
+        "axes": ("Δτ", "depth below 0", "log", "log"),
+        "series": [
+            series(steps, seen, "line dots", "fixed Δτ, at impacts"),
+            series(steps, rest, "dashes rings", "time-stepping, at rest"),
+        ],
+    }
+
+
+def lateness() -> dict[str, Any]:
+    """The error of an impact over how far it is from a mere touch."""
+    misses, settings = (
+        [10.0**-k for k in range(1, 13)],
+        {
+            "fixed, Δτ = 1e-4": ("vibrodrive_paths", {"method": "fixed", "dtau": 1e-4}),
+            "RK45, rtol 1e-6": ("scipy_ivp", {"method": "RK45", "rtol": 1e-6}),
+        },
+    )
+    curves: dict[str, list[float]] = {name: [] for name in settings}
+    root = []
+    for k in range(1, 13):
+        name = f"L1-grazing-{2 * k:02}"
+        event = CASES[name]["events"][0]
+        root.append(float(event["nearest_other_zero"]))
+        for label, (solver, setting) in settings.items():
+            found, _ = ask(name, solver, **setting)
+            curves[label].append(max(abs(found[0][0] - float(event["tau"])), 1e-16))
+    return {
+        "title": "Late near a touch: as √ and as Δτ",
+        "case": "L1-grazing-12",
+        "caption": "The slide would stop a depth d behind the obstacle: the impact and the reversal after it are "
+        "about √d apart. A grid of 1e-4 is late by up to Δτ for each d. An integrator whose ξ has an error e is late "
+        f"by about e/√d, and for d < e by √d: at most {max(curves['RK45, rtol 1e-6']):.1e} for RK45 at 1e-6.",
+        "axes": ("depth d", "error of the impact time", "log", "log"),
+        "series": [
+            series(misses, root, "dotted", "to the reversal"),
+            *(series(misses, c, f"{s} dots", n) for (n, c), s in zip(curves.items(), ("line", "dashes"), strict=True)),
+        ],
+    }
+
+
+EXAMPLES = (
+    pair_missed, zero_at_start, wrong_of_three, wrong_of_two, tightened, creep, penetration, first_order, sinking,
+    lateness, clock,
+)  # fmt: skip
+
+
+def main() -> None:
+    options = arguments(__doc__)
+    found = {}
+    for example in EXAMPLES:
+        found[example.__name__] = example()
+        say(f"{example.__name__}: {found[example.__name__]['caption']}")
+    write("failures", {"examples": found}, None, options.output)
+
+
+if __name__ == "__main__":
+    main()
