@@ -212,8 +212,8 @@ def unique_limit(session: Session) -> Outcome:
         lost = dict(each_limit(point, kind, threads=session.threads))[0]
         numbers[kind] = {"ku": one.ku, "k2": lost.k2, "last_several": one.last_several, "share": one.share_several}
         rows.append(
-            f"k_u({symbol}) = {one.ku:.3g}, {one.ku / lost.k2:.3g} k₂; several motions up to {one.last_several:.3g}, "
-            f"at {100 * one.share_several:.0f} % of the values between"
+            f"k_u({symbol}) = {one.ku:.3g}, {one.ku / lost.k2:.3g} k₂; several motions remain up to "
+            f"{one.last_several:.3g}, at {100 * one.share_several:.0f} % of the values between"
         )
     limits = [found["ku"] for found in numbers.values()]
     sharp = all(found["last_several"] <= found["ku"] for found in numbers.values())

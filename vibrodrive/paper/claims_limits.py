@@ -245,9 +245,7 @@ def jointly(session: Session) -> Outcome:
             low, high = (size, high) if within(size, share * k2) else (low, size)
         found.append(low)
     pairs = ", ".join(f"{k1:.2g} at {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
-    text = (
-        f"A = {point['A']:g}, k₃ = {DISTANCE:g}: k₂(ε) = {k2:.3g}; starts beside the orbit in ξ, ξ' and τ: k₁ = {pairs}"
-    )
+    text = f"A = {point['A']:g}, k₃ = {DISTANCE:g}: k₂(ε) = {k2:.3g}; k₁ of ξ, ξ' and τ together is {pairs}"
     return Outcome(text, {"k2": k2, "k1": found, "share": SHARES_OF_K2}, when(min(found) > 0))
 
 

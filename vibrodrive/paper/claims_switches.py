@@ -52,7 +52,7 @@ def skipped(session: Session) -> Outcome:
     intervals = ", ".join(f"{d} ({n} times)" for d, n in sorted(apart.items()))
     text = (
         f"Δτ = {arguments[1]['dtau']:g}: {len(without)} of {LONG} periods pass without {most.name}, other states are "
-        f"skipped {np.delete(lost, most).max():.0f} times; the next such period comes after {intervals} periods"
+        f"skipped {np.delete(lost, most).max():.0f} times; from one such period to the next: {intervals} periods"
     )
     numbers = {"state": most.name, "without": len(without), "intervals": sorted(apart.items())}
     some = len(without) > 1
@@ -84,8 +84,8 @@ def zeros_in_step(session: Session) -> Outcome:
     text = (
         f"ε = 0, {found['judged']} switches at {plan.n_points} values of A and Δτ up to "
         f"{plan.axes['dtau'][-1]:g}: {passed} not recognised, {unseen} of them with an even number of zeros in the "
-        f"step; {wrong} in time but with the wrong next state, {found['wrong, odd']} of them with three zeros or "
-        f"more, an odd number, {found['wrong, even']} with an even number, {found['wrong, one']} with one zero, found "
+        f"step; {wrong} in time but with the wrong next state: {found['wrong, odd']} with an odd number of three zeros "
+        f"or more, {found['wrong, even']} with an even number, and {found['wrong, one']} with one zero that is found "
         "too late for the right decision"
     )
     told = unseen == passed > 0
@@ -128,9 +128,7 @@ def touching(session: Session) -> Outcome:
     for name, way in ways.items():
         close = [d for d in CLOSENESS if all(_lands(drop - s * d, way) == (s > 0) for s in (1, -1))]
         right[name] = close[-1] if close == list(CLOSENESS[: len(close)]) and close else np.inf
-    text = (
-        "least distance of the lowest point from the obstacle, above and below, at which impact or reversal is right "
-    )
+    text = "smallest height of the lowest point, above or below the obstacle, at which the decision is right "
     text += f"(tried down to {CLOSENESS[-1]:g}): {', '.join(f'{n} {d:.0e}' for n, d in right.items())}"
     return Outcome(text, right, when(max(right.values()) > CLOSENESS[-1]))
 
