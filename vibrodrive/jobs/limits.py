@@ -43,8 +43,8 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def make(work: Work) -> bool:
     """Compute the limits missing in a file and write each as soon as it is found.
 
-    The axes are those of the configuration. Its other parameters, transient, periods (1000 and 1500 unless given), the
-    start, the section and tol hold for all motions; eps, if given, disturbs the motions of the limits in Δτ.
+    The axes are those of the configuration. Its other parameters apply to all motions: transient and periods (1000 and
+    1500 unless given), the start, the section and tol. If `eps` is given, it disturbs the motions of the limits in Δτ.
     """
     config, plan = work.config, work.plan
     quantity, criterion = _judged(config)

@@ -23,7 +23,7 @@ SETTLED = 1e-6
 """A motion has settled on an orbit if its distance from the orbit is at most this."""
 
 SETTLING = 3000
-"""Transient periods of an undisturbed motion at any A."""
+"""Number of transient periods, for undisturbed motions at any A."""
 
 SAMPLED = 200
 """Number of values of A in a diagram at which the impacts of a motion are analysed."""
