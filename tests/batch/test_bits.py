@@ -190,3 +190,16 @@ def test_registers_of_lanes_lie_in_one_line_of_the_cache():
     for memory in new_lanes(3):
         assert not memory.any()
         assert all(memory[thread, part].ctypes.data % LINE == 0 for thread in range(3) for part in range(2))
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 3e-4])
+def test_a_method_that_is_not_of_the_engine_gives_the_same_bits(monkeypatch, eps):
+    """Its motions are computed one by one, as those of a new zero finder."""
+    arguments = dict(A=[1.5, 3.04, 3.1], eps=eps, method="muller", dtau=0.05, tol=1e-9, transient=3, periods=4)
+    together = vd.sweep(**arguments)
+    monkeypatch.setattr("vibrodrive.model.names.IN_LANES", ())
+    monkeypatch.setattr("vibrodrive.batch.sweep.batch", None)
+    apart = vd.sweep(**arguments)
+    for name in ("section", "status", "margin", "switches"):
+        assert np.array_equal(getattr(apart, name), getattr(together, name), equal_nan=True)
