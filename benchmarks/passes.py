@@ -81,19 +81,17 @@ def cell(rates: list[float]) -> str:
     return f"{mean:.0f}" if len(rates) == 1 else f"{mean:.0f} ({best:.0f})"
 
 
-def table(levels: Sequence[int]) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the table of pass rates, method × family, for some levels."""
-    groups: dict[str, set[str]] = {}
-    for case in cases_of([*levels]):
-        family = case["family"] if len(levels) == 1 else f"{case['level']}: {case['family']}"
-        groups.setdefault(family, set()).add(case["id"])
-    sizes = [f"{family} ({len(ids)})" for family, ids in groups.items()]
+def table(level: int) -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the table of pass rates of a level, method × family."""
+    families: dict[str, set[str]] = {}
+    for case in cases_of([level]):
+        families.setdefault(case["family"], set()).add(case["id"])
     rows = []
     for method in methods():
-        cells = [cell(method.rates(ids)) for ids in groups.values()]
+        cells = [cell(method.rates(ids)) for ids in families.values()]
         if any(cells):
             rows.append([method.label, str(len(method.right)), *cells])
-    return ["method", "settings", *sizes], rows
+    return ["method", "settings", *(f"{family} ({len(ids)})" for family, ids in families.items())], rows
 
 
 def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:

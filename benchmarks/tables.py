@@ -191,9 +191,9 @@ def first_picture(data: dict[str, Any]) -> str:
     )
 
 
-def pass_rates(*levels: int) -> Callable[[dict[str, Any]], str]:
-    """Return the function that makes the table of pass rates of some levels, from the results stored with the set."""
-    return lambda _: table(*passes.table(levels))
+def pass_rates(level: int) -> Callable[[dict[str, Any]], str]:
+    """Return the function that makes the table of pass rates of a level, from the results stored with the set."""
+    return lambda _: table(*passes.table(level))
 
 
 def measured_switches(_: dict[str, Any]) -> str:
@@ -237,7 +237,8 @@ TABLES = {
     "switches_measured": Place(FAILURES, "", measured_switches),
     "switches_level_0": Place(FAILURES, "", pass_rates(0)),
     "switches_level_1": Place(FAILURES, "", pass_rates(1)),
-    "switches_levels_2_3": Place(FAILURES, "", pass_rates(2, 3)),
+    "switches_level_2": Place(FAILURES, "", pass_rates(2)),
+    "switches_level_3": Place(FAILURES, "", pass_rates(3)),
 }
 
 
