@@ -90,19 +90,11 @@ def solve(level: int, x: dict[str, float]) -> Sequence:
         return Sequence(at[1:], within, [None] * len(zeros), fields)
     events = motions.solve(x, 1 if level == 1 else None)
     written = [
-        {
-            "tau": text(e.tau),
-            "before": e.before,
-            "after": e.after,
-            "xi": text(e.xi),
-            "dxi": text(e.dxi),
-            "slope": None if e.slope is None else text(e.slope),
-            "nearest_other_zero": None if e.nearest is None else text(e.nearest),
-        }
-        for e in events
+        {key: x if x is None or isinstance(x, str) else text(x) for key, x in e._asdict().items()} for e in events
     ]
     states = [(e.before, e.after) for e in events]
-    return Sequence([e.tau for e in events], [tolerance(e.nearest) for e in events], states, {"events": written})
+    within = [tolerance(e.nearest_other_zero) for e in events]
+    return Sequence([e.tau for e in events], within, states, {"events": written})
 
 
 def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:

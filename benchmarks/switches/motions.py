@@ -20,7 +20,7 @@ class Event(NamedTuple):
 
     slope : slope, at the switch, of the function that ends the state and is positive while it lasts; None at the end of
     an impact
-    nearest : distance to the nearest other zero, None if it is more than a period away
+    nearest_other_zero : distance to the nearest other zero, None if it is more than a period away
     """
 
     tau: Any
@@ -29,7 +29,7 @@ class Event(NamedTuple):
     xi: Any
     dxi: Any
     slope: Any
-    nearest: Any
+    nearest_other_zero: Any
 
 
 def inputs(**given: float) -> Inputs:
@@ -93,7 +93,7 @@ def solve(x: Inputs, most: int | None = None) -> list[Event]:
     with mp.workdps(NEAR):
         for i, s in enumerate(switches):
             if s.before == IMPACT:
-                near = events[-1].nearest
+                near = events[-1].nearest_other_zero
             else:
                 at = i + len(times) - len(switches)
                 around = [tau for tau in times[max(0, at - 2) : at + 3] if tau != s.tau]

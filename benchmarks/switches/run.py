@@ -19,6 +19,7 @@ import signal
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -141,9 +142,8 @@ def written(setting: dict[str, Any]) -> str:
 def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, float]]) -> dict[str, Any]:
     """Return verdicts (a letter for each case), digits of right answers, seconds by level, and reasons of refusals."""
     judged = [judge(case, given[case["id"]][0]) for case in cases]
-    spent: dict[int, float] = {}
-    for case in cases:
-        spent[case["level"]] = spent.get(case["level"], 0.0) + given[case["id"]][1]
+    levels = sorted({case["level"] for case in cases})
+    spent = {level: sum(given[c["id"]][1] for c in cases if c["level"] == level) for level in levels}
     refused: dict[str, list[str]] = {}
     for name, (answered, _) in given.items():
         if isinstance(answered, str):
@@ -156,12 +156,16 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
     }
 
 
-def run(module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None) -> dict[str, Any]:
-    """Return the result of a solver at all its settings; write its answers into a folder."""
+def run(
+    module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None
+) -> Iterator[dict[str, Any]]:
+    """Yield the result of a solver after each of its settings; write its answers into a folder."""
     name = module.__name__.rpartition(".")[2]
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}
     able = [c for c in cases if hasattr(module, "events" if c["level"] else "zeros")]
     levels = sorted({c["level"] for c in able})
+    if not able:
+        return
     solver, runs = Solver(name), []
     for number, setting in enumerate(module.SETTINGS):
         given: dict[str, tuple[Answer | str, float]] = {}
@@ -183,8 +187,8 @@ def run(module: Any, cases: list[dict[str, Any]], limits: list[float], answers: 
             full = head | {"settings": written(setting), "answers": answered, "seconds": seconds}
             answers.mkdir(parents=True, exist_ok=True)
             (answers / f"{name}-{number + 1:02}.json").write_text(json.dumps(full) + "\n", encoding="utf-8")
+        yield head | {"levels": levels, "runs": runs}
     solver.end()
-    return head | {"levels": levels, "runs": runs}
 
 
 def dump(result: dict[str, Any]) -> str:
@@ -215,8 +219,7 @@ def main(arguments: list[str] | None = None) -> int:
         except ImportError as error:
             print(f"{name} is left out: {error}", file=sys.stderr)
             continue
-        result = run(module, cases, options.limit, options.answers)
-        if result["levels"]:
+        for result in run(module, cases, options.limit, options.answers):
             options.results.mkdir(parents=True, exist_ok=True)
             about["environment"] = environment()
             (options.results / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
