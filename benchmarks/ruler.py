@@ -14,9 +14,9 @@ k    V = the velocity that a blow loses. A mass that arrives with speed 1 under 
      exp s = 1 + s + s √k, with a velocity below t. The difference is V, about 0.9 to 0.95 t: of the order 1/√k, the
      time constant of the contact, times a logarithm. (A mass that rests after a blow forgets it.)
 
-    python -m benchmarks.ruler                    # measure, write ruler.json and ruler.png, print the table (an hour)
-    python -m benchmarks.ruler --only v_s k       # measure these anew, keep the others
-    python -m benchmarks.ruler --draw             # draw and print what is stored
+    python -m benchmarks.ruler                    # measure, write ruler.json, draw, fill in the table (an hour)
+    python -m benchmarks.ruler --only v_s k       # measure these again, keep the others
+    python -m benchmarks.ruler --draw             # draw and fill in what is stored
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ import vibrodrive as vd
 from benchmarks import ruler_motions
 from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say
 from benchmarks.switches.model import Point
-from benchmarks.tables import number, table
+from benchmarks.tables import ROOT, fill, number, table
 from vibrodrive.batch.trajectory import MAIN_IMPACT
 from vibrodrive.model.names import ETA
 from vibrodrive.model.plain import plain
@@ -48,6 +48,8 @@ from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
 from vibrodrive.stability.main_impacts import impact_cycle
 from vibrodrive.stability.structure import ReferenceOrbit, keeps
+
+PAGE, PICTURE = ROOT / "docs" / "stability.md", ROOT / "docs" / "ruler.png"
 
 TRANSIENT, PERIODS, B = 1000, 1500, 0.1
 PAPER = 3.04
@@ -90,11 +92,11 @@ OWN = {
 }
 NAMES = ("eps", "dtau", *OWN)
 LABELS = {
-    "eps": ("ε", "force ε sin ητ"),
-    "dtau": ("Δτ", "switches on a grid"),
-    "h": ("h", "Moreau–Jean"),
-    "v_s": ("v_s", "smoothed friction"),
-    "k": ("1/√k", "spring obstacle"),
+    "eps": ("$\\varepsilon$", "force ε sin ητ: V = εηA"),
+    "dtau": ("$\\Delta\\tau$", "switches on a grid: V = Δτ"),
+    "h": ("$h$", "Moreau–Jean time-stepping: V = h"),
+    "v_s": ("$v_s$", "smoothed friction: V = v_s"),
+    "k": ("$1/\\sqrt{k}$", "spring for obstacle: V lost in a blow"),
 }
 
 
@@ -215,26 +217,20 @@ def ratios(data: dict[str, Any], name: str) -> np.ndarray:
     return both[np.isfinite(both)]
 
 
-def value(name: str, x: float) -> str:
-    """Return a value as it is set in the method: k instead of 1/√k."""
-    return f"k = {number(x**-2)}" if name == "k" else number(x)
-
-
 def markdown(data: dict[str, Any]) -> str:
     """Return the table: limits at the paper's A, and how the scales compare over all A."""
-    head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ)"]
-    head += ["V / V(Δτ) over A: median", "quartiles", "least … largest", "within a factor of 3"]
+    head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ) over A: median"]
+    head += ["quartiles", "least … largest", "within a factor of 3", "repeats at half the limit"]
     rows, at = [], data["A"].index(PAPER)
     for name in (n for n in NAMES if n in data["limits"]):
-        row, over = data["limits"][name]["points"][at], ratios(data, name)
-        low, middle, high = np.percentile(over, (25, 50, 75))
-        here = row["velocity"] / data["limits"]["dtau"]["points"][at]["velocity"]
-        near = int(np.count_nonzero((over > 1 / 3) & (over < 3)))
+        points, over = data["limits"][name]["points"], ratios(data, name)
+        row, (low, middle, high) = points[at], np.percentile(over, (25, 50, 75))
+        first = f"k = {number(row['k2'] ** -2)}" if name == "k" else number(row["k2"])
         spread = [number(middle), f"{number(low)} … {number(high)}", f"{number(over.min())} … {number(over.max())}"]
-        reached = [number(x) for x in (row["velocity"], row["velocity_last"], here)]
-        rows.append(
-            [", ".join(LABELS[name][::-1]), value(name, row["k2"]), *reached, *spread, f"{near} of {len(over)}"]
-        )
+        near = int(np.count_nonzero((over > 1 / 3) & (over < 3)))
+        same = [point["repeats_at_half"] for point in points if "repeats_at_half" in point]
+        counts = [f"{near} of {len(over)}", f"{sum(same)} of {len(same)}"]
+        rows.append([LABELS[name][1], first, number(row["velocity"]), number(row["velocity_last"]), *spread, *counts])
     return table(head, rows)
 
 
@@ -245,8 +241,8 @@ def draw(data: dict[str, Any]) -> Any:
     for i, name in enumerate(n for n in NAMES if n in data["limits"]):
         V, last = velocities(data, name), velocities(data, name, "velocity_last")
         style = look(i, name in ("eps", "dtau")) | {"linewidth": 0.7, "markersize": 3.5}
-        symbol, what = LABELS[name]
-        axes[0, 0].semilogy(A, V, label=f"{what}, {symbol}", **style)
+        symbol, meaning = LABELS[name]
+        axes[0, 0].semilogy(A, V, label=f"{symbol}, {meaning.split(':')[0]}", **style)
         axes[0, 0].vlines(A, V, np.maximum(V, last), color=style["color"], linewidth=0.5)
         if name != "dtau":
             axes[1, 0].semilogy(A, V / scale, **style)
@@ -265,19 +261,26 @@ def draw(data: dict[str, Any]) -> Any:
 def main() -> None:
     """Measure, or read, then draw and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
+    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw and print what is stored")
-    parser.add_argument("--quick", action="store_true", help=f"at A = {PAPER} and the ends of the range alone")
+    parser.add_argument("--draw", action="store_true", help="measure nothing, draw what is stored")
+    parser.add_argument(
+        "--quick", action="store_true", help=f"at A = {PAPER} and the ends of the range, without a figure"
+    )
     options = parser.parse_args()
     path = options.output / "ruler.json"
     if not options.draw:
         measure(path, options.only, (3.0, PAPER, 3.25) if options.quick else AMPLITUDES)
     data = json.loads(path.read_text(encoding="utf-8"))
-    fig = draw(data)
-    fig.savefig(options.output / "ruler.png")
-    plt.close(fig)
     print(markdown(data))
+    if options.quick:
+        return
+    fig = draw(data)
+    fig.savefig(PICTURE)
+    plt.close(fig)
+    page = fill(PAGE.read_text(encoding="utf-8"), "ruler", markdown(data))
+    if page is not None:
+        PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
