@@ -213,6 +213,7 @@ def clock() -> dict[str, Any]:
     """The error of a phase over the time, for a clock that grows and for one that is reduced."""
     periods = [1000, 3000, 10_000, 30_000, 100_000]
     point = Point(3.04, 0.1, 0.0, vd.ETA)
+    mp.dps = 40
     true = truth(3.04, 0.0, 1200).phase
     impact = [float(p) for p, kind in zip(true, truth(3.04, 0.0, 1200).kinds, strict=True) if kind == (1, 4)][-2:]
 

@@ -8,6 +8,7 @@ import re
 import pytest
 
 from benchmarks import passes, tables
+from benchmarks.common import RESULTS
 from benchmarks.switches import run
 
 STORED = sorted(passes.RESULTS.glob("*.json"))
@@ -68,3 +69,35 @@ def test_an_error_of_a_solver_is_no_error_of_the_run():
 
     given, _ = run.timed(Broken, 0, run.WAVES, {}, 0.0)
     assert given == "ZeroDivisionError: by nothing"
+
+
+def stored(name):
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", ["failures", "accuracy_speed"])
+def test_the_page_shows_the_stored_measurements(name):
+    place = tables.TABLES[name]
+    text = place.page.read_text(encoding="utf-8")
+    assert tables.fill(text, name, place.make(stored(name))) == text
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", ["pair_missed", "wrong_of_three"])
+def test_an_example_of_a_failure_is_made_again(name):
+    pytest.importorskip("mpmath")
+    from benchmarks import failures
+
+    made, kept = getattr(failures, name)(), stored("failures")["examples"][name]
+    assert all(made[key] == kept[key] for key in ("title", "case", "caption"))
+
+
+def test_the_examples_name_cases_of_the_set():
+    ids = {case["id"] for case in run.cases_of([0, 1, 2, 3])}
+    assert {example["case"] for example in stored("failures")["examples"].values()} <= ids
+
+
+def test_a_setting_of_the_chart_has_an_error_where_it_is_right():
+    data = stored("accuracy_speed")
+    for p in data["points"]:
+        assert (p["error"] is not None) == p["right"] == (p["until"] == data["periods"])
