@@ -33,9 +33,12 @@ class Film:
         self.tab = tab
         self.pictures, self.times = [], []
 
+    def screenshot(self):
+        return Image.open(io.BytesIO(self.tab.driver.get_screenshot_as_png())).convert("RGB")
+
     def shoot(self, time=SHORT):
         self.tab.settle()
-        whole = Image.open(io.BytesIO(self.tab.driver.get_screenshot_as_png())).convert("RGB")
+        whole = self.screenshot()
         height = round(whole.height * WIDTH / whole.width)
         self.pictures.append(whole.resize((WIDTH, height), Image.Resampling.LANCZOS))
         self.times.append(time)
@@ -76,7 +79,7 @@ def main():
             film = Film(tab)
             play(film)
             film.write(HERE / "explorer.gif")
-            tab.driver.save_screenshot(HERE / "explorer.png")
+            film.screenshot().save(HERE / "explorer.png", optimize=True)
     finally:
         server.send_signal(signal.SIGINT)
         server.wait()
