@@ -79,7 +79,7 @@ def main():
             film = Film(tab)
             play(film)
             film.write(HERE / "explorer.gif")
-            film.screenshot().save(HERE / "explorer.png", optimize=True)
+            film.screenshot().quantize(256, dither=Image.Dither.NONE).save(HERE / "explorer.png", optimize=True)
     finally:
         server.send_signal(signal.SIGINT)
         server.wait()
