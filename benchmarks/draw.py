@@ -180,8 +180,7 @@ def stored(name: str) -> dict[str, Any]:
 
 def stored_rates() -> dict[str, Any]:
     """Return the results of all solvers of the set."""
-    found = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(passes.RESULTS.glob("*.json"))}
-    return {"environment": {"measured": passes.dates()}, "solvers": found}
+    return {"environment": {"measured": passes.dates()}, "solvers": passes.results()}
 
 
 def charts() -> list[Chart]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -59,8 +59,7 @@ def key(solver: str, setting: dict[str, Any]) -> str:
 def methods() -> list[Method]:
     """Return all methods with stored results, in the order of NAMES."""
     found: dict[str, Method] = {}
-    for path in sorted(RESULTS.glob("*.json")):
-        result = json.loads(path.read_text(encoding="utf-8"))
+    for result in results():
         cases = cases_of(result["levels"])
         for run in result["runs"]:
             name = key(result["solver"], run["settings"])
@@ -100,7 +99,23 @@ def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -
     return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 
 
+def results() -> list[dict[str, Any]]:
+    """Return the stored results of all solvers."""
+    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("*.json"))]
+
+
+def span(values: Iterable[Any]) -> str:
+    """Return the least and the largest value as a text."""
+    found = sorted(set(values))
+    return " to ".join(dict.fromkeys(f"{x:g}" if isinstance(x, float) else x for x in (found[0], found[-1])))
+
+
 def dates() -> str:
     """Return the first and the last date of the measurements."""
-    found = sorted(json.loads(p.read_text(encoding="utf-8"))["environment"]["measured"] for p in RESULTS.glob("*.json"))
-    return " to ".join(dict.fromkeys((found[0], found[-1])))
+    return span(result["environment"]["measured"] for result in results())
+
+
+def limits() -> tuple[str, str]:
+    """Return the limits of CPU time, for a case of levels 0 and 1 and for one of levels 2 and 3."""
+    short, long = zip(*(result["limits"] for result in results()), strict=True)
+    return span(short), span(long)

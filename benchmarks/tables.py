@@ -201,7 +201,11 @@ def measured_switches(_: dict[str, Any]) -> str:
     found = passes.methods()
     programs = dict.fromkeys(f"{m.program} {m.version}" for m in found if m.version)
     settings = sum(len(m.right) for m in found)
-    return f"Measured {passes.dates()}: {settings} settings. {', '.join(programs)}; the other methods are hand-written."
+    short, long = passes.limits()
+    return (
+        f"Measured {passes.dates()}: {settings} settings. {', '.join(programs)}; the other methods are hand-written. "
+        f"An answer that takes more than {short} s of CPU (levels 0, 1) or {long} s (levels 2, 3) counts as refused."
+    )
 
 
 def failures(data: dict[str, Any]) -> str:

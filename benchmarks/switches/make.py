@@ -197,11 +197,6 @@ def make(task: Task) -> tuple[Task, str]:
 COLUMNS = ("tau", "before", "after", "xi", "dxi")
 
 
-def rounded(value: str) -> str:
-    """Return a number as the nearest double, and a state unchanged."""
-    return value if value.isalpha() else repr(float(value))
-
-
 def write_tables(folder: Path) -> None:
     """Write times, states, ξ and ξ' of the events of levels 1 to 3 as CSV, from the cases, rounded to doubles."""
     for level in (1, 2, 3):
@@ -213,7 +208,9 @@ def write_tables(folder: Path) -> None:
         writer.writerow(["id", *COLUMNS])
         for path in paths:
             known = json.loads(path.read_text(encoding="utf-8"))
-            writer.writerows([known["id"], *(rounded(event[c]) for c in COLUMNS)] for event in known["events"])
+            writer.writerows(
+                [known["id"], *(e[c] if e[c].isalpha() else float(e[c]) for c in COLUMNS)] for e in known["events"]
+            )
         (folder / f"level{level}.csv").write_text(out.getvalue(), encoding="utf-8")
 
 

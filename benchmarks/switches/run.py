@@ -13,6 +13,7 @@ import argparse
 import importlib
 import importlib.metadata
 import json
+import lzma
 import os
 import pkgutil
 import signal
@@ -142,8 +143,9 @@ def written(setting: dict[str, Any]) -> str:
 def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, float]]) -> dict[str, Any]:
     """Return verdicts (a letter for each case), digits of right answers, seconds by level, and reasons of refusals."""
     judged = [judge(case, given[case["id"]][0]) for case in cases]
-    levels = sorted({case["level"] for case in cases})
-    spent = {level: sum(given[c["id"]][1] for c in cases if c["level"] == level) for level in levels}
+    spent = {case["level"]: 0.0 for case in cases}
+    for case in cases:
+        spent[case["level"]] += given[case["id"]][1]
     refused: dict[str, list[str]] = {}
     for name, (answered, _) in given.items():
         if isinstance(answered, str):
@@ -164,10 +166,9 @@ def run(
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}
     able = [c for c in cases if hasattr(module, "events" if c["level"] else "zeros")]
     levels = sorted({c["level"] for c in able})
-    if not able:
-        return
+    decisive: dict[str, list[Any]] = {case["id"]: [] for case in able if case["level"] < 2}
     solver, runs = Solver(name), []
-    for number, setting in enumerate(module.SETTINGS):
+    for number, setting in enumerate(module.SETTINGS if able else []):
         given: dict[str, tuple[Answer | str, float]] = {}
         late: Counter[tuple[int, str]] = Counter()
         for case in able:
@@ -187,7 +188,9 @@ def run(
             full = head | {"settings": written(setting), "answers": answered, "seconds": seconds}
             answers.mkdir(parents=True, exist_ok=True)
             (answers / f"{name}-{number + 1:02}.json").write_text(json.dumps(full) + "\n", encoding="utf-8")
-        yield head | {"levels": levels, "runs": runs}
+        for i, kept in decisive.items():
+            kept.append(None if isinstance(found := given[i][0], str) else next(iter(found.values()))[:1])
+        yield head | {"levels": levels, "runs": runs, "answers": decisive}
     solver.end()
 
 
@@ -221,6 +224,8 @@ def main(arguments: list[str] | None = None) -> int:
             continue
         for result in run(module, cases, options.limit, options.answers):
             options.results.mkdir(parents=True, exist_ok=True)
+            with lzma.open(options.results / f"{name}.answers.json.xz", "wt", encoding="utf-8") as file:
+                json.dump(result.pop("answers"), file)
             about["environment"] = environment()
             (options.results / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
     return 0

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import lzma
 import re
 
 import pytest
 
 from benchmarks import passes, tables
 from benchmarks.common import RESULTS
-from benchmarks.switches import run
+from benchmarks.switches import run, score
 
 STORED = sorted(passes.RESULTS.glob("*.json"))
 
@@ -28,6 +29,20 @@ def test_a_result_has_a_verdict_for_each_case(path):
         letters = dict(zip((case["id"] for case in cases), found["verdicts"], strict=True))
         assert refused <= {name for name, letter in letters.items() if letter == "-"}
         assert all(letter in "rR" for letter, d in zip(found["verdicts"], digits, strict=True) if d != "-")
+
+
+@pytest.mark.parametrize("path", STORED, ids=lambda path: path.stem)
+def test_the_stored_answers_give_the_stored_verdicts(path):
+    result = json.loads(path.read_text(encoding="utf-8"))
+    with lzma.open(path.with_suffix(".answers.json.xz"), "rt", encoding="utf-8") as file:
+        answers = json.load(file)
+    cases = [case for case in run.cases_of(result["levels"]) if case["level"] < 2]
+    assert answers.keys() == {case["id"] for case in cases}
+    for case, *letters in zip(cases, *(found["verdicts"] for found in result["runs"]), strict=False):
+        key = "events" if case["level"] else "zeros"
+        for letter, first in zip(letters, answers[case["id"]], strict=True):
+            verdict = score.judge(case, first if first is None else {key: first})["verdict"]
+            assert run.LETTERS[verdict] == letter.lower(), (case["id"], first)
 
 
 def test_every_method_has_a_label_and_a_row():
