@@ -1,18 +1,17 @@
-"""Put all numerical disturbances on one ruler: the velocity at which each destroys the structure of the motion.
+"""Express the limits of five numerical disturbances as velocities, over the amplitude A.
 
-`vd.limit` finds the largest disturbance ε (a force) and Δτ (late switches) under which a motion keeps its orbital
-structure. Here the same is asked of the methods of practice: the main impacts of the last 1500 periods, after 1000,
-must follow each other as those of the undisturbed orbit (docs/stability.md). Each disturbance acts alone, at ε = 0, and
-is made a velocity V, the one that it adds to the motion or takes from it at a switch:
+`vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds those of other methods by the same
+criterion: the main impacts of 1500 periods, after 1000 of transient, follow each other as those of the undisturbed orbit
+(docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ' at a switch:
 
 ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
 Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
 h    V = h: a Moreau-Jean step delays a switch by up to h, as Δτ does.
-v_s  V = v_s: the largest velocity at which smoothed friction creeps where it should hold.
-k    V = the velocity that a blow loses. A mass that arrives with speed 1 under an acceleration of 1 leaves a plastic
-     obstacle at once; from a spring of stiffness k with critical damping it comes free after the time t = s/√k, where
-     exp s = 1 + s + s √k, with a velocity below t. The difference is V, about 0.9 to 0.95 t: of the order 1/√k, the
-     time constant of the contact, times a logarithm. (A mass that rests after a blow forgets it.)
+v_s  V = v_s: the largest velocity at which smoothed friction creeps in place of sticking.
+k    V = the velocity that a blow loses. Take a mass of speed 1 under an acceleration of 1. It leaves a plastic obstacle
+     immediately. From a spring of stiffness k with critical damping it separates after the time t = s/√k, where
+     exp s = 1 + s + s √k, with a velocity below t. The difference is V, about 0.9 to 0.95 t. It is of the order 1/√k,
+     the time constant of the contact, times a logarithm.
 
     python -m benchmarks.ruler                    # measure, write ruler.json, draw, fill in the table (an hour)
     python -m benchmarks.ruler --only v_s k       # measure these again, keep the others
@@ -118,13 +117,13 @@ def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
 
 
 def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
-    """Return whether the motion under one disturbance keeps the structure of the undisturbed one."""
+    """Return True if the motion under one disturbance keeps the structure of the undisturbed one."""
     impacts = main_impacts(way, A, value)
     return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
 
 
 def repeats(name: str, A: float, value: float) -> bool:
-    """Return whether the motion under one disturbance repeats itself, as an undisturbed one must."""
+    """Return True if the motion under one disturbance is periodic."""
     if name in OWN:
         impacts = main_impacts(OWN[name], A, value)
     else:
@@ -180,7 +179,7 @@ def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
 
 
 def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the limits in one disturbance over A, and whether the motion repeats itself at half of each."""
+    """Return the limits in one disturbance over A, and True for each motion that is periodic at half its limit."""
     rows = searched(name, amplitudes, bases)
     for A, row in zip(amplitudes, rows, strict=True):
         if row and math.isfinite(row["k2"]):

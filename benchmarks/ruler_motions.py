@@ -1,4 +1,4 @@
-"""Main impacts of motions under the disturbances that `vd.limit` does not know, each of them alone, ε = 0.
+"""Main impacts of motions under the disturbances that `vd.limit` does not know, one at a time, ε = 0.
 
 `stepped`: Moreau-Jean time-stepping, as in benchmarks/switches. `creeping`: friction as a ramp over velocities up to
 v_s, above a rigid obstacle. `sprung`: a spring with a dashpot of critical damping for obstacle, under Coulomb friction.
@@ -84,7 +84,7 @@ def held(point, sign, w, t0, xi, dxi, tau):
 
 @jit
 def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `creeping`, and whether it has ended."""
+    """Return ξ, ξ' at τ in a piece of `creeping`, and True if it has ended."""
     if mode == 2:
         return 0.0, 0.0, force(point, tau) > 0.0
     if mode == 0:
@@ -96,7 +96,7 @@ def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
 
 @jit
 def sprung_piece(point, w, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `sprung`, and whether it has ended."""
+    """Return ξ, ξ' at τ in a piece of `sprung`, and True if it has ended."""
     closed = xi < 0.0
     if mode == 0:
         level = force(point, tau) - (w * w * xi if closed else 0.0)

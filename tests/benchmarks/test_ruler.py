@@ -23,6 +23,7 @@ def impacts(name, value):
 
 
 @pytest.mark.jit
+@pytest.mark.slow("5 s: compiles the three motions, whose machine code is not kept")
 @pytest.mark.parametrize("name", list(ruler.OWN))
 def test_motions_approach_the_undisturbed_one(name):
     exact = vd.simulate(3.04, transient=0, periods=PERIODS).impacts
