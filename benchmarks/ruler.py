@@ -1,8 +1,8 @@
 """Express the limits of five numerical disturbances as velocities, over the amplitude A.
 
 `vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds those of other methods by the same
-criterion: the main impacts of 1500 periods, after 1000 of transient, follow each other as those of the undisturbed orbit
-(docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ' at a switch:
+criterion: the main impacts of 1500 periods, after 1000 of transient, follow each other as those of the undisturbed
+orbit (docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ' at a switch:
 
 ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
 Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
