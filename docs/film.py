@@ -26,6 +26,14 @@ SHORT, LONG = 160, 2500
 """Milliseconds for which a picture is shown: during a movement, and at the end of a scene."""
 
 
+def palette(picture):
+    """Return a picture with the colours of this one."""
+    sample = picture.copy()
+    for k, colour in enumerate(CURVE_COLOURS):  # otherwise the thin lines of a legend get no colour of their own
+        sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
+    return sample.quantize(192, dither=Image.Dither.NONE)
+
+
 class Film:
     """Pictures of a page, one after the other."""
 
@@ -44,10 +52,7 @@ class Film:
         self.times.append(time)
 
     def write(self, path):
-        sample = self.pictures[-1].copy()
-        for k, colour in enumerate(CURVE_COLOURS):  # otherwise the thin lines of a legend get no colour of their own
-            sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
-        colours = sample.quantize(192, dither=Image.Dither.NONE)
+        colours = palette(self.pictures[-1])
         frames = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in self.pictures]
         frames[0].save(path, save_all=True, append_images=frames[1:], duration=self.times, loop=0, optimize=True)
 
@@ -79,7 +84,8 @@ def main():
             film = Film(tab)
             play(film)
             film.write(HERE / "explorer.gif")
-            film.screenshot().quantize(256, dither=Image.Dither.NONE).save(HERE / "explorer.png", optimize=True)
+            whole = film.screenshot()
+            whole.quantize(palette=palette(whole), dither=Image.Dither.NONE).save(HERE / "explorer.png", optimize=True)
     finally:
         server.send_signal(signal.SIGINT)
         server.wait()
