@@ -72,7 +72,6 @@ def test_the_summary_of_answers():
     found = run.summary([CASE | {"id": name} for name in answers], answers)
     assert found["verdicts"] == "Rrm-"
     assert found["digits"] == "30 30 - -"
-    assert found["seconds"] == {0: 1.0}
     assert found["refused"] == {"ValueError: no": ["d"]}
 
 
