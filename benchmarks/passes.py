@@ -94,8 +94,8 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
 
 
 def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
-    """Return the pass rates of all settings in each interval of difficulty, over some families of level 0."""
-    cases = [c for c in method.cases if c["level"] == 0 and c["family"] in families and c["difficulty"] is not None]
+    """Return the pass rates of all settings in each interval of difficulty, over certain cases of some families."""
+    cases = [c for c in method.cases if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
     return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 
 
