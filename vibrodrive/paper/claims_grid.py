@@ -60,10 +60,7 @@ def band_beside_band(session: Session) -> Outcome:
 def step_lost(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 1)
     arguments = list(points(session.config("fig08").plan()))[1]
-    k = limit(
-        arguments["A"], "dtau", "fixed", "word", B=arguments["B"], transient=arguments["transient"],
-        periods=LONG, threads=session.threads,
-    )  # fmt: skip
+    k = limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"], threads=session.threads)
     text = f"Δτ = {step:g}: {_answers(found, 'impacts', 'word')}; the word is first lost at Δτ = {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
 
