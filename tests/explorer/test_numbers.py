@@ -19,7 +19,7 @@ from vibrodrive.explorer.view import View
 )  # fmt: skip
 def test_expressions_of_numbers(text, value):
     if value is None:
-        with pytest.raises(ValueError, match="syntax"):
+        with pytest.raises(ValueError, match="not an expression of numbers"):
             number_of(text)
     else:
         assert number_of(text) == value

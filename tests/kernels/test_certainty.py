@@ -259,5 +259,5 @@ def test_bounds_lie_in_a_file(tmp_path):
         assert np.array_equal(results.error, here.error)
         assert np.isinf(results.certain_until).all()
     assert 0 < here.error.max() < 1e-11
-    with pytest.raises(ValueError, match='must be with "error"'):
+    with pytest.raises(ValueError, match='must be extended by "error"'):
         vd.sweep(A=1.5, transient=0, periods=1).error  # noqa: B018

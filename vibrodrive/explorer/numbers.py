@@ -30,8 +30,8 @@ def number_of(text: str) -> float:
     written = re.sub(r"(?<=\d),(?=\d)", ".", text.strip()).replace("^", "**").replace("−", "-")
     try:
         return _value(ast.parse(written, mode="eval").body)
-    except (SyntaxError, ArithmeticError, RecursionError, MemoryError) as error:
-        raise ValueError(str(error)) from None
+    except (SyntaxError, ArithmeticError, RecursionError, MemoryError):
+        raise ValueError("not an expression of numbers") from None
 
 
 def _value(node: ast.AST) -> float:
