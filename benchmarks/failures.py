@@ -86,13 +86,14 @@ def zero_at_start() -> dict[str, Any]:
     zero, other = true_zeros(again)[0], true_zeros(lost)[0]
     fine = np.linspace(0.0, 1.4 * zero, 200)
     scale = np.abs(g_of(again)(fine)).max()
-    none = "finds none" if not found else f"finds {found[0]:.4f}"
+    none = "finds no zero" if not found else f"finds {found[0]:.4f}"
     return {
         "title": "A zero at the start found again, or the next one lost",
         "case": again,
-        "caption": f"g(0) = g′(0) = 0, and the next zero is at {zero:.5f}. CVODE (rtol 1e-8) reports {reported:.1e}: "
-        f"its error is larger than g there ({verdict}). In {lost}, the zero after the start is at {other:.4f}, inside "
-        f"the first step of {STEP:g}: scan + Newton {none} ({verdict_lost}).",
+        "caption": f"g(0) = g′(0) = 0, and the next zero is at {zero:.5f}. CVODE (rtol 1e-8) reports a zero at "
+        f"{reported:.1e}, because so close to the start its error is larger than g ({verdict}). In {lost}, the zero "
+        f"after the start is at {other:.4f}, inside the first step of {STEP:g}, so scan + Newton {none} "
+        f"({verdict_lost}).",
         "axes": ("τ", "g / max |g|", "linear", "linear"),
         "series": [
             series(fine, np.array(g_of(again)(fine)) / scale, label="g"),
@@ -103,7 +104,7 @@ def zero_at_start() -> dict[str, Any]:
 
 
 def wrong_of_three() -> dict[str, Any]:
-    """Three zeros in a bracket, of which Newton's method takes another than the first."""
+    """Three zeros in a bracket: Newton's method finds one of them, but not the first."""
     name = "L0-three-in-a-step-07"
     g, zeros = g_of(name), true_zeros(name)
     found, verdict = ask(name, "scan_newton", step=STEP)
@@ -113,9 +114,9 @@ def wrong_of_three() -> dict[str, Any]:
     return {
         "title": "The wrong one of three",
         "case": name,
-        "caption": f"The bracket from {low:.1f} to {low + STEP:.1f} holds three zeros, at {zeros[0]:.4f}, "
-        f"{zeros[1]:.4f} and {zeros[2]:.4f}. A change of sign does not say which: scan + Newton reports {found[0]:.4f} "
-        f"({verdict}).",
+        "caption": f"The bracket from {low:.1f} to {low + STEP:.1f} contains three zeros, at {zeros[0]:.4f}, "
+        f"{zeros[1]:.4f} and {zeros[2]:.4f}. The change of sign does not show which of them is found: scan + Newton "
+        f"reports {found[0]:.4f}, not the first ({verdict}).",
         "axes": ("τ", "g", "linear", "linear"),
         "series": [
             series(fine, g(fine), label="g"),
@@ -137,11 +138,11 @@ def wrong_of_two() -> dict[str, Any]:
     away = np.linspace(-3e-6, 3e-6, 121)
     gap = [float(slide.at(at + mp.mpf(d))[0]) for d in away]
     return {
-        "title": "The wrong one of two at once",
+        "title": "The wrong one of two nearly simultaneous events",
         "case": name,
-        "caption": f"The slide turns {float(event['xi']):.1e} above the obstacle. Both events are in the last step, "
-        f"and the error of ξ is larger than the gap: scipy DOP853 (rtol 1e-8) reports {found[0][2]} instead of "
-        f"{event['after']}, at the right time ({verdict}).",
+        "caption": f"The slide reverses {float(event['xi']):.1e} above the obstacle. The integrator's error of ξ is "
+        "larger than this gap, so in its last step it also finds an impact: scipy DOP853 (rtol 1e-8) reports "
+        f"{found[0][2]} instead of {event['after']}, at the right time ({verdict}).",
         "axes": ("τ − τ of the reversal", "ξ", "linear", "linear"),
         "series": [
             series(away, gap, label="ξ"),
@@ -162,14 +163,15 @@ def tightened() -> dict[str, Any]:
         first = right.index(True)
         again = right[first:].count(False)
         counts.append(
-            f"{label} is right at {tolerances[first]:.1e} and wrong at {again} of {len(right) - first - 1} tighter ones"
+            f"{label} is right first at rtol {tolerances[first]:.1e}, and wrong at {again} of the "
+            f"{len(right) - first - 1} tighter tolerances"
         )
         errors = [abs(found[0] - true_zeros(name)[0]) if found else np.nan for found, _ in answers]
         shown.append(series(tolerances, np.maximum(errors, 1e-16), style, label))
     return {
-        "title": "A tighter tolerance, and wrong again",
+        "title": "Right, and wrong again with a tighter tolerance",
         "case": name,
-        "caption": "A pair of zeros is seen if a step happens to end between them, which no tolerance controls: "
+        "caption": "A pair of zeros is found only if a step ends between them by chance; no tolerance controls this. "
         f"{'; '.join(counts)}.",
         "axes": ("rtol", "error of the first zero", "log", "log"),
         "series": shown,
@@ -196,11 +198,11 @@ def first_order() -> dict[str, Any]:
     steps, errors = ([p[key] for p in stepping] for key in ("value", "error"))
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     return {
-        "title": "Order 1",
+        "title": "An error of first order in the step",
         "case": "L2-paper-04",
-        "caption": f"Time-stepping reports the end of a step, so its error over 200 periods is of order {order:.2f} in "
-        f"the step, {errors[-1]:.1e} at {steps[-1]:g}. The states follow each other as they should at {len(steps)} of "
-        f"{len(found['time-stepping'])} steps.",
+        "caption": "Time-stepping reports the end of a step as the time of a switch. So its largest error over 200 "
+        f"periods grows with the step to the power {order:.2f}; it is {errors[-1]:.1e} at the step {steps[-1]:g}. The "
+        f"sequence of states is right for {len(steps)} of the {len(found['time-stepping'])} steps.",
         "axes": ("step", "largest error of a switch", "log", "log"),
         "series": [
             series(steps, errors, "line dots", "time-stepping"),
@@ -234,12 +236,13 @@ def clock() -> dict[str, Any]:
         curves["certified"].append(error(float(s["phase"][(s["before"] == 1) & (s["after"] == 4)][-1])))
     last = {name: values[-1] for name, values in curves.items()}
     return {
-        "title": "The phase error of a clock that grows",
+        "title": "The phase error of a growing time τ",
         "case": "L3-undisturbed-01",
         "caption": "The motion at A = 3.04 becomes periodic, so its impacts keep their phase. After "
-        f"{periods[-1]:.0e} periods the phase is wrong by {last['RK4 + bisection']:.0e} where τ is a sum of steps, by "
-        f"{last['scan + Newton']:.0e} where τ is one number, and by {last['certified']:.0e} with periods and phase "
-        "kept apart.",
+        f"{periods[-1]:.0e} periods the phase is wrong by {last['RK4 + bisection']:.0e} if τ is the sum of all steps "
+        f"(RK4 + bisection), by {last['scan + Newton']:.0e} if τ is one number that is computed from the last switch, "
+        f"not step by step (scan + Newton), and by {last['certified']:.0e} if the number of periods and the phase are "
+        "stored separately (certified).",
         "axes": ("periods", "error of the impact phase", "log", "log"),
         "series": [
             series(periods, values, f"{style} dots", name)
@@ -276,9 +279,9 @@ def creep() -> dict[str, Any]:
     return {
         "title": "Creep that never sticks",
         "case": "L2-paper-01",
-        "caption": "Regularised friction needs a velocity to hold: the mass that sticks moves with ξ′ = v_s·H, up to "
-        f"{largest[0]:.1e}, {largest[1]:.1e} and {largest[2]:.1e} for v_s = 1e-2, 1e-3 and 1e-4. The true velocity "
-        "is 0.",
+        "caption": "Regularised friction gives a force only at a velocity, so a mass that should stick moves with "
+        f"ξ′ = v_s·H: up to {largest[0]:.1e}, {largest[1]:.1e} and {largest[2]:.1e} for v_s = 1e-2, 1e-3 and 1e-4. "
+        "The true velocity is 0.",
         "axes": ("τ", "|ξ′| while it sticks", "linear", "log"),
         "series": shown,
     }
@@ -296,9 +299,9 @@ def penetration() -> dict[str, Any]:
     return {
         "title": "Penetration",
         "case": "L2-paper-01",
-        "caption": "A spring for an obstacle gives way: the mass goes down to "
-        f"ξ = {deepest[0]:.1e}, {deepest[1]:.1e} and {deepest[2]:.1e} for k = 1e3, 1e4 and 1e5, as 1/√k. "
-        "The true ξ is never negative.",
+        "caption": "A spring in place of the obstacle yields: the mass sinks to "
+        f"ξ = {deepest[0]:.1e}, {deepest[1]:.1e} and {deepest[2]:.1e} for k = 1e3, 1e4 and 1e5, in proportion to "
+        "1/√k. The true ξ is never negative.",
         "axes": ("τ", "ξ", "linear", "linear"),
         "series": shown,
     }
@@ -316,9 +319,10 @@ def sinking() -> dict[str, Any]:
     return {
         "title": "Below the obstacle at fixed steps",
         "case": "L2-paper-01",
-        "caption": "A fixed step sees an impact at its end, where the mass is below 0 by its speed times the "
-        f"lateness: up to {seen[0]:.1e} at Δτ = {steps[0]:g} and {seen[8]:.1e} at {steps[8]:g} on the fixed path, "
-        f"which then sets ξ to 0. Time-stepping does not: its mass rests up to {rest[0]:.1e} and {rest[8]:.1e} below.",
+        "caption": "A method of fixed step detects an impact at the end of the step. There the mass is below 0 by its "
+        f"speed times the delay: up to {seen[0]:.1e} at Δτ = {steps[0]:g} and {seen[8]:.1e} at {steps[8]:g} for "
+        "`fixed`, which then sets ξ to 0. Time-stepping does not correct ξ, so its mass rests up to "
+        f"{rest[0]:.1e} and {rest[8]:.1e} below 0.",
         "axes": ("Δτ", "depth below 0", "log", "log"),
         "series": [
             series(steps, seen, "line dots", "fixed Δτ, at impacts"),
@@ -328,7 +332,7 @@ def sinking() -> dict[str, Any]:
 
 
 def lateness() -> dict[str, Any]:
-    """The error of an impact over how far it is from a mere touch."""
+    """The error of an impact time over the depth at which the slide would reverse without the obstacle."""
     misses, settings = (
         [10.0**-k for k in range(1, 13)],
         {
@@ -346,11 +350,12 @@ def lateness() -> dict[str, Any]:
             found, _ = ask(name, solver, **setting)
             curves[label].append(max(abs(found[0][0] - float(event["tau"])), 1e-16))
     return {
-        "title": "Late near a touch: as √ and as Δτ",
+        "title": "Delay of an impact that is nearly a touch",
         "case": "L1-grazing-12",
-        "caption": "The slide would stop a depth d behind the obstacle: the impact and the reversal after it are "
-        "about √d apart. A grid of 1e-4 is late by up to Δτ for each d. An integrator whose ξ has an error e is late "
-        f"by about e/√d, and for d < e by √d: at most {max(curves['RK45, rtol 1e-6']):.1e} for RK45 at 1e-6.",
+        "caption": "Without the obstacle, the slide would reverse at a depth d behind it, about √d after the time of "
+        "the impact. A grid with Δτ = 1e-4 is late by up to Δτ for every d. An integrator with an error e of ξ has a "
+        "time error of about e/√d for d > e, and of about √d for d < e; for RK45 at rtol 1e-6 it is at most "
+        f"{max(curves['RK45, rtol 1e-6']):.1e}.",
         "axes": ("depth d", "error of the impact time", "log", "log"),
         "series": [
             series(misses, root, "dotted", "to the reversal"),

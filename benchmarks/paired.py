@@ -5,8 +5,8 @@
 Each checkout has one process, which compiles its kernels once and runs until the end. The processes run each case in
 turn, so that other load on the machine affects both checkouts equally. Times are CPU times of the process. The output
 for each case has two ratios of times, second checkout over first: the ratio of the shortest times, and the median and
-quartiles of the ratios of successive runs. If 1 is between the quartiles, no difference is significant: use more
-repeats, or a less busy machine. A change that does not concern speed may cost 2 %.
+quartiles of the ratios of successive runs. If 1 is between the quartiles, the difference of the two checkouts is not
+significant: use more repeats or a less busy machine. A change that does not concern speed may cost 2 %.
 """
 
 from __future__ import annotations

@@ -176,8 +176,8 @@ def explorer(data: dict[str, Any]) -> str:
     ]  # fmt: skip
     memory = data["memory"]
     notes = (
-        f"From a click to its curves: {milliseconds(data['click_milliseconds'])}. "
-        f"Over {memory['frames']} pictures the server's memory grows by {memory['grown_MiB']:.1f} MiB. {machine(data)}."
+        f"Time from a click to the curves of the motion: {milliseconds(data['click_milliseconds'])}. During "
+        f"{memory['frames']} pictures the server's memory grows by {memory['grown_MiB']:.1f} MiB. {machine(data)}."
     )
     return table(head, rows) + "\n\n" + notes
 
@@ -186,8 +186,9 @@ def first_picture(data: dict[str, Any]) -> str:
     """Return the sentence about the time to the first picture."""
     seconds = data["picture painted"]
     return (
-        "From the command to the first picture, in a browser that has shown the page before and with the kernels on "
-        f"disk: {statistics.median(seconds):.1f} s, at most {max(seconds):.1f} s in {len(seconds)} starts."
+        f"The time from the command to the first picture is {statistics.median(seconds):.1f} s (median of "
+        f"{len(seconds)} starts, at most {max(seconds):.1f} s), if the browser has shown the page before and the "
+        "compiled kernels are on the disk."
     )
 
 
@@ -199,12 +200,13 @@ def pass_rates(level: int) -> Callable[[dict[str, Any]], str]:
 def measured_switches(_: dict[str, Any]) -> str:
     """Return the sentence about the stored results: programs with versions, number of settings, and dates."""
     found = passes.methods()
-    programs = dict.fromkeys(f"{m.program} {m.version}" for m in found if m.version)
+    programs = dict.fromkeys(f"{m.program} ({m.version})" for m in found if m.version)
     settings = sum(len(m.right) for m in found)
     short, long = passes.limits()
     return (
-        f"Measured {passes.dates()}: {settings} settings. {', '.join(programs)}; the other methods are hand-written. "
-        f"An answer that takes more than {short} s of CPU (levels 0, 1) or {long} s (levels 2, 3) counts as refused."
+        f"Measured {passes.dates()} with {settings} settings in total. Programs, with their versions in parentheses: "
+        f"{', '.join(programs)}; the other methods are hand-written. An answer that takes more than {short} s of CPU "
+        f"time (levels 0, 1) or {long} s (levels 2, 3) counts as refused."
     )
 
 

@@ -1,9 +1,9 @@
 """Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
 Three comparisons use the same sweep. Certified switching in batches is compared with one motion at a time and with
-solvers of the set of switches: hand-written Numba, heyoka and scipy. The literal scan is compared with the obvious
-loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified switching. All programs use one
-thread. A last measurement of certified switching uses all threads.
+solvers of the set of switches: hand-written Numba, heyoka and scipy. The literal scan is compared with the
+straightforward loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified switching. All
+programs use one thread. A last measurement of certified switching uses all threads.
 
 The first switches of every other program are compared with those of certified switching, so that no program is fast
 only because it is wrong. At ε = 0 a certified motion that returns to the same bits is copied from then on. Therefore
@@ -60,7 +60,10 @@ def values(n: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Contestant:
-    """A sweep over `A`, each for `periods` periods from rest. It returns switches or section points."""
+    """A sweep over `A`: one motion for each value, from rest, over `periods` periods.
+
+    `work` computes the sweep and returns switches or section points.
+    """
 
     A: np.ndarray
     periods: int

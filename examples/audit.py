@@ -2,10 +2,10 @@
 
     python -m examples.audit mine.csv --A 3.04   # in the root of a clone
 
-`mine.csv` has a line of titles, then one switch a line: tau, xi, dxi, state. `state` is the state that begins at this
-switch (UP, DOWN, STICK or REST), with ξ and ξ' at its beginning: 0 and 0 after an impact. Each line is judged
-separately: the certified motion starts from the state of the previous line, so that each error counts only at the line
-where it occurs.
+The first line of `mine.csv` has the names of the columns: tau, xi, dxi, state. Each further line has one switch.
+`state` is the state that begins at this switch (UP, DOWN, STICK or REST), with ξ and ξ' at its beginning: 0 and 0 after
+an impact. Each line is judged separately: the certified motion starts from the state of the previous line, so that each
+error counts only at the line where it occurs.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
 
 
 def read(path: str) -> list[Switch]:
-    """Read the switches of a file. Raises OSError, KeyError (a missing title) and ValueError (an invalid number)."""
+    """Read the switches of a file. Raises OSError, KeyError (a missing column) and ValueError (an invalid number)."""
     with open(path, newline="") as file:
         return [
             Switch(float(row["tau"]), float(row["xi"]), float(row["dxi"]), row["state"].strip())
@@ -98,7 +98,7 @@ def report(judged: Iterable[Judged]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Compare your switching times with certified ones.")
-    parser.add_argument("file", help="CSV file with the titles tau, xi, dxi, state, and one line per switch")
+    parser.add_argument("file", help="CSV file with the columns tau, xi, dxi, state, and one line per switch")
     parser.add_argument("--A", type=float, required=True)
     parser.add_argument("--B", type=float, default=0.1)
     parser.add_argument("--eps", type=float, default=0.0)

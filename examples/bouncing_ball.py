@@ -32,13 +32,13 @@ writes this page.
 On a steeper or smoother incline the effect of friction is smaller. In units of friction, gravity along the
 incline is B = tan α / μ, and the largest acceleration of the excitation is A. For large B the mass becomes a
 ball that falls onto a vibrating table and does not rebound: the completely inelastic bouncing ball of Mehta and
-Luck (Phys. Rev. Lett. 65, 393, 1990). Its only parameter is Γ = A/B, the acceleration of the table over that of
-gravity. These laws are known:
+Luck (Phys. Rev. Lett. 65, 393, 1990). Its only parameter is Γ = A/B, the ratio of the largest acceleration of the
+table to the acceleration of gravity along the incline. These laws are known:
 
 - Up to Γ = √(1 + π²) the ball rests after each impact. At larger Γ the downward acceleration of the table exceeds
   gravity at the impact, so the ball leaves the table again immediately.
-- Between √(1 + π²) and √(4 + π²) the orbit of one impact a period is stable. Its multiplier is 1 − √(Γ² − π²):
-  0 where the rest vanishes, −1 where the period doubles.
+- For Γ between √(1 + π²) and √(4 + π²), the orbit with one impact per period is stable. Its multiplier is
+  1 − √(Γ² − π²): 0 where the rest vanishes, −1 where the period doubles.
 - The impacts are at the phase arccos(π/Γ) of the excitation sin τ, with the speed |ξ'| = 2πB. In SI units this
   is g sin α times the period of the excitation: the speed after a free fall of one period along the incline.
 
@@ -65,7 +65,7 @@ in 1/B, with slope −1.*
 
 @styled
 def figure(found: Sequence[Approach]) -> Figure:
-    """Draw the relative error of each law over B, with the derived line of slope -1."""
+    """Draw the relative error of each law over B, and for each law a line of slope -1: its derived first-order term."""
     fig, axes = new(height=4.2)
     ax = axes[0, 0]
     for a, mark in zip(sorted(found, key=lambda a: -a.error[0]), MARKS, strict=True):
@@ -73,7 +73,7 @@ def figure(found: Sequence[Approach]) -> Figure:
         ax.loglog(ends, np.abs(a.law.factor / a.law.limit) / ends, color=INK, lw=0.6)
         ax.loglog(a.B, a.error, mark, mfc="white", mec=INK, ms=6, label=f"{a.law.quantity}: {a.law.formula}")
     ax.set_xlabel("$B$ (gravity along the incline over friction)")
-    ax.set_ylabel("relative error of the law for $B → ∞$")
+    ax.set_ylabel("relative error at $B$ of the law for the limit $B → ∞$")
     ax.legend(title="law of the inelastic bouncing ball, $Γ = A/B$", loc="upper right", alignment="left")
     ax.text(0.03, 0.06, "lines: first order in $1/B$, derived", transform=ax.transAxes, fontsize=9)
     return fig

@@ -4,8 +4,8 @@
 
 writes docs/certainty.md and docs/certainty.png. Both compare error bounds with true errors, which come from a reference
 with 50 digits. The figure shows four motions. The page has random scenes from the bands of
-`vibrodrive.validation.certainty`; a band is a set of ranges of the parameters. `--scenes N` sets the number of scenes,
-`--workers N` the number of processes, `--docs DIR` the output folder.
+`vibrodrive.validation.certainty`. A scene is the parameters and the start of a motion, a band a set of ranges of them.
+`--scenes N` sets the number of scenes, `--workers N` the number of processes, `--docs DIR` the output folder.
 """
 
 from __future__ import annotations
@@ -37,29 +37,29 @@ MOTIONS: dict[str, dict[str, Any]] = {
 
 PAGE = """# Error bounds of a motion
 
-After this page you know the meaning and the proof of the error bounds of a motion, and the ratio of these
-bounds to the true errors. `python -m examples.certainty --scenes {number}` writes this page.
+After this page you know the meaning and the proof of the error bounds of a motion, and how much larger these
+bounds are than the true errors. `python -m examples.certainty --scenes {number}` writes this page.
 
 `simulate` follows a motion in double precision. It computes each switch from the computed state after the
 previous switch. So each switch inherits the error of this state.
 [`certainty.py`](../vibrodrive/kernels/certainty.py) computes a bound of this error from switch to switch.
 A trajectory has three results: `Trajectory.error` contains the bounds for the section points,
-`switch_errors` the bounds for the switches, and `certain_until` is the period from which on the choice of a
+`switch_errors` the bounds for the switches, and `certain_until` is the first period in which the choice of a
 next state may be wrong. A sweep with `record="error"` stores the largest bound of each motion.
 
 ![Error and bound along four motions](certainty.png)
 
-*Error of the instant of each switch, compared with a computation with 50 digits, and its bound. At A = 12
-the curve of the bound ends with the last certain switch. Some switches later the computed motion enters
-another state than the true motion. The margins do not show this, because all of them are much larger than
-the rounding errors.*
+*Error of the instant of each switch, compared with a computation with 50 digits, and its bound. At A = 12 the
+curve of the bound ends with the last certain switch. Some switches later the computed motion enters a state
+that differs from that of the true motion. The margins do not show this, because all of them are much larger
+than the rounding errors.*
 
 ## The bounds
 
 Let $\\hat{{\\tau_0}}$ be the computed instant at which a state begins, and $\\tau_0$ the true instant. The
 equation of a slide is $\\xi'' = H(\\tau) - s$, eq. (1), with $s = 1$ up and $s = -1$ down. In *absolute*
 time $\\tau$ the right side is the same for the computed and the true motion. So the difference of their ξ is
-a straight line in time. Let $E$ and $X$ be the differences of ξ' and of ξ at $\\hat{{\\tau_0}}$. (If a slide
+a straight line in time. Let $E$ and $X$ be the differences of ξ' and of ξ at $\\hat{{\\tau_0}}$. (If the true slide
 begins later than $\\hat{{\\tau_0}}$, its closed form is continued back to this instant.) Then, at a time $h$
 after $\\hat{{\\tau_0}}$,
 
@@ -81,10 +81,10 @@ $\\tau_0$ and $\\hat{{\\tau_0}}$. Then
 $\\Delta X$ is the part of $X$ that this error causes.
 
 **The start of a motion** is exact: the bits of τ₀ that the phase cannot hold are stored in another variable.
-ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the
-direction of the motion. This is possible for velocities ξ'₀ of the order of the square of the rounding error,
-divided by |H'|: about 1e-29. Such a start is TOO_CLOSE. A denormal gap or velocity (below 2.3e-308) has fewer
-bits than other numbers. Its error is less than 1e-300, and the bounds include it.
+ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the direction
+of the motion. This is possible for velocities ξ'₀ of the order of the square of the rounding error, divided by
+|H'|: about 1e-29. The status of a motion with such a start is `TOO_CLOSE`. A denormal gap or velocity (below
+2.3e-308) has fewer bits than other numbers. Its error is less than 1e-300, and the bounds include it.
 
 **A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$ at
 this instant. The modulus of the true ξ' is at most $E_1 = |E| + \\text{{rounding}}$ there. So the true ξ' has
@@ -94,12 +94,13 @@ a zero within a distance of
 \\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} .
 ```
 
-For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby. **An impact** has the same bound with three
-replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound of $|\\xi''|$ instead
-of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of its instant remains. **Sticking or resting**
-ends where H = ±1, at a time that does not depend on the earlier motion. For ε = 0 this time is an
-arcsine, accurate to its last bits. For ε > 0 it is a zero of |H| − 1, and its error is the rounding error of H
-divided by |H'|. After a rest no earlier error remains. After sticking only the error of ξ remains.
+For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby, and the motion is `TOO_CLOSE`. **An impact** has the
+same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound of
+$|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of its instant remains.
+**Sticking** ends where H = ±1, and **a rest** where H = 1, at a time that does not depend on the errors of the
+earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a zero of |H| − 1,
+and its error is the rounding error of H divided by |H'|. After a rest no earlier error remains. After sticking
+only the error of ξ remains.
 
 **Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the
 effects of a late start on ξ and on ξ' partly cancel at the next impact. Therefore the bounds keep the sign of
@@ -109,16 +110,16 @@ reverses, $e$ becomes $a_0\\,e/a_1$. The derivative of the impact-phase map cont
 bounds shrink along a stable motion and grow along an unstable one, as the true errors do.
 
 **Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
-below $2E_1$. The mass reverses its direction away from the obstacle, and not in an impact, if the computed
-ξ there exceeds its error bound. The next state is the true one if the distance of H from ±1 exceeds
-$M\\delta_1$ plus the rounding error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and
-`certain_until` is the period in which the state before this decision began. All error bounds from there to
-the end of the record are infinite, also after a later rest. The instant of this rest may be accurate, but the
-rest may belong to another motion than the true one.
+below $2E_1$. At this zero the mass is not at the obstacle, so it has no impact, if the computed ξ exceeds its
+error bound. The next state is the true one if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
+error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and `certain_until` is exactly the
+period in which the state before this decision began. All error bounds from there to the end of the record are
+infinite, also after a later rest. The instant of this rest may be accurate, but the rest may belong to a motion
+other than the true one.
 
-**A section point** has the errors of ξ and ξ' at its time. If its time is within the error of a switch,
-the true motion may be in the state on the other side of this switch. Then the bound includes the change of
-ξ' at the switch. At an impact this change is |ξ'|.
+**A section point** has the errors of ξ and ξ' at its time. If its distance in time from a switch is less than
+the error bound of this switch, the true motion may be in the state on the other side of the switch. Then the
+bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
 
 ## Assumptions
 
@@ -142,20 +143,20 @@ In a sweep without `record="error"` the status OK certifies each switch, given t
 previous switch. Such a sweep computes many motions in one batch and copies motions that repeat. With
 `record="error"` the sweep follows each motion separately to the end of its record. On one thread the sweep
 without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods)
-and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds, which takes a sixth to
-a quarter of the time that it would need without them.
+and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds. This increases its
+time by a sixth to a quarter.
 
 ## Comparison with 50 digits
 
-Each row of the table is a range of the parameters, from which scenes are drawn at random (seed {seed}). Up to
-{most} switches of each motion are compared with the reference: instant, ξ and ξ' of each switch, and ξ and ξ' of
-each section point. *Wrong states* counts motions in which a state that is reported as certain differs from
+Each row of the table is a range of parameters and starts, from which motions are drawn at random (seed {seed}). Up
+to 100 switches of each motion are compared with the reference: instant, ξ and ξ' of each switch, and ξ and ξ'
+of each section point. *Wrong states* counts motions in which a state that is reported as certain differs from
 the reference. *Certainty ends* counts motions with a finite `certain_until`. The last two columns give the
 median and the 90 % quantile of the ratio of the largest bound of a motion to its largest error.
 
 {table}
 
-`vibrodrive validate --only bounds` repeats this comparison with fewer and different random scenes.
+`vibrodrive validate --only bounds` repeats this comparison with fewer and other random motions.
 """
 
 

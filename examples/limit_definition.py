@@ -32,7 +32,7 @@ Kept = Callable[[ReferenceOrbit, Motion], bool]
 
 def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
     """Return k₂(ε) over the phase of the section: float64 (phases, A)."""
-    wanted = Criterion(criterion, (criterion,))  # "order" and "gaps" are no criteria of `vd.limit`
+    wanted = Criterion(criterion, (criterion,))  # "order" and "gaps" are not criteria of `vd.limit`
     found = []
     for phase in PHASES:
         arguments = {"A": list(amplitudes), "periods": periods, "section_phase": phase}
@@ -42,7 +42,10 @@ def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1
 
 
 def with_free_speed(share: float) -> Kept:
-    """Return the criterion "impacts" with another share."""
+    """Return the criterion "impacts" with `share` in place of its default.
+
+    An impact can be a touch only if it is slower than `share` times the speed of the slowest main impact of the orbit.
+    """
     return lambda base, motion: (
         base.cycle is not None
         and follow_cycle(base.cycle, motion.impacts, len(motion.section), share=share) is not None
@@ -50,7 +53,10 @@ def with_free_speed(share: float) -> Kept:
 
 
 def with_given_speed(share: float) -> Kept:
-    """Return the same criterion, but every impact slower than the share is a touch, and every faster one is main."""
+    """Return the criterion "impacts" with a prescribed dividing speed between touches and main impacts.
+
+    The dividing speed is `share` times the speed of the slowest main impact of the orbit.
+    """
 
     def kept(base: ReferenceOrbit, motion: Motion) -> bool:
         if base.cycle is None:
@@ -93,7 +99,10 @@ def over_window(disturbance: str, amplitudes: Sequence[float] = A) -> dict[str, 
 
 
 def table(name: str, rows: dict[str, np.ndarray]) -> str:
-    """Return a Markdown table: a row for each entry, a column for each A, and the ratio of the largest to the least."""
+    """Return a Markdown table with a row for each entry and a column for each A.
+
+    The last row is the ratio of the largest to the least value of each column.
+    """
     values = np.array(list(rows.values()))
     spread = values.max(axis=0) / values.min(axis=0)
     lines = [

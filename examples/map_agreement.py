@@ -57,7 +57,10 @@ disagrees, the motion is started from an impact of the listed orbits. Result: {v
 
 
 SAME_SPEED = 1e-4
-"""Relative difference up to which impact speeds are equal: a motion has a period if it repeats within 1e-6."""
+"""Largest relative difference of two impact speeds that count as equal.
+
+It is larger than 1e-6, the relative difference within which a motion must repeat to have a period.
+"""
 
 COMPARED = ("period", "impacts", "impact_speed_max")
 """Quantities of a summary that identify the orbit of a pixel."""

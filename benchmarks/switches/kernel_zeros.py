@@ -1,9 +1,10 @@
 """Level 0 through the kernels of the package: the three paths search g as they search a switching function.
 
-The kernels know a function as a shape in h = τ − t, with bounds of its derivatives. Here g is written as one, its fast
-wave as the disturbance. The shape is expanded again behind a zero and every few periods, as for a motion. Behind a
-zero the certified path and Muller's take up a function that begins with 0 there; the fixed path, for which the zero is
-a grid point behind it, keeps g as it is.
+The kernels know a function as a shape in h = τ − t, with bounds of its derivatives. Here g is written as a shape, and
+its fast wave as the disturbance. As in the computation of a motion, the shape is set up with a new origin t after each
+zero, and after at most two excitation periods without one. After a zero, the certified method and Muller's method
+search a function that is 0 at its start. The method `fixed` reports the grid point after the zero, so it searches g
+unchanged.
 """
 
 from __future__ import annotations

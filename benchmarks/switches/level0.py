@@ -37,7 +37,7 @@ def inputs(**given: float) -> Inputs:
 
 
 def smooth(draw: Draw) -> Inputs:
-    """Return inputs whose g varies on the scale of 1."""
+    """Return inputs for which g has values of the order of 1 and changes over times of the order of 1."""
     low, high = draw.choice([(-0.5, -0.1), (0.1, 0.5)])
     return inputs(
         c0=draw.uniform(0.2, 3.0),

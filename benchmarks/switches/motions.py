@@ -41,7 +41,8 @@ def inputs(**given: float) -> Inputs:
 def functions(model: Oscillator, s: Switch) -> list[Function]:
     """Return the functions whose zeros could end the state before the switch s.
 
-    They are functions of h = τ - τ_s, and continue the state beyond s for up to one period.
+    They are functions of h = τ - τ_s. For h > 0, up to one period, they describe the motion as if the state did not end
+    at s.
     """
     waves, B, span = model.waves(s.tau), model.B, 2 * mp.pi
     if s.before in (STICK, REST):

@@ -31,7 +31,10 @@ EVENTS = {
 
 
 def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
-    """Return the function of (τ, variables) that gives their derivatives; `of` is the point, or the function g."""
+    """Return the right-hand side of the differential equation of `state`, a function of (τ, variables).
+
+    `of` is the Point with the parameters A, B, ε and η of the motion; for SUM it is the function g.
+    """
     h, rate = force.py_func, (slope if state == SUM else force_rate).py_func
     if state in (STICK, REST, SUM):
         return lambda t, y: (rate(of, t),)

@@ -311,7 +311,10 @@ def test_atlas_is_the_former_name_of_failures(copied, idle):
     ("command", "told"), [("limits", "criterion=impacts"), ("orbits", "max_period=1"), ("failures", "periods=41")]
 )
 def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, monkeypatch, made, command, told):
-    """A run of the same configuration computes nothing. Another one is refused; the message names the differences."""
+    """A run of the same configuration computes nothing. A run of another configuration is refused.
+
+    The message names the differences.
+    """
 
     def begun(*arguments, **options):
         raise AssertionError("something is computed")

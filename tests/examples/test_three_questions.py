@@ -24,7 +24,7 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""Longest period up to which the test searches all orbits. It follows an orbit with a rest for any period."""
+"""The test searches for all orbits up to this period. Orbits with a rest are found up to the length of the record."""
 
 
 TRANSIENT = 1500

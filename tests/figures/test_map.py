@@ -1,4 +1,7 @@
-"""A map shows each point of a sweep once, at its place, in the colour of its value; a note names the other points."""
+"""A map shows each point of a sweep once, at its place, in the colour of its value.
+
+A note gives the number of points of each status other than OK.
+"""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def command(*arguments):
     cli.main(["sweep", *arguments], standalone_mode=False)
 
 
-# the configuration in place of the TOML text
+# the configuration that the program writes from a plan
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,10 @@ def test_never_below_the_obstacle(scene):
 @given(SCENES)
 @example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
 def test_every_switch_satisfies_its_switching_function(scene):
-    """The value of the switching function, evaluated in 50 digits from the switch before, is zero within rounding."""
+    """At each switch the switching function is zero within the bound of rounding.
+
+    It is computed with 60 digits from the preceding switch.
+    """
     t = motion(scene)
     model = oscillator(t)
     mp.dps = 60

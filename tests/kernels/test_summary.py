@@ -150,7 +150,7 @@ def test_the_fastest_of_a_slide_of_many_turns(speed):
 
 @pytest.mark.jit
 def test_periods_and_exponents_are_those_of_the_orbits():
-    """λ = log |multiplier| / n of the stable orbit that `vd.orbits` finds from the map; -∞ if the mass rests."""
+    """λ = log |multiplier| / n of the stable orbit of period n that `vd.orbits` finds; -∞ if the mass rests."""
     A = [2.9, 3.0, 3.04, 3.05]
     swept = vd.sweep(A=A, transient=4000, periods=20, record="summary")
     for k, a in enumerate(A):
@@ -311,7 +311,10 @@ def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
 
 @pytest.mark.jit
 def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
-    """The cycle is exact, but the two periods before it are not: the period of this motion is not yet found."""
+    """The motion reaches its exact cycle shortly before the end of the record.
+
+    Its last n periods still differ from the n periods before them, so `find_period` finds no period.
+    """
     scene = dict(B=0.1, tau0=0.6385324289869151, transient=1, periods=6)
     A = [2.4, 2.719252649683075]
     swept = vd.sweep(A=A, **scene, record="summary")

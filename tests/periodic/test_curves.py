@@ -1,4 +1,7 @@
-"""Curves of bifurcations, compared with the search at one B, closed forms, 50 digits and a published limit."""
+"""Curves of bifurcations, compared with independent results.
+
+These are the search for bifurcations at fixed B, closed forms, the reference of 50 digits and a published limit.
+"""
 
 from __future__ import annotations
 

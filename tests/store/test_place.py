@@ -29,7 +29,7 @@ def a_sweep(name):
 
 
 def foreign(name):
-    """Write an HDF5 file of another program that uses some of our names."""
+    """Write an HDF5 file as another program might write it, with some of the names that our files use."""
     with h5py.File(name, "w") as file:
         file["A"] = np.arange(3.0)
         file["section_xi"] = np.arange(6.0)
