@@ -48,7 +48,7 @@ def shape(f, t, on_zero, sign, limit):
 
 @jit
 def first_cursor(search, on_zero, method, dtau, limit):
-    """Return where the search begins: behind a zero at its start, which is not to be found again."""
+    """Return the position at which the search begins: after a zero at the start, which must not be found again."""
     if method == CERTIFIED:
         return first_zero.first_cursor(search, limit) if on_zero else 0.0
     return first_zero.first_grid_point(search, dtau, limit) if on_zero else 1.0
@@ -56,7 +56,7 @@ def first_cursor(search, on_zero, method, dtau, limit):
 
 @jit
 def search_all(w, k, f, T, sign, method, dtau, found):
-    """Fill `found` with the zeros of g in (0, T] in order; return their number. `sign`: that of g behind 0."""
+    """Fill `found` with the zeros of g in (0, T] in order; return their number. `sign`: that of g after 0."""
     count, t, on_zero = 0, 0.0, f.c0 + f.a * math.sin(f.alpha) + f.b * math.sin(f.beta) == 0.0
     point = 0  # index of the grid point at t
     while t < T and count < len(found):

@@ -183,7 +183,7 @@ def two_in_a_step(draw: Draw, i: int) -> Drawn:
 
 
 def three_in_a_step(draw: Draw, i: int) -> Drawn:
-    """Three zeros within a step: a change of sign is seen, and the wrong zero is easily taken."""
+    """Three zeros within a step: the sign changes over the step, but a method may find another zero than the first."""
     mp.dps = DIGITS
     step = STEPS[i // 3]
     width = mp.mpf(step) * draw.uniform(0.4, 0.9)

@@ -39,7 +39,7 @@ def impact_or_reversal(draw: Draw, i: int) -> Drawn:
 
 
 def grazing(draw: Draw, i: int) -> Drawn:
-    """A slide down that comes to rest 10⁻ᵏ before the obstacle, or 10⁻ᵏ behind it, were it not there."""
+    """A slide down that reverses 10⁻ᵏ before the obstacle or, without the obstacle, would reverse 10⁻ᵏ behind it."""
     k = 1 + i // 2
     draw = Draw(1, 102, k)
     miss = mp.mpf(10) ** -k

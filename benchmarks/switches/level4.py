@@ -1,4 +1,4 @@
-"""Level 4 of the set: the orbits of 16 scenes, and the disturbances up to which their structure holds.
+"""Level 4 of the set: the orbits of 16 pairs (A, B), and the disturbances up to which they keep their structure.
 
 python -m benchmarks.switches.level4    # writes level4.csv in a minute or two
 """
@@ -23,7 +23,7 @@ HEAD = [*ORBIT, "disturbance", "method", "first_lost", "last_kept", "share_kept"
 
 
 def rows(A: float, B: float) -> Iterator[list[str]]:
-    """Yield a row for each disturbance and method: the orbit of a scene and the band of its limit."""
+    """Yield a row for each disturbance and method: the orbit for (A, B) and the band of its limit."""
     orbit = reference_orbit(vd.simulate(A, B=B, transient=SETTLING, periods=WATCHED))
     if orbit is None or orbit.cycle is None:
         raise ValueError(f"A = {A}, B = {B}: no periodic orbit with impacts")

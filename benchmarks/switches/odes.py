@@ -27,7 +27,7 @@ EVENTS = {
     GROUND: [(0, 0.0, -1)],
     SUM: [(0, 0.0, 0)],
 }
-"""What ends each: (number of the variable, the level that it passes, the direction or 0)."""
+"""Events that end each kind of search: (number of the variable, the level that it crosses, the direction or 0)."""
 
 
 def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
@@ -51,8 +51,8 @@ def locator(solve: Callable[..., Any], again: bool) -> Callable[..., tuple[float
     """Return `locate` for the event loop.
 
     `solve(setting, state, point, tau, y, end)` returns (τ, variables, number of the event) at the first event of a
-    state, or None without one. `again`: a slide down that would stop behind the obstacle is done again up to there for
-    its impact, which two zeros of ξ within a step have hidden.
+    state, or None without one. `again`: if a slide down ends at a reversal behind the obstacle, one step has hidden two
+    zeros of ξ. Then the slide is computed again up to this reversal, to find its impact.
     """
 
     def locate(point, setting, state, tau, xi, dxi, end):

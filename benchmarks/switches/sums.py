@@ -75,7 +75,7 @@ def scan(f, T, step, refine):
 
 
 def departure(f):
-    """Return the sign of g just behind τ = 0: of g(0), or where that is 0 of the first derivative that is not."""
+    """Return the sign of g just after τ = 0: that of g(0) or, if g(0) = 0, of the first derivative that is not 0."""
     bend = f.sign * (2.0 * f.c2 - f.a * math.sin(f.alpha) - f.b * f.eta**2 * math.sin(f.beta))
     turn = -f.sign * (f.a * math.cos(f.alpha) + f.b * f.eta**3 * math.cos(f.beta))
     return math.copysign(1.0, next((g for g in (value(f, 0.0), slope(f, 0.0), bend, turn) if g != 0.0), 1.0))

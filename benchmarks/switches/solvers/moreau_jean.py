@@ -24,7 +24,7 @@ def advance(point, setting, state, xi, dxi, tau, level, ahead):
     v = free - h if free > h else free + h if free < -h else 0.0
     if closed:
         v = max(v, 0.0)
-    # v = 0 is no sticking where friction cannot hold: a reversal often meets it for one step
+    # v = 0 is not sticking if friction cannot hold the mass: at a reversal v is often 0 for one step
     next_state = start(ahead, 0.0 if closed else 1.0, v)
     return xi + 0.5 * h * (dxi + v), v, next_state, closed and state == DOWN
 
