@@ -37,7 +37,7 @@ class ConfigError(VibrodriveError, ValueError):
 
 
 class TooLarge(VibrodriveError, ValueError):
-    """A sweep does not fit the memory or the disk; the message contains the numbers."""
+    """A sweep does not fit into memory or on the disk; the message contains the numbers."""
 
 
 class Different(VibrodriveError, ValueError):

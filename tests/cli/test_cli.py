@@ -113,7 +113,7 @@ def test_a_finished_file_is_left_alone(run, quick):
     quick.clear()
     code, _, err = run("sweep", "small.toml")
     assert code == 0
-    assert "small.h5 is complete: nothing to do" in err
+    assert "small.h5 is complete: nothing to compute" in err
     assert quick == []
     assert Path("small.h5").read_bytes() == before
     assert run("sweep", "small.toml", "--overwrite")[0] == 0
@@ -160,11 +160,11 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
         (["plot", ""], ["file = ''", "name"]),
         (["validate", "-o", ""], ["output = ''", "name"]),
-        (["sweep", "broken.toml"], ["broken.toml", "broken TOML", "line 2"]),
+        (["sweep", "broken.toml"], ["broken.toml", "invalid TOML", "line 2"]),
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
-        (["plot", "small.toml"], ["small.toml", "no result file"]),
-        (["info", "small.toml"], ["small.toml", "no result file"]),
-        (["verify", "small.toml"], ["small.toml", "no result file"]),
+        (["plot", "small.toml"], ["small.toml", "not a result file"]),
+        (["info", "small.toml"], ["small.toml", "not a result file"]),
+        (["verify", "small.toml"], ["small.toml", "not a result file"]),
         (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
         (["trajectory", "small.toml", "--set", "A=3", "--set", "eps=0", "-o", "t.doc"], ["t.doc", ".png"]),
         (["driver", "small.toml"], ["sweep.A", "40 values", "one number"]),
@@ -249,7 +249,7 @@ def test_a_damaged_block_is_named_and_the_rest_drawn(run, quick):
     code, out, err = run("plot", "wide.h5")
     assert (code, out) == (1, "")
     assert "wide.png drawn" in err
-    assert "wide.h5: damaged, and left out of section: block 2 (points 2048 to 3071: A = " in err
+    assert "wide.h5: damaged blocks, left out of section: block 2 (points 2048 to 3071: A = " in err
     assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
 
 

@@ -63,7 +63,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     ("change", "words"),
     [
         ("eps=1e-4", ["eps = 0.0001", "undisturbed"]),
-        ("B=[0.1, 0.1]", ["B = [0.1, 0.1]", "at least two values"]),
+        ("B=[0.1, 0.1]", ["B = [0.1, 0.1]", "at least two different values"]),
         ("eps=[0, 1e-4]", ["axes", "A only, or A and B"]),
         ("max_period=0", ["max_period = 0"]),
     ],

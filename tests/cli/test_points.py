@@ -25,16 +25,16 @@ def test_the_commands_compute_describe_draw_or_refuse(run):
 
     assert run("sweep", "p.toml", "--plot")[0] == 0
     assert Path("p.png").exists()
-    assert "nothing to do" in run("sweep", "p.toml")[2]
+    assert "nothing to compute" in run("sweep", "p.toml")[2]
     told = run("info", "p.h5")[1]
     assert "axis      point = 0 to 13, 14 values\npoint     A between 3 and 3.2\npoint     xi0 between " in told
     assert run("verify", "p.h5")[0] == 0
     assert run("sweep", "p.toml", "--dry-run")[0] == 0
     code, _, err = run("trajectory", "p.toml")
     assert code == 2
-    assert err == "vibrodrive: p.toml: sweep.points = '14 points': must be one point: lists of one value\n" or (
-        err == "vibrodrive: sweep.points = '14 points': must be one point: lists of one value\n"
+    assert err == "vibrodrive: p.toml: sweep.points = 14 points: must be one point: lists of one value\n" or (
+        err == "vibrodrive: sweep.points = 14 points: must be one point: lists of one value\n"
     )
     code, _, err = run("limits", "p.toml", "-o", "l.h5")
     assert code == 2
-    assert "axes = 'point': must be one or two of A, B and eta" in err
+    assert "axes = point: must be one or two of A, B and eta" in err

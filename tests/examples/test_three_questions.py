@@ -94,7 +94,7 @@ def test_the_paper_s_bifurcations_by_kind():
 
 
 def test_surroundings_of_a_known_orbit():
-    with pytest.warns(UserWarning, match="nothing can leave"):
+    with pytest.warns(UserWarning, match="the mass cannot leave"):
         around = surroundings([1.05, 3.04])
     assert around.period.tolist() == [0, 2]
     found = orbits(3.04, 0.1, 6)

@@ -661,7 +661,7 @@ def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
         tab.until("page.refused === ''", "the end of the refusal")
     tab.settle()
     tab.open(explorer.address + SMALL + "&eps=-3&novelty=1")
-    assert tab.notice().startswith(("eps = ", "key = "))
+    assert tab.notice().startswith(("eps = ", "key of a view = "))
 
 
 def test_a_server_that_ends_is_missed_and_its_successor_works(opened):

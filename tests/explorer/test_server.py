@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 from contextlib import closing
 
+import click
 import pytest
 
 pytest.importorskip("bokeh")
@@ -211,13 +212,19 @@ def test_the_command_opens_a_link_without_its_token(link, monkeypatch):
     assert [(view.low, view.eps) for view in seen] == [(3.0, 2e-4)]
 
 
+@pytest.mark.parametrize("option", [["--set", "eps=0"], ["--method", "fixed"]])
+def test_a_link_takes_no_option_of_a_configuration(option):
+    with pytest.raises(click.ClickException, match="--set and --method change a configuration, not a link"):
+        explore.main(["--no-browser", *option, "?low=3.0"], standalone_mode=False)
+
+
 def test_help_names_the_usual_port():
     from vibrodrive.explorer.server import PORT
 
     done = subprocess.run(
         [sys.executable, "-m", "vibrodrive", "explore", "--help"], capture_output=True, text=True, check=True
     )
-    assert f"(default {PORT}," in " ".join(done.stdout.split())
+    assert f"(default: {PORT}," in " ".join(done.stdout.split())
 
 
 def test_a_port_that_is_taken_is_refused_in_a_line(explorer):

@@ -169,7 +169,7 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
     assert {"less", "more"} & {name for _, name in free.swatches} == set()
     assert {"less", "more"} <= {name for _, name in limited.swatches}
     assert adapted(view.state(), "shade").limits is None
-    with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out: period has classes"):
+    with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out: .* period are classes"):
         View.read(view.state() | {"shade": "period"})
 
 
@@ -178,7 +178,7 @@ def test_a_range_belongs_to_what_the_figure_draws():
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)
-    with pytest.raises(ValueError, match=r"limits = .*: must be left out: period has classes"):
+    with pytest.raises(ValueError, match=r"limits = .*: must be left out: the colours of period are classes"):
         view_of(config.parse(RANGED.replace("energy", "period")))
 
 
@@ -387,7 +387,7 @@ def test_results_of_all_pages_take_at_most_half_of_the_memory(monkeypatch):
     assert (first.work is None, second.work is None) == (False, False)
     Engine.make_room(engine, 250, "periods = 5")
     assert (first.work is None, second.work is None) == (True, False)
-    with pytest.raises(TooLarge, match=r"^periods = 5: must be small enough for the memory"):
+    with pytest.raises(TooLarge, match=r"^periods = 5: must be small enough for memory"):
         Engine.make_room(engine, 401, "periods = 5")
     monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 10**12)
     with pytest.raises(TooLarge, match=r"2\.0 GB are allowed"):

@@ -364,7 +364,7 @@ def test_the_limit_is_a_line_over_the_map(disturbed):
         limits_over({"A": np.array([1.0, 2.0])}, np.ones((3, 2)), B=0.2, eta=101.0),
         limits_over({"B": np.array([0.1, 0.2])}, np.ones((3, 2)), A=2.0, eta=101.0),
     ):
-        with pytest.raises(ValueError, match="limits = "):
+        with pytest.raises(ValueError, match="limits "):
             map_figure(disturbed, "gaps", k2=other)
 
 

@@ -116,7 +116,9 @@ def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
         vd.sweep(**SWEEP, B=0.2, path="x.h5")
     Path("notes.h5").write_text("precious")
     for overwrite in (False, True):
-        with pytest.raises(ValueError, match=r"notes\.h5: no result file.*overwrite=True replaces result files only"):
+        with pytest.raises(
+            ValueError, match=r"notes\.h5: not a result file.*overwrite=True replaces only result files"
+        ):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
     with pytest.raises(ValueError, match=r"output = 'x\.png': must be a result file"):
         vd.sweep(**SWEEP, path="x.png")
@@ -166,7 +168,7 @@ def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
 
 def test_another_writer_is_waited_for_by_nobody(quick):
     def blocks(plan, which, **options):
-        with pytest.raises(Busy, match="another process is writing it"):
+        with pytest.raises(Busy, match="another process is writing this file"):
             vd.sweep(**SWEEP, path="x.h5")
         yield from fake.run_blocks(plan, which)
 
@@ -209,7 +211,7 @@ def test_a_terminal_is_told(quick, monkeypatch):
     assert "\r\x1b[Kx.h5  " in shown  # the line that is overwritten
     assert "\nx.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
     vd.sweep(**SWEEP, path="x.h5")
-    assert terminal.getvalue().endswith("x.h5 is complete: nothing to do\n")
+    assert terminal.getvalue().endswith("x.h5 is complete: nothing to compute\n")
 
 
 class Notebook(types.ModuleType):

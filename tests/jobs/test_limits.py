@@ -186,10 +186,10 @@ def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
 @pytest.mark.parametrize(
     ("axes", "words"),
     [
-        ("A = 2.5", "axes = 'none'"),
-        ("A = 2.5\neps = [0, 1e-4]", "axes = 'eps'"),
-        ("A = [2.5]\ntau0 = [0, 1]", "axes = 'A, tau0'"),
-        ("A = [2.5]\nB = [0.1]\neta = [101.3]", "axes = 'A, B, eta'"),
+        ("A = 2.5", "axes = none"),
+        ("A = 2.5\neps = [0, 1e-4]", "axes = eps"),
+        ("A = [2.5]\ntau0 = [0, 1]", "axes = A, tau0"),
+        ("A = [2.5]\nB = [0.1]\neta = [101.3]", "axes = A, B, eta"),
     ],
 )
 def test_other_axes_are_refused_in_one_line_before_a_file_is_there(tmp_path, axes, words):
@@ -224,8 +224,8 @@ def test_another_configuration_is_refused(tmp_path, invented):
         ("A = [2.5]", {"quantity": "k3"}, "quantity = 'k3': must be one of k2, k1, ku"),
         ("A = [2.5]", {"quantity": "ku", "criterion": "word"}, "criterion = 'word': must be left out"),
         ("A = [2.5]\neps = 1e-4", {"quantity": "k1"}, "eps = 0.0001: must be left out"),
-        ("eta = [9.5, 101.3]\nA = 3.04", {"quantity": "k1"}, "eta = 'array of 2 values': .*: ε = 0"),
-        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = 'A, B': must be one, A or B, for k1"),
+        ("eta = [9.5, 101.3]\nA = 3.04", {"quantity": "k1"}, "eta = array of 2 values: .* where ε = 0"),
+        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = A, B: must be one, A or B, for k1"),
     ],
 )
 def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, sought, words):

@@ -129,14 +129,14 @@ def test_options_replace_what_the_file_says():
         (MINIMAL + "[figure]\nlimits = [1, 1]\n", ["figure.limits", "[1, 1]", "lower"]),
         (MINIMAL + "[figure]\nlimits = ['a', 'b']\n", ["figure.limits", "lower"]),
         (MINIMAL + "[trajectory]\ncurves = 'phase'\n", ["trajectory.curves", "phase"]),
-        ("title = 3\n" + MINIMAL, ["title", "3", "text"]),
+        ("title = 3\n" + MINIMAL, ["title", "3", "string"]),
         ('title = "a\\u0000b"\n' + MINIMAL, ["title", r"a\x00b", "one line"]),
         ('title = "a\\nb"\n' + MINIMAL, ["title", r"a\nb", "one line"]),
         (MINIMAL + "[run]\nrecord = ['section', 'section']\n", ["record", "section", "once"]),
-        (".".join("a" * 20_000) + " = 1\n", ["broken TOML", "deep"]),
+        (".".join("a" * 20_000) + " = 1\n", ["invalid TOML", "deep"]),
         ("[model]\nB = 0.1\n", ["A is missing"]),
-        ("[sweep\nA = 1\n", ["broken TOML", "line 1"]),
-        ("[sweep]\nA = 1\nA = 2\n", ["broken TOML", "line 3"]),
+        ("[sweep\nA = 1\n", ["invalid TOML", "line 1"]),
+        ("[sweep]\nA = 1\nA = 2\n", ["invalid TOML", "line 3"]),
     ],
 )
 def test_bad_input_is_one_line_with_key_value_and_what_is_allowed(text, expected):

@@ -108,7 +108,10 @@ def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
 
 
 def test_arguments_without_a_name_are_as_many_as_the_signature_has():
-    with pytest.raises(TypeError, match=r"^arguments without a name = \(3\.0, 0\.1\): must be A$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^arguments without a name = \(3\.0, 0\.1\): must be at most 1 \(A\); give the others by name$",
+    ):
         vd.simulate(3.0, 0.1)
     with pytest.raises(TypeError, match=r"^arguments without a name = \(\[3\.0\],\): must be none$"):
         vd.sweep([3.0])

@@ -108,7 +108,7 @@ def test_a_point_that_was_changed_in_a_file_is_found(tmp_path):
         ("B = 0.1", r"sweep\.points\.B = 0\.1: must be a list or a range"),
         ("mu = [0.1]", r"key of \[sweep\.points\] = 'mu': must be one of A, B"),
         ("B = [0.1]", r"points = 5 of A, 1 of B: must be sequences of one length"),
-        ("B = [0.1, -1]", r"B\[1\] = -1: must be a number >= 0"),
+        ("B = [0.1, -1]", r"sweep\.points\.B\[1\] = -1: must be a number >= 0"),
     ],
 )
 def test_bad_points_are_refused_in_one_line(points, told):

@@ -79,7 +79,7 @@ REFUSED = {
     "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0]),
     "impact_map A": ("A", vd.impact_map, NUMBER),
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
-    "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER, 0]),
+    "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None: missing
     "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
     "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Scene.quiet(**{**SCENE, **v}).A), [
         {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}
@@ -107,15 +107,13 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
 
 @pytest.mark.integration
 def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
-    with pytest.raises(
-        TypeError, match=r"^A = 'array of 2 values': must be a single number \(axes belong to `limits`\)$"
-    ):
+    with pytest.raises(TypeError, match=r"^A = array of 2 values: must be a single number \(for axes use `limits`\)$"):
         vd.limit([3, 3.1])
-    with pytest.raises(TypeError, match=r"^B = 'array of 2 values': must be a single number \(axes"):
+    with pytest.raises(TypeError, match=r"^B = array of 2 values: must be a single number \(for axes"):
         vd.limit(3.04, B=[0.1, 0.2])
-    with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis, or method=.*, 3\.1$"):
+    with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis; method=.* 3\.1$"):
         swept().select(A=99)
-    with pytest.raises(ValueError, match=r"^eps = 0\.1: must be 0\.0, the one value of this axis, or method="):
+    with pytest.raises(ValueError, match=r"^eps = 0\.1: must be 0\.0, the one value of this axis; method="):
         swept().select(eps=0.1)
     with pytest.raises(
         ValueError, match=r"^A = 99: must be within 0\.5 of one of the 2 values .* the nearest is 3\.1$"

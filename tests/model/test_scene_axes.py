@@ -108,7 +108,7 @@ def test_selecting_leaves_the_numbers_of_the_scene():
     one = part.select(alpha=3.0)
     scene = Scene.quiet(**(SCENE | {"omega0": VALUES["omega0"][1], "alpha": 3.0}))
     assert (one.scalars["A"], one.scalars["B"]) == (scene.A, scene.B)
-    with pytest.raises(ValueError, match=r"^omega0 = 300: must be one of the .* the nearest one, 200"):
+    with pytest.raises(ValueError, match=r"^omega0 = 300: must be one of the .* would select 200"):
         results.select(omega0=300)
 
 
@@ -144,7 +144,7 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
             "physical.a0 is missing: must be given if",
         ),
         ("[physical]\nomega0 = 9\nmu = 0.6\n[sweep]\nalpha = [9]\n", "A is missing: must be given, a number >= 0"),
-        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "omega0[1] = 0: must be a finite number > 0"),
+        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "sweep.omega0[1] = 0: must be a finite number > 0"),
         (
             NO_OMEGA0 + "[sweep]\nomega0 = {start = 1, stop = inf, num = 2}\n",
             "sweep.omega0.stop = inf: must be a finite",
@@ -152,7 +152,7 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
         (NO_OMEGA0 + "[sweep]\ng = [9, 10]\n", "key of [sweep] = 'g': must be one of A, B"),
         (
             "[physical]\nomega0 = 9\nmu = 1\n[sweep]\nalpha = [9, 90]\nA = 1\n",
-            "alpha[1] = 90: must be an angle in degrees",
+            "sweep.alpha[1] = 90: must be an angle in degrees",
         ),
         (WHOLE.replace("150", "[100, 200]"), "physical.omega0 = [100, 200]: must be a finite number > 0"),
     ],
@@ -165,7 +165,9 @@ def test_bad_input_is_one_line(text, message):
 
 
 def test_where_the_numbers_become_too_large_is_said():
-    with pytest.raises(ConfigError, match=r"A = .*: must be .* <= 1e\+09, at a0 = 0.001, omega0 = 1e\+09, mu = 0.6"):
+    with pytest.raises(
+        ConfigError, match=r"A = .*, computed from a0 = 0.001, omega0 = 1e\+09, mu = 0.6, .*: must be .* <= 1e\+09"
+    ):
         parse(NO_OMEGA0 + "[sweep]\nomega0 = [1e9, 1]\n").plan()
-    with pytest.raises(ConfigError, match=r"B = .*: must be .* <= 1e\+09, at mu = 1e-12, alpha = 3"):
+    with pytest.raises(ConfigError, match=r"B = .*, computed from mu = 1e-12, alpha = 3: must be .* <= 1e\+09"):
         parse("[physical]\nomega0 = 1\nalpha = 3\n[sweep]\nmu = [1, 1e-12]\nA = 1\n").plan()

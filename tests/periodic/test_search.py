@@ -96,7 +96,7 @@ def test_a_rest_makes_superstable_whatever_follows():
     (orbit,) = orbits(1.5)
     assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
     for A in (1.1, 0.0):
-        with pytest.warns(UserWarning, match="nothing can leave the obstacle") as caught:
+        with pytest.warns(UserWarning, match="the mass cannot leave the obstacle") as caught:
             assert orbits(A) == []
         assert len(caught) == 1
         assert caught[0].filename == __file__
@@ -184,6 +184,6 @@ def test_too_long_a_period_is_refused(monkeypatch):
     with pytest.raises(ValueError, match=r"max_period = 1000: must be an integer >= 1 and <= 100"):
         orbits(3.04, max_period=1000)
     monkeypatch.setattr(orbit_search, "MOST_ITINERARIES", 2000)
-    with pytest.raises(ValueError, match="max_period = 9: must be smaller, as there are more than 222 itineraries"):
+    with pytest.raises(ValueError, match="max_period = 9: must be smaller: more than 222 sequences of states"):
         orbits(5.0, max_period=9)
     assert len(orbits(3.04, max_period=9)) == 2

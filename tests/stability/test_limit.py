@@ -269,9 +269,9 @@ def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
     assert not found.done[1:].any()
     assert np.isnan(found.numbers["k2"][1:]).all()
     assert found.diagram.shape == (len(found.fine), 120)
-    with pytest.raises(TypeError, match=r"A = 'array of 2 values': .*\(axes belong to `limits`\)"):
+    with pytest.raises(TypeError, match=r"A = array of 2 values: .*\(for axes use `limits`\)"):
         vd.limit([1.5, 2.0])
-    with pytest.raises(ValueError, match="axes = 'none'"):
+    with pytest.raises(ValueError, match="axes = none"):
         vd.limits(1.5)
     with pytest.raises(ValueError, match="disturbance = 'xi0': must be one of eps, dtau"):
         vd.limits([1.5, 2.0], "xi0")

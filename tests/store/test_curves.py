@@ -76,7 +76,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
     assert summary(path, thorough=True).faults == ["the SHA-256 of the contents differs from the stored one"]
     with h5py.File(path, "r+") as file:
         file["condition"][1] = "{"
-    with pytest.raises(Damaged, match="damaged beyond reading"):
+    with pytest.raises(Damaged, match="too damaged to be read"):
         load(path)
 
 
@@ -99,7 +99,7 @@ def test_a_word_damaged_within_json_is_named(tmp_path):
             file["condition"][1] = file["condition"].asstr()[1].replace(old, new, 1)
             changed = file["condition"].asstr()[1] != curves._written(made().curves[1].condition)
         if changed:
-            with pytest.raises(Damaged, match="damaged beyond reading"):
+            with pytest.raises(Damaged, match="too damaged to be read"):
                 load(tmp_path / "c.h5")
 
 

@@ -108,7 +108,7 @@ def test_a_foreign_file_that_appears_meanwhile_is_not_replaced(tmp_path):
             file["x"] = 1.0
             path.write_text("precious")
 
-    with pytest.raises(NoResult, match="replaces result files only"):
+    with pytest.raises(NoResult, match="replaces only result files"):
         meanwhile()
     assert path.read_text() == "precious"
 

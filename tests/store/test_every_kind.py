@@ -213,7 +213,7 @@ def test_switches_of_single_motions_are_for_others(tmp_path):
 
 def test_no_result_file_is_none_of_any_kind(tmp_path):
     (tmp_path / "x.h5").write_text("no HDF5")
-    with pytest.raises(NoResult, match="no result file"):
+    with pytest.raises(NoResult, match="not a result file"):
         vd.load(tmp_path / "x.h5", kind="limits")
     for path in (3, b"x.h5", "", "x\0.h5"):
         with pytest.raises((TypeError, ValueError), match="must be the name of a result file"):

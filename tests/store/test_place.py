@@ -80,8 +80,8 @@ def test_only_result_files_are_replaced():
     foreign("foreign.h5")
     Path("cut.h5").write_bytes(Path("foreign.h5").read_bytes()[:500])
     for name in ("precious.txt", "empty.h5", "foreign.h5"):
-        refused(name, [name, "result files only"])
-    refused("cut.h5", ["cut.h5", "result files only"], overwrite=[True])  # else it may be a damaged result file
+        refused(name, [name, "only result files"])
+    refused("cut.h5", ["cut.h5", "only result files"], overwrite=[True])  # else it may be a damaged result file
     check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
     check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
     with pytest.raises(ConfigError, match="this one holds a sweep: choose another with -o"):

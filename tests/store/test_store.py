@@ -421,7 +421,7 @@ def test_no_result_files_are_refused_and_left_alone(path):
     for p in (path, path.with_name("other.h5")):
         before = p.read_bytes()
         for attempt in (load, look, verify, lambda p: open_writer(p, make(), Origin(TEXT))):
-            with pytest.raises(NoResult, match="no result file"):
+            with pytest.raises(NoResult, match="not a result file"):
                 attempt(p)
         assert p.read_bytes() == before
 
@@ -429,7 +429,9 @@ def test_no_result_files_are_refused_and_left_alone(path):
 def test_another_schema_version_is_refused(finished):
     with h5py.File(finished, "a") as file:
         file.attrs["schema_version"] = 99
-    with pytest.raises(NoResult, match=r"schema_version = 99: must be 3 .*: compute it again, .* or with --overwrite$"):
+    with pytest.raises(
+        NoResult, match=r"schema_version = 99: must be 3 .*: compute the results again, .* or with --overwrite$"
+    ):
         load(finished)
     with pytest.raises(NoResult, match="schema_version = 99"):
         open_writer(finished, make(), Origin(TEXT))
@@ -439,7 +441,7 @@ def test_a_truncated_file_is_refused(finished):
     raw = finished.read_bytes()
     for length in (len(raw) - 1, len(raw) // 2, 700, 3, 0):
         finished.write_bytes(raw[:length])
-        with pytest.raises(NoResult, match=r"truncated|no result file|damaged"):
+        with pytest.raises(NoResult, match=r"truncated|not a result file|damaged"):
             load(finished)
         with pytest.raises(NoResult):
             open_writer(finished, make(), Origin(TEXT))
@@ -465,7 +467,7 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
 def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monkeypatch):
     """Another process may have just created the file, so it is replaced only with `overwrite`."""
     monkeypatch.setattr(writer_module, "refuse_large_file", lambda plan, place: place.write_text("another"))
-    with pytest.raises(Busy, match="another process is writing it"):
+    with pytest.raises(Busy, match="another process is writing this file"):
         open_writer(path, make(), Origin(TEXT))
     assert path.read_text() == "another"
     assert list(path.parent.iterdir()) == [path]
@@ -498,7 +500,7 @@ def assert_complete_but_for(path, plan, block, variable):
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
         part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in (*ARRAYS, "status")}
-    assert {str(w.message).split(": damaged, and left out of ")[1].split(":")[0] for w in told} == (
+    assert {str(w.message).split(": damaged blocks, left out of ")[1].split(":")[0] for w in told} == (
         {array} if array != "status" else set(ARRAYS)  # a block without a status counts as missing
     )
     for k, (start, stop) in enumerate(plan.blocks()):

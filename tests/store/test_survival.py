@@ -244,7 +244,7 @@ def test_two_writers_do_not_meet(scene, undisturbed):
     for options in ((), ("--overwrite",)):
         code, _, err = scene.run(*options)
         assert code == 2
-        assert_one_line(err, "c.h5", "another process is writing it")
+        assert_one_line(err, "c.h5", "another process is writing this file")
     first.send_signal(signal.SIGCONT)
     _, err = first.communicate(timeout=LIMIT)
     assert first.returncode == 0, err
@@ -261,7 +261,7 @@ def test_of_many_that_start_at_once_one_writes(scene, undisturbed):
     for process in processes:
         if process not in writing:
             assert process.returncode == 2
-            assert_one_line(process.communicate()[1], "another process is writing it")
+            assert_one_line(process.communicate()[1], "another process is writing this file")
     while not scene.file.exists() and time.monotonic() < limit:
         time.sleep(0.01)
     writing[0].send_signal(signal.SIGINT)

@@ -1,6 +1,7 @@
 """Command line: commands, exit codes, and an error message of one line for every foreseeable error.
 
-Exit codes: 0 done · 1 failed during the work, or a file is damaged · 2 refused before any work · 130 interrupted.
+Exit codes: 0 done · 1 failed during the work, a file is damaged, or a check of `validate` failed · 2 refused before any
+work · 130 interrupted.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ def cli() -> None:
     with; `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is
     given.
 
-    Exit codes: 0 done; 1 failed during the work, or a file is damaged; 2 refused before any work; 130 interrupted.
+    Exit codes: 0 done; 1 failed during the work, a file is damaged, or a check of `validate` failed; 2 refused before
+    any work; 130 interrupted.
     """
 
 

@@ -45,7 +45,7 @@ SET = click.option(
     "overrides",
     metavar="KEY=VALUE",
     multiple=True,
-    help="Replace an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
+    help="Set an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
 GRIDS = " and ".join(method.name.lower() for method in reversed(ACTS_ON["dtau"]))
 
@@ -55,7 +55,7 @@ METHOD = click.option(
     help=f"Method of finding switches; {GRIDS} need dtau (default: that of CONFIG, or certified).",
 )
 OVERWRITE = click.option(
-    "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not resume it."
+    "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not use its contents."
 )
 THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 
@@ -85,14 +85,14 @@ def refuse_axes(plan: Plan) -> None:
     for name, values in plan.axes.items():
         if len(values) > 1:
             if name == POINT:
-                raise ConfigError(bad("sweep.points", f"{len(values)} points", "one point: lists of one value"))
+                raise ConfigError(f"sweep.points = {len(values)} points: must be one point: lists of one value")
             several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
-            raise ConfigError(bad(f"sweep.{name}", several, f"one number (--set {name}={values[0]:g})"))
+            raise ConfigError(f"sweep.{name} = {several}: must be one number (--set {name}={values[0]:g})")
 
 
 def judge_idle(settings: Config) -> None:
     """Refuse an axis that the method does not use (ConfigError). Report a single value that it does not use."""
-    from vibrodrive.model.plan import idle, refuse_idle, says_idle
+    from vibrodrive.model.plan import idle, refuse_idle
 
     plan = settings.plan()
     try:
@@ -102,7 +102,8 @@ def judge_idle(settings: Config) -> None:
     for name in idle(plan.settings.method):
         value = settings.arguments.get(name)
         if value not in (None, PARAMETERS[name].default):
-            say(f"{says_idle(name, value, plan.settings.method)}; it is ignored")
+            acts = " and ".join(method.name.lower() for method in ACTS_ON[name])
+            say(f"{name} = {value} is ignored: used by {acts} only")
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:

@@ -12,7 +12,11 @@ from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, read
 
 @click.command()
 @click.argument("config", type=FILE, required=False)
-@click.option("--port", type=click.IntRange(0, 65535), help="Port; 0: any free port (default 6283, or any if in use).")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    help="Port of the page; 0 selects any free port (default: 6283, or any free port if 6283 is in use).",
+)
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @SET
 @METHOD
@@ -27,22 +31,24 @@ def explore(
 ) -> None:
     """Show interactive diagrams in the browser.
 
-    The first picture is that of CONFIG, if it is given: a configuration, or a link to a view that an explorer has
-    saved. This command needs the extra `explore`.
+    CONFIG is a configuration, or the link of a view that the explorer has saved. If it is given, the first picture
+    shows it. This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
 
     Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """
     if find_spec("bokeh") is None:
-        raise click.ClickException("explore needs the extra: pip install 'vibrodrive[explore]'")
-    if config is None and (overrides or method):
-        raise click.ClickException("--set and --method change a configuration: give CONFIG, or leave them out")
+        raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
+    link = config is not None and "?" in config.name and not config.exists()
+    if (config is None or link) and (overrides or method):
+        needed = "give a configuration, or leave them out"
+        raise click.ClickException(f"--set and --method change a configuration, not a link: {needed}")
     from vibrodrive.explorer.controls import part_shown
     from vibrodrive.explorer.session import read_address
     from vibrodrive.explorer.view import View, view_of
 
     try:
         view = View()
-        if config is not None and "?" in config.name and not config.exists():
+        if config is not None and link:
             view = read_address(config.name.partition("?")[2])
         elif config is not None:
             settings = read(config, overrides, method)

@@ -67,7 +67,7 @@ def verify(file: Path) -> None:
     """Read a result file of any kind and check its integrity.
 
     Output: on stdout the computed share and the verdict; on stderr a line for each damaged part. The exit code is 1 if
-    a part is damaged. An incomplete file is no error.
+    a part is damaged. An incomplete file is not an error.
     """
     found = read_apart(file, verified)
     for line in found.lines:
@@ -115,7 +115,7 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
         child.join()
         slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
         what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes on it"
-        raise Damaged(f"{file}: damaged beyond reading ({what}): restore it, or replace it with --overwrite") from None
+        raise Damaged(f"{file}: too damaged to be read ({what}): restore it, or replace it with --overwrite") from None
     finally:
         show.clear()
     if isinstance(said, Exception):

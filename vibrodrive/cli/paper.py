@@ -30,8 +30,8 @@ from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
 def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:
     """Compute the figures of the paper, and check its claims.
 
-    Output: in the directory figNN.png and figNN.pdf of each figure, its data, and the verdict on each claim in
-    claims.json and claims.md.
+    Output, in DIRECTORY: figNN.png, figNN.pdf and the data of each figure; claims.json and claims.md with the verdict
+    on each claim.
     """
     from vibrodrive.paper.run import run_paper
 

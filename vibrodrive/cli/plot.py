@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     type=click.Choice([*drawing.DIAGRAM_QUANTITIES, *drawing.MAP_QUANTITIES, drawing.K2]),
     help="Quantity to draw (default: depends on the contents). "
     "Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
-    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + f". Limits over two axes: {drawing.K2}.",
+    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + " (explained on the page Maps of the documentation). "
+    f"Limits over two axes: {drawing.K2}.",
 )
 @click.option(
     "--over",

@@ -18,35 +18,38 @@ HELP = {
     [limits] selects the limit:
 
     \b
-    "k2" (default)  smallest disturbance, in ε and in Δτ, that loses the structure
+    "k2" (default)  smallest disturbance, in ε and in Δτ, at which the motion
+                    loses the structure of the undisturbed motion
     "k1"            smallest error of the start, in xi0, dxi0 and tau0, at which
                     the motion ends on another solution
     "ku"            smallest disturbance, in ε and in Δτ, at which all starts
                     end in one motion
 
-    [limits] criterion is the property that must be kept for k2: "impacts" (default: the gaps and the order of the main
-    impacts), "word" (the states between main impacts) or "rho < x" (a distance from the orbit below x), or several of
-    them joined by "and".
+    For k2 the key `criterion` in [limits] defines the structure that must be kept: "impacts" (default: the gaps, in
+    whole periods, and the order of the main impacts), "word" (the states between main impacts) or "rho < x" (a distance
+    from the orbit below x), or several of them joined by "and". A main impact has no faster impact within half a
+    period.
 
     Output: the result file, a table on stdout, and a figure (.png) next to the file. An existing file of the same
     configuration is resumed.
     """,
     "orbits": """Compute all periodic orbits over A, and their bifurcations.
 
-    CONFIG has the axis A: the result is all orbits up to [orbits] max_period (default 3), stable or not, and the
-    bifurcations at which they appear, change or disappear. With the axes A and B, the result is the curves of these
-    bifurcations in the plane of A and B.
+    With the axis A, the result contains all orbits up to the period `max_period` in [orbits] (default 3), stable or
+    not, and the bifurcations at which they appear, change or disappear. With the axes A and B, it contains the curves
+    of these bifurcations in the plane of A and B.
 
     Output: the result file, the bifurcations or curves on stdout, and figures (.png) next to the file: the bifurcation
-    diagram and the multipliers, or the plane. An existing file of the same configuration is listed and drawn again. The
-    file is written at the end, so an interrupted run starts again.
+    diagram and the multipliers, or the plane. If the file exists with the same configuration, it is only listed and
+    drawn again. The file is written at the end, so an interrupted run starts again.
     """,
     "failures": """Map failures of grid methods over A and Δτ, or over A and ε.
 
-    A failure is a switch that is missed, late or wrongly decided.
+    The methods are `fixed` and `muller`. Over A and ε they need `dtau`. A failure is a switch that is missed, late or
+    wrongly decided.
 
-    Output: the result file and a figure (.png) next to it. An existing file of the same configuration is drawn again.
-    The file is written at the end, so an interrupted run starts again.
+    Output: the result file and a figure (.png) next to it. If the file exists with the same configuration, only the
+    figure is drawn again. The file is written at the end, so an interrupted run starts again.
     """,
 }
 
@@ -96,7 +99,7 @@ def result_command(name: str, *, hidden: bool = False) -> click.Command:
             common.put_json(recipe.listed(found))
         elif table := recipe.table(found):
             click.echo(table)
-        done = "written" if computed else "is complete: nothing to do"
+        done = "written" if computed else "is complete: nothing to compute"
         common.say(f"{path} {done}; {' and '.join(map(str, pictures))} drawn")
 
     return command

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class _Command(click.Command):
-    """Allow `--plot` without a value before CONFIG; click would take CONFIG as its value."""
+    """Allow `--plot` without a value before CONFIG; click would take CONFIG as the value of `--plot`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
@@ -30,7 +30,10 @@ class _Command(click.Command):
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
-    """Return the path of the figure; Path() for `--plot` without a value: next to the result; None without `--plot`."""
+    """Return the path of the figure; Path() for `--plot` without a value, None without `--plot`.
+
+    Path() stands for a figure next to the result file.
+    """
     return FILE.convert(value, option, ctx) if value else None if value is None else Path()
 
 
@@ -50,7 +53,7 @@ def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> P
     "picture",
     metavar="[FIGURE]",
     callback=_figure,
-    help="Also draw the complete result: .png, .pdf or .svg (default: OUTPUT with .png).",
+    help="Also draw the complete result: .png, .pdf or .svg (default: name of the result file with .png).",
 )
 @click.option("--dry-run", is_flag=True, help="Estimate file size, memory and time; compute no result.")
 @OVERWRITE
@@ -65,13 +68,13 @@ def sweep(
     dry_run: bool,
     overwrite: bool,
 ) -> None:
-    """Compute the sweep that CONFIG describes into a result file.
+    """Compute the sweep of CONFIG and write a result file.
 
     An existing file of the same configuration is resumed; one of another configuration is refused. Ctrl-C stops the
     sweep, and the same command resumes it.
 
-    Output: OUTPUT in HDF5, and with --plot a figure. On stderr: progress, and the number of points whose status is not
-    OK, with advice.
+    Output: the result file (HDF5), and with --plot a figure. On stderr: progress, and the number of points whose status
+    is not OK, with advice.
     """
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import refuse_large_block

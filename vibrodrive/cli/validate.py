@@ -22,9 +22,15 @@ from vibrodrive.cli.common import DIRECTORY, say, working
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
-    help="Seed of the random scenes, to repeat an earlier run (default: a new seed).",
+    help="Seed of the random parameters and starts, to repeat an earlier run (default: a new seed).",
 )
-@click.option("--only", "names", metavar="CHECK", multiple=True, help="Only this check (such as hash); repeatable.")
+@click.option(
+    "--only",
+    "names",
+    metavar="CHECK",
+    multiple=True,
+    help="Only this check (such as hash; for an unknown name the message lists all names); repeatable.",
+)
 def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
     """Check this installation against known results.
 

@@ -52,7 +52,7 @@ class Aside:
         return value
 
     def _answer(self, halt: Halt) -> tuple[bool, Any]:
-        """Wait for (True, result of a call) or (False, its exception)."""
+        """Wait for the answer to a call: (True, result) or (False, exception)."""
         try:
             while self._pipe is not None and not halt.called:
                 if self._pipe.poll(LOOK_SECONDS):
@@ -84,7 +84,7 @@ class Aside:
             self._send(self._warm, ())
 
     def close(self) -> None:
-        """End the process. No other one is started."""
+        """End the process; no further process is started."""
         self._closed = True
         self._kill()
 

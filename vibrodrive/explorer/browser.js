@@ -8,9 +8,9 @@ const page = {
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; from now on each change is a step of "back"
   over_plane: false, // true if the ranges belong to a map; after a change of mode they still belong to the old mode
-  waiting: 0, // timer until the address is updated
-  patience: PATIENCE, // the same now, since it grows on a slow machine
-  held: 0, // timer until diagrams are painted even without their picture
+  waiting: 0, // timer that will update the address; 0 if none
+  patience: PATIENCE, // the present value of PATIENCE (ms), which grows on a slow machine
+  held: 0, // timer that will paint the diagrams even without their picture
   due: false, // a painting of the diagrams is scheduled
   asked: 0, // number of the last request for a picture
   whole: 0, // number of the request whose picture is painted and complete, else 0
@@ -26,14 +26,14 @@ const page = {
   words: "", // description of the selected motion
   followed: NaN, // coordinate of that motion on the abscissa
   marks: [], // coordinates of the marks on the abscissa
-  pinged: 0, // time of a question whether the server answers, until it does
+  pinged: 0, // time at which the server was asked for a sign of life; 0 after its answer
   played: "", // field whose slider runs
-  fit: false, // the ordinate follows the values, until it is moved
+  fit: false, // the ordinate follows the values, until the user moves the ordinate
   refused: "", // error message of the last request
   good: {}, // values of fields that the server has accepted, used in place of a refused one
   pixels: null, // width and height of the frame in pixels of the screen, for which pictures are computed
   status: "", // status line below the diagrams, without COMPILING
-  slow: 0, // timer until COMPILING is shown
+  slow: 0, // timer that will show COMPILING
 };
 window.explorer = page;
 const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
@@ -199,7 +199,7 @@ const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "s
 page.enter = (field) => {
   const {name, value} = field;
   accept(field);
-  if (name === "mode") say("", "story"); // it describes another picture
+  if (name === "mode") say("", "story"); // clear the story: it describes the previous picture
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();

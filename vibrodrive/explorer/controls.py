@@ -1,4 +1,4 @@
-"""Controls of the page: one row for each field of a view that is no range, with its label and its sentence."""
+"""Controls of the page: one row for each field of a view that is not a range, with its label and its sentence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SLIDER_STEPS = 400  # of a slider that has the range of an axis
 
 
 class Control(NamedTuple):
-    """Control of one field. `only`: the mode or scene without which it is hidden; `slider`: its ends and its step."""
+    """Control of one field, shown only in the mode or scene `only`; `slider` has the ends and the step of a slider."""
 
     name: str
     label: str
@@ -99,7 +99,8 @@ GROUPS: dict[str, tuple[Control, ...]] = {
                 "a grid. Fixed: the next grid point.", {m: m for m in METHODS}),
         _number("dtau"), _number("tol"),
         _choice("compare", "Certified motions", "Show the certified motions beside those of the method, or the "
-                "difference of both.", {ALONE: "not shown", BESIDE: "below", DIFFERENCE: "as a difference"}, DIAGRAM),
+                "difference between the two.",
+                {ALONE: "not shown", BESIDE: "below", DIFFERENCE: "as a difference"}, DIAGRAM),
     ),
     "Run": (
         _number("section_phase"), _number("transient"), _number("periods"),

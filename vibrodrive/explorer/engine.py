@@ -35,7 +35,7 @@ class Pace:
 
     def learn(self, plan: Plan, points: int, seconds: float) -> None:
         """Average the old value and a new measurement, so that a short load by other programs has less effect."""
-        if points < FEWEST:  # mostly the time to start the threads
+        if points < FEWEST:  # `seconds` is then mostly the time to start the threads
             return
         periods = points * length(plan)
         new = periods / max(seconds, 1e-4)
@@ -73,16 +73,17 @@ class Engine:
             page.failed(slot.rank, error)
 
     def make_room(self, need: int, what: str) -> None:
-        """Free results of other pages, the oldest first, until all use at most half of the memory with `need` bytes.
+        """Free results of pages, the oldest page first, until all results and `need` fit into half of the memory.
 
-        Raises TooLarge, with `what` as the first words, if one view needs more than half of the memory or LARGEST.
+        `need` is the number of bytes of a new view. Raises TooLarge, with `what` as the first words, if they exceed
+        LARGEST or half of the memory.
         """
         holders = [page for page in self.pages.values() if page.work is not None]
         used = sum(page.work.bytes for page in holders)
         most = (available_memory() + used) // 2
         if need > min(most, LARGEST):
             allowed = f"{human(need)}, {human(min(most, LARGEST))} are allowed"
-            raise TooLarge(f"{what}: must be small enough for the memory: the results of this view take {allowed}")
+            raise TooLarge(f"{what}: must be small enough for memory: the results of this view take {allowed}")
         for page in holders:
             if used + need > most:
                 used, page.work = used - page.work.bytes, None
@@ -94,7 +95,7 @@ class Engine:
 
 
 def _warm_exact() -> None:
-    """Load, in the separate process, the code for exact results; compile the kernels that the worker needs later."""
+    """Load the code for exact results in the separate process, and compile the kernels that the worker needs later."""
     from vibrodrive.explorer import exact, motion
 
     exact.warm()

@@ -14,7 +14,7 @@ from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.image import round_numbers
 from vibrodrive.explorer.layout import ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
-from vibrodrive.explorer.view import BESIDE, DIFFERENCE, SI, View
+from vibrodrive.explorer.view import BESIDE, DIFFERENCE, DIMENSIONLESS, SI, View
 from vibrodrive.model import config
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR, LOG
@@ -164,7 +164,8 @@ def result_file(view: View, results: Results) -> bytes:
 def python(view: View) -> str:
     """Return a program that computes the sweep of this view, with the same bits, and draws it. Raises ValueError."""
     if view.scene == SI:
-        raise ValueError(bad("scene", view.scene, "A and B for lines of Python: save the configuration (TOML) instead"))
+        allowed = f"{DIMENSIONLESS!r} for a Python program: save the configuration (TOML) instead"
+        raise ValueError(bad("scene", view.scene, allowed))
     columns, rows = view.grid
     axes = {view.x: (view.low, view.high, columns, view.scale)}
     if view.mode == MAP:
@@ -183,7 +184,7 @@ def python(view: View) -> str:
 
 
 def motion_table(trajectory: Trajectory) -> str:
-    """Return a motion as CSV: tau, xi, dxi and state at POINTS times a period."""
+    """Return a motion as CSV: tau, xi, dxi and state at POINTS instants in each period."""
     sample = trajectory.sample(POINTS)
     columns = (array.tolist() for array in (sample.tau, sample.xi, sample.dxi, sample.state))
     rows = (f"{tau!r},{xi!r},{dxi!r},{State(state).name}" for tau, xi, dxi, state in zip(*columns, strict=True))

@@ -109,7 +109,7 @@ def pictures(level: Level, quantity: str, low: float, high: float, rows: int = P
 
 
 def _repeated(there: np.ndarray) -> np.ndarray:
-    """Return for each column the last available column up to it; before the first available one, that one."""
+    """Return for each column the last available column up to it, or the first available column if there is none."""
     at = np.maximum.accumulate(np.where(there, np.arange(len(there)), -1))
     return np.where(at < 0, np.argmax(there), at)
 
@@ -145,7 +145,7 @@ def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
 def painted(
     level: Level, quantity: str, limits: tuple[float, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray, Key]:
-    """Return the image of a quantity, with coarse cells where points are missing; its palette, and its key.
+    """Return the image of a quantity, with coarse cells where points are missing, its palette and its key.
 
     The image has palette indices uint16 (rows, columns), with y upwards. `limits`: see `map_figure`.
     """

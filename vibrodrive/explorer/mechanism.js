@@ -8,7 +8,7 @@ page.moves = () => {
   m.time = data.time.length ? Array.from(data.time[0]) : [];
   m.state = [];
   m.xi = [];
-  m.time.forEach((_, i) => { // at an impact no curve has a value: keep the state and the place before it
+  m.time.forEach((_, i) => { // at an impact no curve has a value: keep the state and the place before the impact
     const state = curves.findIndex((curve) => Number.isFinite(curve[i]));
     m.state.push(state < 0 ? m.state.at(-1) ?? 0 : state);
     m.xi.push(state < 0 ? m.xi.at(-1) ?? 0 : curves[state][i]);
@@ -58,7 +58,7 @@ const draw_mechanism = () => {
     c.fillText("obstacle", 0, -1.6 * block);
     c.fillText("shaken incline: A sin τ", 0.2 * length, 0.35 * block + 1.3 * size);
   }
-  moment.location = m.at; // in the time series
+  moment.location = m.at; // the line in the time series that shows the time
 };
 
 const play = (now) => {

@@ -72,7 +72,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     >>> explorer.close()
     """
     if find_spec("bokeh") is None:
-        raise ModuleNotFoundError("explore needs the extra: pip install 'vibrodrive[explore]'")
+        raise ModuleNotFoundError("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
     view = View() if config is None else view_of(configuration.read(Path(config)))
     from vibrodrive.explorer import tasks  # noqa: F401 - imports Numba; if two threads import it, one may fail
 

@@ -141,7 +141,7 @@ def _listening(port: int | None) -> socket.socket:
 class Explorer:
     """Running explorer. `address` is its URL; `run` serves until `close` is called or the program is interrupted.
 
-    A page shows `view` unless its address contains another one. `port` 0 means any free port; None means PORT, or any
+    A page shows `view` unless its address contains a view. `port` 0 means any free port; None means PORT, or any
     free port if PORT is in use. Raises OSError if the port is not available, ValueError for too many threads.
     """
 

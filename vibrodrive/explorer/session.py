@@ -131,7 +131,7 @@ class Session:
         self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments), instead_of)
 
     def follow(self, halt: Halt, rank: Rank, *arguments: Any) -> None:
-        """Request a task from the running one, to run after it."""
+        """Request, from the running task, a task that runs after it."""
         self.engine.worker.follow(halt, Slot(self.number, rank), self._task(rank, arguments))
 
     def _task(self, rank: Rank, arguments: tuple[Any, ...]) -> Task:

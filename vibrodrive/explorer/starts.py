@@ -44,10 +44,10 @@ STARTS = (
           "low=3.0&high=3.25&eps=2e-4&transient=500&periods=500"),
     Start("Fig. 8: steps too large for the structure",
           "At A = 1.5 the paper finds the structure kept by fixed steps of Δτ = 0.5, destroyed by 0.7. "
-          "Click a column: the text gives the period, and the states one after another.",
+          "Click a column: the text below the diagrams gives the period and the cycle of states.",
           "x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100"),
     Start("Fig. 10: a coarse time step does the same",
-          "Fixed steps of Δτ = 0.1 without any disturbance: the step alone changes the picture. "
+          "Fixed steps of Δτ = 0.1 without any disturbance: only the step changes the picture. "
           "Choose Certified motions: as a difference, then reduce Δτ until little colour remains.",
           "low=3.0&high=3.25&method=fixed&dtau=0.1&transient=500&periods=500"),
     Start("Fig. 12: one motion with steps of 0.1",
@@ -71,11 +71,11 @@ STARTS = (
           "Click a column on either side and compare the cycles of states.",
           "low=3.186&high=3.192&transient=2000&periods=500"),
     Start("Map: the period over A and B, with exact curves",
-          "Each colour is a period of the motion. The lines, exact bifurcations, appear after up to a minute. "
+          "Each colour is a period of the motion. The lines are exact bifurcations; they appear within about a minute. "
           "A click shows the diagram through that point.",
           "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&periods=64&shade=period&orbits=1"),
     Start("A machine in SI units: the power of its impacts",
-          "A driver with μ = 0.6 on an incline of 3.4° over frequency and amplitude; the colour is the power in W. "
+          "A machine with μ = 0.6 on an incline of 3.4° over frequency and amplitude; the colour is the power in W. "
           "Look for the ridges just before a period is lost.",
           "mode=map&x=omega0&y=a0&low=80&high=200&y_low=3e-4&y_high=1.2e-3&periods=64"
           "&shade=impact_power&bottom=0&top=25"),

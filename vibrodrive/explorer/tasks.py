@@ -27,7 +27,6 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR
-from vibrodrive.model.parameters import bad
 from vibrodrive.model.size import result_bytes
 from vibrodrive.periodic.search import kind_of
 
@@ -105,7 +104,7 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     columns = lines(motion.trajectory)
 
     def show() -> None:
-        if not session.view.follows:  # the view has changed since
+        if not session.view.follows:  # the view has changed since the computation began
             return
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         news = {"words": "<br>".join([*said, PENDING]), "column": float(place(motion.x, view.scale))}
@@ -149,7 +148,7 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: list[exact.Curve]) -> None:
-    if not session.belongs(overlay_of(view)):  # the view has changed since
+    if not session.belongs(overlay_of(view)):  # the view has changed since the computation began
         return
     for source, curves in ((session.page.lines, lines), (session.page.marks, marks)):
         looks = zip(*(LOOKS[c.kind] for c in curves), strict=True) if curves else ((), (), ())
@@ -170,7 +169,7 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
         content = (view.toml() if kind == "toml" else export.python(view)).encode()
     elif kind == "csv":
         if not view.follows:
-            raise ValueError(bad("at", "nothing", "the place of a motion: click a column of a diagram first"))
+            raise ValueError("no motion is selected: click a column of a diagram first")
         content = export.motion_table(motion_at(view, halt).trajectory).encode()
     else:
         *_, level = work_of(session, view).levels(session.engine.pace, halt)
@@ -221,5 +220,5 @@ def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:
     """Return a sentence on a disturbance and the limit of its motion."""
     if eps < k2:
         return f"your ε = {eps:.3g} is {eps / k2:.2g} of the limit: the structure is kept"
-    lost = "it is lost" if eps > last_kept else "some such values keep it, others lose it"
+    lost = "the structure is lost" if eps > last_kept else "some such values keep the structure, others lose it"
     return f"your ε = {eps:.3g} is {eps / k2:.3g} times the limit: {lost}"

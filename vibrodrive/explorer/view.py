@@ -21,7 +21,7 @@ from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import ACTS_ON, Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
 from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
-from vibrodrive.model.parameters import bad, check, check_count
+from vibrodrive.model.parameters import bad, check, check_count, unknown
 from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
@@ -52,7 +52,7 @@ def _number(key: str, value: object) -> float:
     try:
         found = _real(value)
     except (TypeError, ValueError):
-        raise ValueError(bad(key, value, "a number")) from None
+        raise ValueError(bad(key, value, "a number, or an expression such as 3*pi/2 or sqrt(2)")) from None
     if not math.isfinite(found):
         raise ValueError(bad(key, value, "a finite number"))
     return found + 0.0
@@ -156,7 +156,7 @@ class View:
         values: dict[str, Any] = {}
         for key, value in written.items():
             if key not in known:
-                raise ValueError(bad("key", key, "one of " + ", ".join(known)))
+                raise ValueError(unknown("key of a view", key, known))
             if key in MAY_LACK and (value is None or value == ""):
                 continue
             values[key] = known[key].metadata["read"](key, value)
@@ -240,7 +240,7 @@ class View:
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Range of the quantity that is shown, or None for the range of its values."""
+        """Range (bottom, top) of the ordinate or of the colours; None if the range follows from the computed values."""
         return None if math.isnan(self.top) else (self.bottom, self.top)
 
     @property

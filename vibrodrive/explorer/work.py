@@ -1,8 +1,9 @@
 """Computation of a view in levels: the first has as many points as a frame allows, the last completes the sweep.
 
-Every level computes points of the sweep that the configuration of the view describes. The bits of a point do not depend
-on the other points, so the complete set of points equals that sweep. If even a coarse grid takes too long for a frame,
-the first picture is a sketch: the coarse grid with fewer periods, which later levels replace.
+Every level computes points of the sweep that the configuration of the view describes. The result at a point does not
+depend, to the last bit, on which other points are computed. So the results at all points equal those of that sweep. If
+even a coarse grid takes too long for a frame, the first picture is a sketch: the coarse grid with fewer periods. Later
+levels replace the sketch.
 """
 
 from __future__ import annotations
@@ -93,7 +94,10 @@ class Work:
         return max(1, int(seconds / each))
 
     def _sketch(self, pace: Pace, halt: Halt) -> Part | None:
-        """Return the coarsest grid with fewer periods, or None if a frame has time for all periods."""
+        """Return the results of the coarsest grid, computed with fewer periods.
+
+        Return None if all periods of this grid can be computed within the time of one frame.
+        """
         least = int(self.steps[0])
         share = self._at_once(pace, FRAME_SECONDS) / least
         if share >= 1.0:

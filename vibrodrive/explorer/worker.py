@@ -37,7 +37,7 @@ Task = Callable[[Halt], None]
 
 
 class Worker:
-    """Worker thread and its waiting requests."""
+    """Worker thread, and the requests that wait for it."""
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
         self._failed = failed
@@ -49,7 +49,10 @@ class Worker:
         self._thread.start()
 
     def request(self, slot: Slot, task: Task, instead_of: tuple[Rank, ...] = ()) -> None:
-        """Run this task in place of the earlier one in its slot, and of those of `instead_of` of the same page."""
+        """Run this task in place of the earlier task in its slot.
+
+        Cancel the tasks of the same page whose rank is in `instead_of`.
+        """
         with self._changed:  # in one step, so that a task halted here can no longer add requests
             if instead_of:
                 self.cancel(slot.page, *instead_of)

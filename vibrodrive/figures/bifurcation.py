@@ -81,7 +81,7 @@ def bifurcation(
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
-        raise ValueError(bad("axes", "none", "at least one for a bifurcation diagram (one motion: draw its section)"))
+        raise ValueError("axes = none: must be at least one for a bifurcation diagram (one motion: draw its section)")
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in [*names, *results.points]:

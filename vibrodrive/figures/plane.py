@@ -17,7 +17,6 @@ from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, no
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:
@@ -137,13 +136,11 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
-        raise ValueError(
-            bad("curves", f"{len(curves)} curves", f"left out: curves are over A and B, this map is over {axes}")
-        )
+        raise ValueError(f"curves: must be left out: curves are over A and B, this map is over {axes}")
     along = x if up == y else y
     known = _shared(results, x, y)
     if along not in INCLINES and not any(c.B.min() <= known["B"] <= c.B.max() for c in curves):
-        raise ValueError(bad("curves", f"{len(curves)} curves", f"curves that reach B = {known['B']:g}"))
+        raise ValueError(f"curves: must be curves that reach B = {known['B']:g}, but none does")
     lines = []
     for curve in curves:
         for A, v in _pieces(curve, along, results.axes[along], known):
@@ -179,11 +176,11 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     if y is None or other is None or curve not in found.curves or list(found.axes) != [other]:
         has = f"over {', '.join(found.axes)} in {', '.join(f'{d} ({m})' for d, m in found.curves)}"
         needed = f"limits over one axis and in one disturbance, which are the axes of the map, {x} and {y}"
-        raise ValueError(bad("limits", has, needed))
+        raise ValueError(f"limits = {has}: must be {needed}")
     shared = _shared(results, x, y)
     for name, value in found.fixed.items():
         if name in shared and not np.isclose(value, shared[name], rtol=SAME, atol=0.0):
-            raise ValueError(bad("limits", f"{name} = {value:g}", f"for {name} = {shared[name]:g}, as the map"))
+            raise ValueError(f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, as the map")
     k2, along = found.known()[found.curves.index(curve)], found.axes[other]
     points = (along, k2) if x == other else (k2, along)
     view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}

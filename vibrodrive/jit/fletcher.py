@@ -25,7 +25,10 @@ def fletcher32(data: np.ndarray) -> int:
 
 
 def _fold(residue: int, some: bool) -> int:
-    """Reduce a sum as HDF5 does, by adding carries: 0 if all words are 0; any other multiple of 65535 gives 65535."""
+    """Return a sum as HDF5 reduces it, from its residue modulo 65535; `some` is true if any word is not 0.
+
+    HDF5 adds carries, so a multiple of 65535 gives 65535. Only words that are all 0 give 0.
+    """
     high_byte_first = residue * 256 % 65535
     return 65535 if high_byte_first == 0 and some else high_byte_first
 

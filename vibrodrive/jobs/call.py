@@ -93,7 +93,7 @@ def sweep(
     TypeError, ValueError
         if an argument is invalid. The message is one sentence with its key, its value and the allowed values. Also if
         the results do not fit into memory or on the disk, if the file belongs to another sweep (Different, with the
-        keys that differ), or if it is no result file or cannot be read (NoResult).
+        keys that differ), or if it is not a result file or cannot be read (NoResult).
     RuntimeError
         if another process is writing the file (Busy), or the computation failed (Failed); written blocks remain.
     OSError

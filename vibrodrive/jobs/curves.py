@@ -17,10 +17,10 @@ from vibrodrive.store.curves import StoredCurves, save
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse axes other than A and B, a disturbance, and a method other than `certified`."""
     if set(plan.axes) != {"A", "B"}:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A only, or A and B"))
+        raise ValueError(f"axes = {', '.join(plan.axes) or 'none'}: must be A only, or A and B")
     for name, values in plan.axes.items():
         if not values.min() < values.max():
-            raise ValueError(bad(name, values.tolist(), "at least two values"))
+            raise ValueError(bad(name, values.tolist(), "at least two different values"))
     return check_undisturbed(config, plan)
 
 

@@ -1,4 +1,4 @@
-"""Rough time of a sweep, from the measured time of one wave of its points."""
+"""Rough time of a sweep, from the measured time of a sample of its points."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 
 POINTS = 1024
-"""Largest number of points of the wave: enough to sample different points, few enough to take seconds."""
+"""Largest number of points of the sample: enough for different motions, few enough to take seconds."""
 
 SECONDS = 0.4
-"""Least measured time of a wave from which the time of the sweep is extrapolated."""
+"""Least measured time of the sample from which the time of the sweep is extrapolated."""
 
 GROWTH = 4
 """Factor by which the number of periods grows from one attempt to the next."""
@@ -54,9 +54,9 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
 def _computing(plan: Plan, threads: int) -> float:
     """Return the seconds for all points and periods.
 
-    One wave of points spread over the sweep is computed, for a growing number of periods until that takes SECONDS.
-    Motions settle, and periods that repeat are copied. Hence the remaining periods are assumed to take as long as the
-    last three quarters of the longest attempt.
+    A sample of points, spread evenly over the sweep, is computed repeatedly, each time for more periods, until one
+    attempt takes at least SECONDS or computes all periods. Motions settle, and periods that repeat are copied. Hence
+    the remaining periods are assumed to take as long as the last three quarters of the longest attempt.
     """
     from vibrodrive.batch.sweep import compute
 

@@ -11,6 +11,7 @@ from vibrodrive.errors import ConfigError
 from vibrodrive.figures.failures import failures_figure
 from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
+from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
@@ -26,7 +27,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse axes other than A and dtau, or A and eps, and axes that cannot be those of the map."""
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
-        raise ConfigError(bad("axes", ", ".join(names) or "none", "A and dtau, or A and eps"))
+        raise ConfigError(f"axes = {', '.join(names) or 'none'}: must be A and dtau, or A and eps")
     for name, values in plan.axes.items():
         if len(values) < 2 or (np.diff(values) <= 0).any():
             raise ConfigError(bad(name, values.tolist(), "at least two values, ascending, for a map"))
@@ -34,7 +35,8 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     if plan.axes[other][0] == 0.0:
         raise ConfigError(bad(other, 0.0, "> 0: this axis of the map is logarithmic"))
     if np.isnan(plan.scalars["dtau"]) and other == "eps":
-        raise ConfigError("dtau is missing: must be given, because both methods need a grid step")
+        needed = f"{PARAMETERS['dtau'].allowed}, the grid step of the methods fixed and muller"
+        raise ConfigError(f"dtau is missing: must be given over A and eps, {needed}")
     return {"periods": config.arguments.get("periods", PERIODS)}
 
 

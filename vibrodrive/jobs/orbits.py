@@ -26,9 +26,9 @@ DIAGRAMS = ("bifurcation", "multipliers")
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse an axis other than A, a disturbance, and a method other than `certified`."""
     if list(plan.axes) != ["A"]:
-        raise ValueError(bad("axes", ", ".join(plan.axes) or "none", "A only, or A and B"))
+        raise ValueError(f"axes = {', '.join(plan.axes) or 'none'}: must be A only, or A and B")
     if len(np.unique(plan.axes["A"])) < 2:
-        raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two values"))
+        raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two different values"))
     return check_undisturbed(config, plan)
 
 

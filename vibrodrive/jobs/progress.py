@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
 PLAIN_SECONDS = 10.0
-"""Seconds between lines if stderr is no terminal (a log, a batch system)."""
+"""Seconds between lines if stderr is not a terminal (a log, a batch system)."""
 
 COMPILING = "compiling the kernels, once for this version, Python and processor"
 """Shown at the start of a compilation; its duration is unknown."""

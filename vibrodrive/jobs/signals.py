@@ -11,7 +11,7 @@ SIGNALS = tuple(getattr(signal, s) for s in ("SIGINT", "SIGTERM", "SIGHUP", "SIG
 
 
 def catch(handler: Callable[[int, Any], None]) -> dict[int, Any]:
-    """Handle all SIGNALS by `handler`; return the previous handlers. A SIGHUP ignored by nohup remains ignored."""
+    """Install `handler` for all SIGNALS, except a SIGHUP that nohup ignores; return the previous handlers."""
     before = {s: signal.getsignal(s) for s in SIGNALS}
     for s, was in before.items():
         if not (s == getattr(signal, "SIGHUP", None) and was == signal.SIG_IGN):

@@ -199,7 +199,7 @@ class _Work:
     def _complete(self, writer: Writer, executor: Executor | None) -> None:
         which = writer.missing()
         if not which:
-            self.summary = f"{self.job.path} is complete: nothing to do"
+            self.summary = f"{self.job.path} is complete: nothing to compute"
             return
         prepared = self._prepare(writer, local=executor is None)
         from vibrodrive.batch.sweep import run_blocks
@@ -246,14 +246,14 @@ def check_dask(address: str) -> None:
     """Refuse an invalid address of a scheduler, and --dask if Dask is not installed. Raises ConfigError."""
     where = _ADDRESS.fullmatch(address)
     if where is None or not 0 < int(where["port"]) < 2**16:
-        raise ConfigError(bad("--dask", address, "the address of a scheduler, as tcp://scheduler:8786"))
+        raise ConfigError(bad("--dask", address, "the address of a scheduler, such as tcp://scheduler:8786"))
     if find_spec("distributed") is None:
         raise ConfigError(_NO_DASK)
 
 
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
 
-_NO_DASK = "--dask needs the extra: pip install 'vibrodrive[dask]'"
+_NO_DASK = "--dask needs the extra `dask`: pip install 'vibrodrive[dask]'"
 
 REACH_SECONDS = 10
 """Largest time for the answer of a scheduler, in seconds."""

@@ -242,7 +242,7 @@ def end_of_segment(w, k, i, method, event, h, side, there):
     """Return the errors of the present state at its end, h after the last switch; `there` has the computed ξ and ξ'.
 
     It must be called before the results of the switch are stored. The motion becomes uncertain if the state may not end
-    there or the next state may be another one.
+    there or the next state may be a different one.
     """
     heed_status(w, k, i)
     if not certain(w, i):
@@ -308,7 +308,7 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Return whether H is on one side of its boundary at all instants within `late`; it is `distance` away from it."""
+    """Return whether H, at `distance` from its boundary, is on the same side of it at all instants within `late`."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 

@@ -93,7 +93,7 @@ def finish_at_rest(w, k, i, transient, section, errors):
 
 @inline
 def certified_event(w, k, i, x):
-    """Return (event, h) of a search without a grid; x = ξ at the cursor."""
+    """Return (event, h) of a search without a grid, where x is ξ at the cursor."""
     h = w[r.CURSOR + i]
     met = w[r.OUTCOME + i]
     which = k[r.SEARCH + i]
@@ -211,7 +211,7 @@ def end_of_state(w, k, i, method, errors):
 
 @inline
 def book_cost(w, k, i, extent):
-    """Charge the switch and its search to the budget of its period. Returns False if the budget is exceeded."""
+    """Add the cost of the switch and its search to the used budget of its period. Returns False if it is exceeded."""
     cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * extent.price)
     switch.commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
     if cost > extent.budget:
@@ -270,7 +270,7 @@ def reverse(w, k, i, certified, h, to, x, force):
     state = k[r.STATE + i]
     margins.record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == codes.UP else -1.0))
     if certified and to == state:
-        to = codes.STICK  # ξ' has just fallen to 0, so its slope is not positive: H exceeds 1 only by rounding
+        to = codes.STICK  # ξ' has just reached 0, so ξ'' cannot continue the slide: |H| exceeds 1 only by rounding
     return to, SMALLEST if certified and x <= 0.0 else x  # the mass has moved up by less than a double resolves
 
 

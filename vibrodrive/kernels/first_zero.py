@@ -135,7 +135,7 @@ def search_shape(w, i, which, limit):
 def set_search(w, k, i, where, which, search, cursor):
     """Begin the search for the first zero of S1 ... S5 from `cursor` on in lane i.
 
-    Both sides of S4 = 1 - |H| are searched; the next step is taken on the side whose cursor is behind.
+    Both sides of S4 = 1 - |H| are searched; the next step is taken on the side whose cursor is earlier.
 
     While the mass slides down, the search for S2 also watches ξ, which decreases strictly while ξ' < 0. S1 has a zero
     before the first zero of S2 if and only if ξ is not positive at this zero of S2. The zero of S1 is then unique. The
@@ -330,7 +330,7 @@ def fall_from_nothing(w, i, h):
 
 @inline
 def series(h, u, half, third, fourth, m3, scale, rate):
-    """Return (h - δ, whether this is a zero to the last bit) for the sum δ of the series.
+    """Return (h - δ, close) for the sum δ of the series; `close` is true if h - δ is a zero to the last bit.
 
     u = g/g'; half, third and fourth: half the second, the third and the fourth derivative over g'. With m3 = M3/g', the
     derivatives over g' are at most m3 · scale (second), m3 (third), m3 · rate (fourth) and m3 · rate² (fifth). The
@@ -348,7 +348,10 @@ def series(h, u, half, third, fourth, m3, scale, rate):
 
 @inline
 def bends_little(way, dg, ddg, m3, rate):
-    """Return whether g' < 0 certainly changes by less than BENT of it within `way`, with M3 = m3, M4 = m3 rate."""
+    """Return whether g' < 0, and |g'''| <= m3 and |g''''| <= m3 rate prove that g' changes by less than BENT |g'|.
+
+    The change is that within the time `way`.
+    """
     return fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
 
 
@@ -372,9 +375,9 @@ def step_to_zero(taylor, m3, rate, noise):
 
 @inline
 def advance(h, taylor, m3, scale, rate, step, limit):
-    """Return (next cursor, whether it is the zero) from g and four derivatives at h. There is no zero within `step`.
+    """Return (next cursor, zero) from g and four derivatives at h; `zero` is true if this cursor is the zero.
 
-    m3 bounds the third derivative, m3 · scale the second and m3 · rate the fourth.
+    There is no zero within `step`. m3 bounds the third derivative, m3 · scale the second and m3 · rate the fourth.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -425,9 +428,10 @@ def evaluate(w, i, h, fast):
 
 @inline_each("fast")
 def free_step(w, i, taylor, ripple, trusted, fast):
-    """Return (step, slope) as `safe_step` for the span S of lane i, and whether the step follows from the slow part.
+    """Return (step, slope, far): step and slope as from `safe_step` for the span S of lane i.
 
-    If the parabola below the slow part is still positive at S, it gives the longer step.
+    `far` is true if the step follows from the slow part. If the parabola below the slow part is still positive at S, it
+    gives the longer step.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -516,7 +520,7 @@ def search(w, i, fast, grid):
     else:
         note_dip(w, i, h, taylor, x)
         ahead, met = next_instant(w, i, h, taylor, x, step, rate)
-    # a search of two sides continues with the side whose cursor is behind
+    # a search of two sides continues with the side whose cursor is earlier
     other = w[r.OTHER + i]
     turn = ahead > other
     if grid:
@@ -552,7 +556,7 @@ def search_on_grid(w, n, fast, steps):
 def search_stepwise(w, n, steps):
     """Do `steps` steps of the searches in the lanes 0..n-1, without a grid; lanes with an outcome remain unchanged.
 
-    Outcomes of earlier calls are cleared first. `steps` is no literal, because the compiler would unroll the loop.
+    Outcomes of earlier calls are cleared first. `steps` is not a literal: the compiler would unroll the loop.
     """
     wide()
     m = full(n)

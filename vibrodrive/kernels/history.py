@@ -57,7 +57,7 @@ def clear_history(k, i, keeps):
 
 @inline
 def keeps(w, k, i, period, phi, transient):
-    """Return whether a switch at (period, φ) is stored."""
+    """Return whether lane i must store a switch at (period, φ)."""
     of_all = k[r.HISTORY_KEEPS + i]
     return of_all == ALL or (of_all == OF_THE_RECORD and switch.in_record(w, k, i, period, phi, transient))
 

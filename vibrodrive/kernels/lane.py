@@ -34,7 +34,7 @@ LINE = 64
     # the present segment: its start (φ = PHI + LOW, LOW below the last bit of PHI; X_OFF, V_OFF bound the rounding
     # errors of ξ and ξ' there, ROUNDING * LATE that of the instant at which a wait ended) ...
     PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF, LATE,
-    # ... and its closed form, eqs. (4), (5), (9) relative to that instant (see motion.py)
+    # ... and its closed form, eqs. (4), (5), (9), with the time counted from the start of the segment (see motion.py)
     L, P, Q, PF, QF,
     # the gap ξ as a shape, watched while the mass slides down
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
@@ -75,11 +75,12 @@ LINE = 64
     REFERENCE_PERIOD, REFERENCE_SECTIONS, SINCE, WINDOW,
     # number of switches into each of the five states, in the order of `State`: so far, and up to the reference
     SWITCHES, _, _, _, _, REFERENCE_SWITCHES, _, _, _, _,
-    # switching function and period of the end of a state in a batch of switches; number of main impacts written so far
-    # and up to the reference, and the period of the last one before the reference (record.py)
+    # ENDED, END_PERIOD: number of the switching function that ended a state in a batch of switches, and the excitation
+    # period in which the state ended. IMPACTS, REFERENCE_IMPACTS: number of main impacts written so far, and up to the
+    # reference. REFERENCE_IMPACT_PERIOD: excitation period of the last main impact before the reference (record.py)
     ENDED, END_PERIOD, IMPACTS, REFERENCE_IMPACTS, REFERENCE_IMPACT_PERIOD,
-    # stored switches: slot, which of them are stored, their number, how many of them are added to the totals, their
-    # number up to the reference (history.py)
+    # switches that the lane stores (history.py): its slot, the choice of the switches to store, their number, the
+    # number of those that are already added to the totals, and the number up to the reference
     HISTORY_SLOT, HISTORY_KEEPS, HISTORY_COUNT, HISTORY_ADDED, REFERENCE_HISTORY,
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 

@@ -71,7 +71,7 @@ def tabled_ripple(table, j, f):
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """Count suspect values among the first n of a block: values below `bound`; if `two_sided`, |values| above it."""
+    """Count suspect values among the first n of a block: values below `bound` or, if `two_sided`, |values| above it."""
     count = 0
     if two_sided:
         for j in range(n):

@@ -137,7 +137,7 @@ def segment_of(w, i):
 
 @inline
 def slide_shape(segment, p, q, gap, rate):
-    """Return the form of ξ if `gap`, otherwise of ξ', sliding; H' = `rate` at the start."""
+    """Return the form of ξ if `gap`, otherwise of ξ', in a slide at whose start H' = `rate`."""
     return Form(
         choose(gap, segment.x, segment.v), choose(gap, segment.v, segment.a0), choose(gap, segment.xd2, 0.5 * rate),
         choose(gap, segment.xc1, segment.slope), choose(gap, segment.xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
@@ -146,14 +146,17 @@ def slide_shape(segment, p, q, gap, rate):
 
 @inline
 def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
-    """Return the slow part of (ξ, ξ') at h, sliding: eqs. (4), (5) and their derivative; s, v, ds, dv from `arc(h)`."""
+    """Return the slow part of (ξ, ξ') at h in a slide, eqs. (4), (5) and their derivative.
+
+    s, v, ds, dv are the results of `arc(h)`.
+    """
     x = shape(near, h, slide_shape(segment, p, q, True, rate), s, v, ds, dv)
     return x, shape(near, h, slide_shape(segment, p, q, False, rate), s, v, ds, dv)
 
 
 @inline
 def state_at(w, i, h, fast):
-    """Return (ξ, ξ') at h after the last switch, sliding: eqs. (4), (5), (9) and their derivative."""
+    """Return (ξ, ξ') at h after the last switch, in a slide: eqs. (4), (5), (9) and their derivative."""
     eta, p = w[r.ETA + i], w[r.P + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -168,7 +171,7 @@ def state_at(w, i, h, fast):
 
 @inline
 def section_at(w, i, h):
-    """Return (ξ, ξ') at a section instant h after the last switch at ε = 0: sin φ_s and cos φ_s are known there."""
+    """Return (ξ, ξ') at a section instant, h after the last switch, at ε = 0. There sin φ_s and cos φ_s are known."""
     linear = fma(w[r.XC2 + i], h, w[r.XC1 + i])
     return (
         w[r.X0 + i] + fma(linear, h, w[r.Q + i] - w[r.SIN_S + i]),
@@ -188,7 +191,7 @@ def force_at(w, i, h):
 
 @inline
 def excitation(a, phi, low):
-    """Return (a cos φ, a sin φ) at φ + low, low tiny."""
+    """Return (a cos φ, a sin φ) at φ + low for a tiny `low`."""
     s, c = sincos(phi)
     return a * fma(-s, low, c), a * fma(c, low, s)
 
@@ -314,9 +317,9 @@ def on_boundary(w, i, where, there, level, h):
 
     The arrival is `there`, moved to the instant at which H = `level`, to the last bit of φ + low. The cursor has a
     rounding error, which is multiplied by η in θ. Without the correction, a slide that begins with exactly ξ'' = 0
-    would begin with the H' of another instant. The correction is one step of Newton's method, with a first-order update
-    of the fields. LATE is the error that remains by the rounding of H, divided by ROUNDING (margins.py). If `where` is
-    false, nothing is moved and LATE is 0.
+    would begin with the H' of another instant. The correction is one step of Newton's method. The sines and cosines of
+    the excitation (p, q, pf, qf) are updated to first order. LATE is the error that remains by the rounding of H,
+    divided by ROUNDING (margins.py). If `where` is false, nothing is moved and LATE is 0.
 
     Time does not decrease: the wait has lasted h, so its end is moved back by no more than h. φ is the double next to
     φ + low, so that an event that follows immediately is not recorded before it.

@@ -70,7 +70,7 @@ def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
 
 @inline
 def begin_between(low, high, g0, g1):
-    """Return (x2, leaving): the first point of the refinement, and whether the bracket begins on a zero.
+    """Return (x2, leaving): the first point of the refinement; `leaving` is true if the bracket begins on a zero.
 
     A slide from rest begins on a zero, which is not the next switch. Bisection leaves it first.
     """
@@ -80,7 +80,7 @@ def begin_between(low, high, g0, g1):
 
 @inline
 def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
-    """Return (low, high, leaving, x3, whether x3 is final) after a step of refinement to x2."""
+    """Return (low, high, leaving, x3, done) after a step of refinement to x2; `done` is true if x3 is the result."""
     below, met = g2 < 0.0, g2 == 0.0
     low, high = choose(below, low, x2), choose(below, x2, high)
     leaving = leaving & below
@@ -180,6 +180,9 @@ def refine_abreast(w, n):
 
 @inline
 def refined(w, i, otherwise):
-    """Return (whether `refine` is complete in lane i, its zero or else `otherwise`, its number of evaluations)."""
+    """Return (done, h, number of evaluations) of `refine` in lane i.
+
+    h is the zero if the refinement is complete (`done`), and `otherwise` if not.
+    """
     done = w[r.REFINEMENT + i] == COMPLETE
     return done, choose(done, w[r.NEWEST + i], otherwise), w[r.EVALUATED + i]

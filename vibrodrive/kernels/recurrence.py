@@ -48,7 +48,10 @@ def clear_reference(w, k, i):
 
 @inline
 def at_reference(w, i, guessed):
-    """Return whether the quantities that determine the motion equal those of the reference (guesses: if `guessed`)."""
+    """Return whether the quantities that determine the motion equal those of the reference.
+
+    The guesses are compared only if `guessed` is true.
+    """
     same = True
     for n in range(len(DECISIVE) if guessed else len(DECISIVE) - len(GUESSES)):
         same = same and w[DECISIVE[n] + i] == w[r.REFERENCE_PHI + n * r.STRIDE + i]
@@ -74,7 +77,7 @@ def set_reference(w, k, i, impacts, recorder):
 
 @inline
 def copy_cycles(k, i, cycles, cycle, section, impacts):
-    """Repeat the section points, impacts and numbers of switches since the reference `cycles` times.
+    """Copy `cycles` times the section points and impacts since the reference. Add the numbers of switches as often.
 
     A cycle lasts `cycle` excitation periods and has as many section points.
     """

@@ -25,7 +25,7 @@ STEEP_COST = 1.0 / SEARCH_PRICE
 
 @inline
 def decide_after_slide(impact, force):
-    """Return the state after a slide, Fig. 2. `impact`: whether the slide ends in an impact; force: H at its end.
+    """Return the state after a slide, Fig. 2, from H at its end (`force`); `impact` is true if it ends in an impact.
 
     If the slide ends exactly at ξ' = 0 in the air, a slide in the same direction cannot follow. On a fixed grid the
     switch is late, so such a slide may follow, and the mass continues from rest (§5). At the obstacle the mass rests
@@ -80,7 +80,7 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
 
 @inline
 def commit_segment(w, i, where, segment, x_off, v_off):
-    """Set the segment of lane i; x_off, v_off bound the rounding errors of ξ and ξ' at its beginning."""
+    """Set the segment of lane i; `x_off` and `v_off` bound the rounding errors of ξ and ξ' at its beginning."""
     w[r.X0 + i] = choose(where, segment.x, w[r.X0 + i])
     w[r.V0 + i] = choose(where, segment.v, w[r.V0 + i])
     w[r.V_OFF + i] = choose(where, v_off, w[r.V_OFF + i])
@@ -194,7 +194,11 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """Return (h of section point `slot` after (period, φ), whether h passes it, whether the next point is later)."""
+    """Return (due, passed, one) for section point `slot` and a switch at the time h after (period, φ).
+
+    `due` is the time from (period, φ) to the point. `passed` is true if the point is recorded and not after the switch,
+    `one` if the next point is certainly after the switch.
+    """
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
 
@@ -214,7 +218,7 @@ def mark_point_ahead(k, i, slot):
 
 @inline
 def set_point_ahead(w, k, i, slot, x, v):
-    """Set a section point (x, v) before the next switch, which is written when the switch is applied."""
+    """Store the section point (x, v) that precedes the next switch. It is written when that switch is applied."""
     mark_point_ahead(k, i, slot)
     w[r.POINT_X + i] = x
     w[r.POINT_V + i] = v

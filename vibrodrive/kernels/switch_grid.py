@@ -29,9 +29,11 @@ CONFIRMED, REFINED = 2.0, 4.0
 
 
 class Cell(NamedTuple):
-    """Grid points on both sides of a zero: number of the first, their times, and whether the scan would stop there.
+    """Two neighbouring grid points with a zero between them.
 
-    g0, g1 : the switching function there, BASE + SIG · shape of `form`
+    number, low, high : number of the first point, and times of both
+    sure : true if a scan would certainly stop at the second point
+    g0, g1 : the switching function at both points, BASE + SIG · shape of `form`
     """
 
     number: float
@@ -47,7 +49,7 @@ class Cell(NamedTuple):
 
 @inline
 def cell_of(w, k, i, which):
-    """Return the cell of the grid in which the state of lane i ends, and whether a scan would reach it."""
+    """Return the cell of the grid in which the state of lane i ends."""
     a, b, dtau = w[r.A + i], w[r.B + i], w[r.DTAU + i]
     number = np.floor(w[r.CURSOR + i] / dtau)
     low, high = number * dtau, (number + 1.0) * dtau
@@ -68,7 +70,10 @@ def cell_of(w, k, i, which):
 
 @inline
 def refine_briefly(cell, tol):
-    """Return (h, whether `muller.refine` gives the same) in at most two of its steps, from the values at both ends."""
+    """Return (h, refined) after at most two steps of `muller.refine`, from the values at both ends of the cell.
+
+    `refined` is true if `muller.refine` gives the same h.
+    """
     base, sig, form, low, high, g0, g1 = cell.base, cell.sig, cell.form, cell.low, cell.high, cell.g0, cell.g1
     p0 = muller.on_chord(low, high, g0, g1)
     f0 = muller.value_at(base, sig, form, p0)
@@ -85,7 +90,10 @@ def refine_briefly(cell, tol):
 
 @inline_each("fixed")
 def end_in_cell(w, k, i, fixed, cell):
-    """Return (h, whether the scan ends there, number of the grid point, arrival at h) at ε = 0."""
+    """Return (h, refined, number of the grid point, arrival at h) at ε = 0.
+
+    `refined` is as in `refine_briefly`, and true if `fixed`.
+    """
     if fixed:
         h, refined = cell.high, True
         steps = k[r.GRID + i] + int(cell.number + 1.0)

@@ -19,10 +19,10 @@ from vibrodrive.kernels import lane as r
 class Wait(NamedTuple):
     """A wait after a switch, with a known end.
 
-    ends : whether it certainly ends in the record and the budget, with at most one section point before its end
+    ends : true if it certainly ends in the record and the budget, with at most one section point before its end
     margin : margin of its end
     period, phi, down : time of its end, and whether it ends in sliding down
-    point : whether a section point is passed
+    point : true if a section point precedes its end
     cost : the number of its end among the switches of the period in which it begins
     """
 

@@ -1,10 +1,12 @@
-"""Common part of the batched switches: section points and costs before a switch, its decision, and its application.
+"""Functions shared by the modules that process switches of many motions together.
+
+They find the section points and the cost before a switch, decide the next state, and apply the switch.
 
 The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py find the end of a state and whether the
 switch there is ordinary (engine.py). Then `take_over` decides and applies the switch. Finally these modules begin the
 search for the end of the next state. The module switch_undisturbed.py, for certified switches at ε = 0, does not use
-`take_over`, because it also ends a wait that follows a switch and begins the state after the wait. It uses all other
-functions of this module.
+`take_over`, because that module also ends a wait that follows the switch and begins the state after the wait. It uses
+all other functions defined here.
 """
 
 from __future__ import annotations
@@ -23,12 +25,12 @@ class Found(NamedTuple):
 
     h, event : time of the switch, and its switching function
     there, late : arrival at h, and LATE (motion.py)
-    off : bound of the rounding error of ξ there, sliding
+    off : bound of the rounding error of ξ there, after a slide
     work : evaluations of switching functions so far
     margin : the smallest margin so far
-    ordinary : whether the switch is an ordinary one, as far as the search can decide
-    aside, margin_aside : whether to search for an earlier impact instead, and the smallest margin then
-    idle : whether the search continues
+    ordinary : true if the switch is ordinary, as far as the search can decide
+    aside, margin_aside : true if an earlier impact must be searched for instead, and the smallest margin then
+    idle : true if the search has found no end yet and continues
     """
 
     h: float
@@ -45,7 +47,12 @@ class Found(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """Result of `take_over`: whether a switch was applied, the next state and segment, the rest of the record."""
+    """Result of `take_over`.
+
+    over : true if the switch was applied
+    to, segment : the next state and its segment
+    left : time from the switch to the end of the record
+    """
 
     over: bool
     to: int
@@ -56,9 +63,9 @@ class Begun(NamedTuple):
 class Ahead(NamedTuple):
     """Events between the present time and a switch.
 
-    due, point : time to the next section point, and whether the switch is after it
-    within : whether the switch is in the record and the budget, with at most that section point before it
-    cost : its number among the switches of its period
+    due, point : time to the next section point; `point` is true if this point precedes the switch
+    within : true if the switch is in the record and the budget, and no further section point precedes it
+    cost : number of the switch among the switches of its period
     """
 
     due: float
@@ -85,7 +92,10 @@ def distance_of(gap, force):
 
 @inline
 def decide_clearly(w, i, event, force, margin):
-    """Return (next state, its margin, whether the margin exceeds rounding by far and the state has an end)."""
+    """Return (next state, smallest margin up to and including this decision, whether the decision is clear).
+
+    The decision is clear if rounding cannot change it, and if the next state is a slide or a wait that ends.
+    """
     to, waited, distance = switch.decide(event, w[r.SIG + i], force), event >= S4, distance_of(event == S1, force)
     clear = (waited | (distance >= margins.suspect(w, i))) & (switch.can_leave(w, i, to) | (not switch.waits(to)))
     return to, choose(waited, margin, switch.smaller(distance, margin)), clear
@@ -93,7 +103,10 @@ def decide_clearly(w, i, event, force, margin):
 
 @inline
 def is_due(w, k, i, departs, phi):
-    """Return whether the mass of lane i leaves the obstacle (`departs`), at φ, and a recurrence is possible."""
+    """Return whether lane i must compare its state at φ with the reference, or replace the reference.
+
+    This requires that the mass leaves the obstacle (`departs`).
+    """
     since = switch.commit_departure(k, i, departs)
     return departs & ((phi == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
 

@@ -42,10 +42,11 @@ PATIENCE = 24.0
 
 @inline
 def release(state, phi, a, b, rises, falls):
-    """Return (h, phase of the end, whether it is in the next period, whether H falls to -1) of a wait at `phi`.
+    """Return (h, phase of the end, later, down) of a wait at `phi`.
 
-    On the rising half of the excitation, H rises to 1 at the phase `rises`. On the falling half, H falls to -1 at the
-    phase `falls`. If a wait begins after its own end by rounding, h is 0.
+    `later` is true if the end is in the next period, `down` if the wait ends because H falls to -1. On the rising half
+    of the excitation, H rises to 1 at the phase `rises`. On the falling half, H falls to -1 at the phase `falls`. If a
+    wait begins after its own end by rounding, h is 0.
     """
     falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
     down = (state == STICK) & (falling | (a <= 1.0 + b))
@@ -158,7 +159,7 @@ def clear_guesses(w, i):
 
 @inline
 def householder_step(h, lo, hi, form, sig, m, halve):
-    """Do one evaluation in the bracket. Returns (next h, lo, hi, whether the next h is the zero)."""
+    """Do one evaluation in the bracket. Returns (next h, lo, hi, close); `close` is true if the next h is the zero."""
     s, v, ds, dv, near = arc(h)
     g = sig * motion.shape(near, h, form, s, v, ds, dv)
     g1, g2, g3, g4 = motion.derivatives(h, form.d1, form.c2, form.al, form.be, s, v)

@@ -87,11 +87,11 @@ class Status(Named):
 
 _ADVICE = {
     Status.OK: "every switch was located and decided with a guarantee, relative to the computed state before it",
-    Status.TOO_CLOSE: "the margin of a decision is smaller than its possible error (rounding, grown along the motion): "
-    "the motion before it is valid; after it the other branch is equally valid; change a parameter slightly to see "
-    "both",
-    Status.BUDGET: "one period has used up its budget of switches (chatter): the motion after it is not computed; "
-    "raise `budget` if so many switches are expected",
+    Status.TOO_CLOSE: "the margin of a decision is smaller than its possible error (rounding that has grown along the "
+    "motion): the motion is valid before this decision; after it, the other possible motion is equally valid; change a "
+    "parameter slightly to see both",
+    Status.BUDGET: "one period has used up `budget` (by many switches, or by a long search for one): the rest of the "
+    "motion is not computed; raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
     "the section is constant; this is a valid result, not an error",
     Status.NOT_COMPUTED: "not computed yet: resume the sweep",

@@ -128,13 +128,13 @@ def _text_of(path: Path) -> str:
 def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     """Check a configuration given as text. Raises ConfigError."""
     if DEEP_KEY.search(text):
-        raise ConfigError("broken TOML: nested too deeply")
+        raise ConfigError("invalid TOML: nested too deeply")
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"broken TOML: {error}") from None
+        raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
-        raise ConfigError("broken TOML: nested too deeply") from None
+        raise ConfigError("invalid TOML: nested too deeply") from None
     for option in overrides:
         _override(tables, option)
     try:
@@ -146,9 +146,9 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
 def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> Config:
     title = tables.pop("title", "")
     if not isinstance(title, str):
-        raise TypeError(bad("title", title, "a text"))
+        raise TypeError(bad("title", title, "a string"))
     if has_control(title):
-        raise ValueError(bad("title", title, "a text of one line, without control characters"))
+        raise ValueError(bad("title", title, "one line, without control characters"))
     for name, table in tables.items():
         if name not in _TABLES:
             raise ValueError(unknown("table", name, ["title", *_TABLES]))
@@ -225,14 +225,15 @@ def _check(key: str, value: object, place: str) -> float:
         raise type(error)(str(error).replace(key, place, 1)) from None
 
 
-def _axis(key: str, value: object) -> float | np.ndarray:
+def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
+    place = f"{table}.{key}"
     if isinstance(value, dict):
-        return _range(key, value)
+        return _range(key, value, place)
     if not isinstance(value, list):
-        return _check(key, value, key)
+        return _check(key, value, place)
     if not value:
-        raise ValueError(bad(f"sweep.{key}", value, "a list with at least one value"))
-    return np.array([_check(key, v, f"{key}[{i}]") for i, v in enumerate(value)])
+        raise ValueError(bad(place, value, "a list with at least one value"))
+    return np.array([_check(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
@@ -248,12 +249,11 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
         at[key] = "sweep.points"
         if not isinstance(value, list | dict):
             raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (give one number outside of points)"))
-        found[key] = np.asarray(_axis(key, value))
+        found[key] = np.asarray(_axis(key, value, "sweep.points"))
     return found
 
 
-def _range(key: str, table: Mapping[str, Any]) -> np.ndarray:
-    where = f"sweep.{key}"
+def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     keys = ("start", "stop", "num", "scale")
     for k in table:
         if k not in keys:
@@ -287,13 +287,13 @@ def _limits(key: str, value: object) -> tuple[float, float]:
 def _curves(key: str, value: object) -> list[str]:
     names = ("phase", "time", "velocity", "section")
     if not isinstance(value, list) or not value or any(v not in names for v in value):
-        raise ValueError(bad(key, value, "a list of some of " + ", ".join(names)))
+        raise ValueError(bad(key, value, "a list of one or more of " + ", ".join(names)))
     return value
 
 
 def _text(key: str, value: object) -> str:
     if not isinstance(value, str):
-        raise TypeError(bad(key, value, "a text"))
+        raise TypeError(bad(key, value, "a string"))
     return value
 
 
@@ -334,7 +334,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if not equals or not all(path):
         raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
     if any("\ud800" <= c <= "\udfff" for c in option):  # surrogates that Python makes of bytes that are not UTF-8
-        raise ConfigError(bad("--set", option, "a text in UTF-8"))
+        raise ConfigError(bad("--set", option, "text in UTF-8"))
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except tomllib.TOMLDecodeError:
@@ -351,7 +351,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     for name in path[:-1]:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise ConfigError(bad("--set", option, f"a key of a table, but {name} is no table"))
+            raise ConfigError(bad("--set", option, f"a key of a table, but {name} is not a table"))
     if path[-1] in _TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
@@ -361,7 +361,7 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
-    """Return the table of a key that is given without table: a table that has the key, else the first that may."""
+    """Return the table of a key given without its table: the table that has the key, or the first that may have it."""
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:

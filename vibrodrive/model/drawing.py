@@ -48,15 +48,15 @@ MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
     """Refuse a range for a quantity with one colour for each value. Raises ValueError with one sentence."""
     if limits is not None and quantity in OF_CLASSES:
-        raise ValueError(bad(key, limits, f"left out: {quantity} has classes and no range"))
+        raise ValueError(bad(key, limits, f"left out: the colours of {quantity} are classes, which have no range"))
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
     """Choose the kind of figure and its quantity for a sweep; either may be None.
 
     A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both are None, the
-    section is drawn in a diagram that suits the axes (kind None). A sweep without sections is drawn as a map of the
-    period or, if it has only impacts, as a diagram of their phases.
+    returned kind is None too: the section is then drawn in a diagram that suits the axes. A sweep without sections is
+    drawn as a map of the period or, if it has only impacts, as a diagram of their phases.
 
     `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of one motion.
     """
@@ -91,12 +91,13 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Choose the kind and quantity of a figure that is no map, see `choose_drawing`."""
+    """Choose the kind and quantity of a figure that is not a map, see `choose_drawing`."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:
         if IMPACTS not in record or not swept.axes:
-            told = recorded if swept.axes else "one motion has no axis"
+            needed = f'{recorded}, and {quantity} needs record = "{IMPACTS}"'
+            told = needed if swept.axes else "one motion has no axis"
             raise ValueError(bad("quantity", quantity, f"left out: {told}"))
         return BIFURCATION, str(quantity)
     if SECTION not in record:
@@ -111,7 +112,7 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
 
 
 def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Merge the drawing options of a configuration, `wanted`, with those of the call, `now`; the latter win.
+    """Merge the drawing options of a configuration (`wanted`) with those of the call (`now`), which take precedence.
 
     The configured range belongs to the configured quantity: it is dropped if the quantity changes.
     """

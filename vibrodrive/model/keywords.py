@@ -41,7 +41,8 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if len(args) > most:
-            raise TypeError(bad("arguments without a name", args, ", ".join(names[:most]) or "none"))
+            allowed = f"at most {most} ({', '.join(names[:most])}); give the others by name" if most else "none"
+            raise TypeError(bad("arguments without a name", args, allowed))
         for name in kwargs:
             if name not in known:
                 raise TypeError(unknown("argument", name, names))

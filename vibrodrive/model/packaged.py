@@ -13,7 +13,7 @@ def configurations() -> Path:
         if place.is_dir():
             return place
     raise FileNotFoundError(
-        2, "the directory of the configurations is missing in the package and next to it", str(here)
+        2, "the directory of the configurations is not in this one or its parent: install vibrodrive again", str(here)
     )
 
 

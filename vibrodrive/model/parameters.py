@@ -44,12 +44,12 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Return True if a text can be a file name and be shown in one line: not empty, no control characters."""
+    """Return True if a string can be a file name and be shown in one line: not empty, no control characters."""
     return bool(text) and not has_control(text)
 
 
 def has_control(text: str) -> bool:
-    """Return True if a text has line separators or characters that control a terminal."""
+    """Return True if a string has line separators or characters that control a terminal."""
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
@@ -72,7 +72,7 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
     except ValueError:  # rows of different lengths
         raise TypeError(bad(key, value, allowed)) from None
     except MemoryError:
-        raise ValueError(bad(key, value, f"{allowed}, small enough for the memory")) from None
+        raise ValueError(bad(key, value, f"{allowed}, small enough for memory")) from None
     if array.dtype.kind not in "iuf":
         flat = [real_number(key, v, allowed) for v in array.reshape(-1).tolist()]
         array = np.array(flat).reshape(array.shape)
@@ -80,7 +80,7 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
 
 
 def check(name: str, value: object) -> float:
-    """Cast one argument to float64. Raises TypeError if it is no real number, ValueError if it is out of range."""
+    """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range."""
     p = PARAMETERS[name]
     x = real_number(name, value, p.allowed)
     shown = value.item() if hasattr(value, "item") else value

@@ -164,9 +164,7 @@ class Scene:
         frequency: float | None = None,
     ) -> None:
         if omega0 is None and frequency is None:
-            raise TypeError(
-                bad("omega0", omega0, "a finite number > 0 in rad/s, or left out if frequency is given in hertz")
-            )
+            raise TypeError("omega0 is missing: must be given in rad/s, a finite number > 0, or frequency in hertz")
         if frequency is not None:
             if omega0 is not None:
                 raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))

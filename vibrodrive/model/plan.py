@@ -243,7 +243,7 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
     """Check the parameters that change together. Raises TypeError or ValueError with the sentence of `bad`."""
-    allowed = 'sequences of one length by the name of their parameter, as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
+    allowed = 'sequences of one length by the name of their parameter, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))
     found = {}
@@ -276,7 +276,7 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
             value = check(name, getattr(extreme, name))
         except ValueError as error:
             place = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
-            raise ValueError(f"{error}, at {place}") from None
+            raise ValueError(str(error).replace(":", f", computed from {place}:", 1)) from None
         if set(sources) & set(axes):
             scalars.pop(name, None)
         else:
@@ -284,13 +284,13 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
 
 
 def _is_scalar(key: str, value: object) -> bool:
-    """Return True if an argument is no sequence. Raises ValueError if it can be no axis either."""
+    """Return True if an argument is not a sequence. Raises ValueError if it cannot be an axis either."""
     try:
         return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
     except ValueError:
         raise ValueError(bad(key, value, "a number or a one-dimensional axis")) from None  # rows of different lengths
     except MemoryError:
-        raise ValueError(bad(key, value, "an axis that fits the memory")) from None
+        raise ValueError(bad(key, value, "an axis that fits into memory")) from None
 
 
 def _axis(key: str, value: object, place: str = "") -> np.ndarray:
@@ -299,7 +299,7 @@ def _axis(key: str, value: object, place: str = "") -> np.ndarray:
         check(key, value)
     array = np.asarray(value)
     if array.ndim != 1:
-        raise ValueError(bad(place + key, f"array of shape {array.shape}", "a number or a one-dimensional axis"))
+        raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
     if array.size == 0:
         raise ValueError(bad(place + key, [], "an axis with at least one value"))
     if array.dtype.kind not in "iuf":

@@ -254,7 +254,7 @@ class Results(Described):
         Raises
         ------
         TypeError, ValueError
-            if a name is no axis of these results, or a value is too far from those of its axis.
+            if a name is not an axis of these results, or a value is too far from those of its axis.
 
         Examples
         --------
@@ -268,7 +268,7 @@ class Results(Described):
         >>> r.select(A=2.1)
         Traceback (most recent call last):
         ...
-        ValueError: A = 2.1: must be one of the 3 values of this axis, or method="nearest" for the nearest one, 2.0
+        ValueError: A = 2.1: must be one of the 3 values of this axis; method="nearest" would select 2.0
         """
         if method is not None and not (isinstance(method, str) and method == "nearest"):
             raise ValueError(bad("method", method, '"nearest", or left out'))
@@ -445,7 +445,7 @@ def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> i
     most = ROUNDING * np.spacing(float(np.abs(axis).max())) if reach is None else reach
     if not distance[at] <= most:
         if reach is None:
-            allowed += f', or method="nearest" for the nearest one, {axis[at].item()!r}'
+            allowed += f'; method="nearest" would select {axis[at].item()!r}'
         else:
             allowed = f"within {reach:g} of {allowed}, of which the nearest is {axis[at].item()!r}"
         raise ValueError(bad(name, value, allowed))

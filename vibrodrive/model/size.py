@@ -85,16 +85,16 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
     """Raise TooLarge if `need` exceeds `have`. `takes` is the subject and the verb of the message."""
     if need > have:
-        raise TooLarge(f"{what}: must be small enough for the {room}: {takes} {human(need)}, {human(have)} are {are}")
+        raise TooLarge(f"{what}: must be small enough for {room}: {takes} {human(need)}, {human(have)} are {are}")
 
 
 def refuse_large_axis(key: str, num: int) -> None:
-    """Raise TooLarge if the values of one axis and their temporary copies do not fit the memory."""
+    """Raise TooLarge if the values of one axis and their temporary copies do not fit into memory."""
     _refuse(f"{key} = {num}", "its values and their copies take", 4 * 8 * num, available_memory())
 
 
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
-    """Raise TooLarge if a point exceeds a chunk, or the blocks that exist at one time exceed the memory."""
+    """Raise TooLarge if a point exceeds a chunk, or if the blocks that exist at one time do not fit into memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, the limit of the file format")
     what = f"periods = {plan.settings.periods}"
@@ -102,7 +102,7 @@ def refuse_large_block(plan: Plan, remote: bool = False) -> None:
 
 
 def refuse_large_results(plan: Plan) -> None:
-    """Raise TooLarge if the results of a sweep do not fit the memory."""
+    """Raise TooLarge if the results of a sweep do not fit into memory."""
     are = "available (with a result file, only blocks are in memory)"
     _refuse(_extent(plan), "they take", result_bytes(plan), available_memory(), are=are)
 
@@ -120,7 +120,7 @@ MOTION_BYTES = 2 * 16 + 2 * 32
 def rows_that_fit(periods: int, rows: int) -> int:
     """Return the number of rows to allocate for the switches of one motion, at most `rows`.
 
-    Raises TooLarge if its section does not fit the memory.
+    Raises TooLarge if its section does not fit into memory.
     """
     if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
@@ -130,14 +130,14 @@ def rows_that_fit(periods: int, rows: int) -> int:
 
 
 def refuse_many_rows(periods: int, rows: int) -> None:
-    """Raise TooLarge if the switches of one motion do not fit the memory."""
+    """Raise TooLarge if the switches of one motion do not fit into memory."""
     need = MOTION_BYTES * periods + ROW_BYTES * rows
     if need > LARGE:
         _refuse(f"periods = {periods}", f"{rows} switches take", need, available_memory())
 
 
 def refuse_large_sample(per_period: int, instants: int) -> None:
-    """Raise TooLarge if the instants of one motion do not fit the memory."""
+    """Raise TooLarge if the instants of one motion do not fit into memory."""
     need = 64 * instants  # τ, ξ, ξ', H and the state, and temporary arrays
     if need > LARGE:
         _refuse(f"points_per_period = {per_period}", f"{instants} instants take", need, available_memory())
@@ -146,9 +146,9 @@ def refuse_large_sample(per_period: int, instants: int) -> None:
 def refuse_large_file(plan: Plan, path: Path) -> None:
     """Raise TooLarge if the result file exceeds the free space of the disk, or the file size limit of the shell."""
     need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
-    _refuse(_extent(plan), "the file takes", need, have, "disk", "free")
+    _refuse(_extent(plan), "the file takes", need, have, "the disk", "free")
     if (limit := _file_size_limit()) is not None:
-        _refuse(_extent(plan), "the file takes", need, limit, "file size limit", "allowed (ulimit -f)")
+        _refuse(_extent(plan), "the file takes", need, limit, "the file size limit", "allowed (ulimit -f)")
 
 
 def _extent(plan: Plan) -> str:

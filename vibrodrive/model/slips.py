@@ -18,13 +18,13 @@ UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
-    """Return a sentence on the likely mistake in points (A, B, eps, eta); "" unless all points share it."""
+    """Return a sentence on the likely mistake in points (A, B, eps, eta); "" unless all points have the same one."""
     given = list(points)
     A, B, eps, _ = given[0]
     said = []
     if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
         said.append(
-            f"A = {A:g}, B = {B:g}: nothing can leave the obstacle unless A > 1 + B "
+            f"A = {A:g}, B = {B:g}: the mass cannot leave the obstacle unless A (1 + ε η²) > 1 + B "
             f"(are A and B swapped, or is a scene not in SI units: {UNITS}?)"
         )
     if all(eps > SMALL for _, _, eps, _ in given):

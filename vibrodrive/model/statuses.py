@@ -36,7 +36,7 @@ class Statuses(np.ndarray):
 
 
 def as_status(value: int) -> Status | str:
-    """Return the `Status` of a number; "status 9" if this version does not have it."""
+    """Return the `Status` with the number `value`. If this version has no such status, return a text: "status 9"."""
     return Status(value) if value in Status.__members__.values() else f"status {value}"
 
 

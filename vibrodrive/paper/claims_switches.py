@@ -40,7 +40,7 @@ CLOSENESS = tuple(10.0**-k for k in range(1, 14))
 def skipped(session: Session) -> Outcome:
     arguments = list(points(session.config("fig08").plan()))
     if len(arguments) < 2:
-        raise NotApplicable("fig08 has no second step")
+        raise NotApplicable("fig08 has only one value of Δτ; this claim needs two")
     motion = simulate(**(arguments[1] | {"periods": LONG}))
     exact = simulate(**without_grid(arguments[1]))
     usual, entered = (np.bincount(m.switches["after"], minlength=len(State)) for m in (exact, motion))
@@ -110,13 +110,11 @@ def disturbed_switches(session: Session) -> Outcome:
         jumping.append((np.count_nonzero(speed) + np.count_nonzero(depth)) / np.count_nonzero(before != State.IMPACT))
         numbers[name] = {"dxi": [np.median(speed), speed.max()], "xi": [np.median(depth), depth.max()]}
         rows.append(
-            f"{name}: ξ' by {np.median(speed):.2g} (at most {speed.max():.2g}) at turns, "
-            f"ξ by {np.median(depth):.2g} ({depth.max():.2g}) at impacts, a jump at "
-            f"{100 * jumping[-1]:.0f} % of switches"
+            f"{name}: ξ' {np.median(speed):.2g} ({speed.max():.2g}) where a slide turns or stops, "
+            f"ξ {np.median(depth):.2g} ({depth.max():.2g}) at impacts; "
+            f"{100 * jumping[-1]:.0f} % of the switches have a jump"
         )
-    text = (
-        f"median of the jump: {'; '.join(rows)}; where a sticking or a rest ends late, the constant state has no jump"
-    )
+    text = f"jumps, median (largest): {' – '.join(rows)} – where a sticking or a rest ends late, ξ and ξ' do not jump"
     return Outcome(text, numbers | {"jumping": jumping}, when(min(jumping) == 1.0, min(jumping[:-1]) > 0.5))
 
 

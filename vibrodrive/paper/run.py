@@ -75,7 +75,7 @@ def run_paper(
     Returns
     -------
     Paper
-        files lists the paths of the files written, and claims the judged claims.
+        `files` lists the paths of the files written, and `claims` the judged claims.
 
     Raises
     ------

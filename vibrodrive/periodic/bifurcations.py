@@ -21,7 +21,7 @@ Launches on one side of a grazing lead to an impact; those on the other side pas
 with the impact the map behaves like a square root at the breakpoint, so its slope, and with it the multiplier of the
 orbit, tends to minus infinity. The launch of the orbit becomes equal to the breakpoint within float precision long
 before A reaches the bifurcation. Near the bifurcation the search therefore follows a different orbit, on which the
-touching itself is the impact.
+touch of the obstacle is the impact.
 """
 
 from __future__ import annotations
@@ -120,10 +120,10 @@ def bifurcations(
     Returns
     -------
     list of Bifurcation
-        A is the excitation amplitude at the bifurcation.
-        kind is the kind of the bifurcation, such as "fold" or "period doubling".
-        orbit is the orbit that ends or changes there.
-        multiplier_below and multiplier_above are its multipliers a little below and a little above A.
+        `A` is the excitation amplitude at the bifurcation.
+        `kind` is the kind of the bifurcation, such as "fold" or "period doubling".
+        `orbit` is the orbit that ends or changes there.
+        `multiplier_below` and `multiplier_above` are its multipliers a little below and a little above `A`.
 
     Raises
     ------
@@ -211,8 +211,8 @@ class _Search:
         """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
-            work = f"{each} itineraries at each of {values} values of A exceed the limit of {MOST_WORK}"
-            raise ValueError(bad("max_period", self.limit, f"smaller: {work}"))
+            work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
+            raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
         """Return neighbouring values of A between which the orbit that rests changes. This needs no search."""

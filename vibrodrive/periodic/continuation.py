@@ -154,7 +154,7 @@ class Continuation:
 
         On the side with the impact, the distance of the launch from its breakpoint falls as the square of the distance
         in A from the bifurcation. So it is below float precision long before A reaches the bifurcation. Instead, this
-        function follows the orbit on which the touching itself is the impact, because this orbit is smooth in A.
+        function follows the orbit on which the touch is the impact, because this orbit is smooth in A.
         """
 
         def residual(a: float) -> float:

@@ -71,12 +71,12 @@ def curves(
     -------
     list of Curve
         in the order of the value of A at the last point of each curve.
-        kind is the kind of the bifurcation.
-        period, impacts and word describe the orbit; the period is in excitation periods.
-        A and B are the points of the curve, each float64 (points,).
-        ends gives the reasons why the curve ends at its first and at its last point.
-        meets lists the points at which the curve meets other curves of the list.
-        at(B) computes the values of A at any B.
+        `kind` is the kind of the bifurcation.
+        `period`, `impacts` and `word` describe the orbit; `period` is in excitation periods.
+        `A` and `B` are the points of the curve, each float64 (points,).
+        `ends` gives the reasons why the curve ends at its first and at its last point.
+        `meets` lists the points at which the curve meets other curves of the list.
+        `at(B)` computes the values of A at any B.
 
     Warns
     -----
@@ -167,7 +167,8 @@ class _Collection:
         """Trace the curve through a bifurcation. Warns and returns None if no condition belongs to the bifurcation."""
         recognised = recognise(found)
         if recognised is None:
-            warnings.warn(f"no curve found through the {found.kind} at A = {found.A!r}, B = {found.B!r}", stacklevel=5)
+            where = f"the {found.kind} at A = {found.A!r}, B = {found.B!r}"
+            warnings.warn(f"no curve found through {where}: this bifurcation is left out", stacklevel=5)
             return None
         condition, seed = recognised
         points, ends = trace(condition, seed, self.box)

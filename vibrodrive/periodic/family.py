@@ -39,7 +39,7 @@ class Family:
     """All orbits of up to `max_period` periods at each of the values A, which include both sides of every bifurcation.
 
     A : float64 (n,), ascending.
-    orbits : list of the orbits at each A.
+    orbits : for each value of A the list of its orbits.
     """
 
     A: np.ndarray
@@ -69,7 +69,7 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
     """Compute all orbits at the values `A`, and close to every bifurcation between the smallest and the largest `A`."""
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
-        raise ValueError(bad("A", list(A), "at least two values"))
+        raise ValueError(bad("A", list(A), "at least two different values"))
     low, high = float(grid[0]), float(grid[-1])
     step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
     found = bifurcations((low, high), B, max_period, step=step if step < STEP * scale_of(low) else None)

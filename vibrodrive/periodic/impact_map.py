@@ -210,11 +210,11 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
     ImpactMap
         a function whose argument is a phase in rad, or an array of phases of any shape. Its result has the following
         arrays of the same shape.
-        phase is the phase of the next impact in rad.
-        periods is the number of excitation periods from one impact to the next.
-        speed is the dimensionless speed of the next impact.
-        derivative is the derivative of the map.
-        word gives the states from one impact to the next as text.
+        `phase` is the phase of the next impact in rad.
+        `periods` is the number of excitation periods from one impact to the next.
+        `speed` is the dimensionless speed of the next impact.
+        `derivative` is the derivative of the map.
+        `word` gives the states from one impact to the next as text.
 
     Raises
     ------

@@ -128,12 +128,12 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     -------
     list of Orbit
         empty if A <= 1 + B.
-        period is the period in excitation periods.
-        impacts is the number of impacts in one period.
-        phases (rad) and speeds (dimensionless) are those of the impacts, each float64 (impacts,).
-        multiplier is the derivative of the map over one period.
-        kind is the kind of stability, such as "stable" or "unstable".
-        word gives the states of one period as text.
+        `period` is the period in excitation periods.
+        `impacts` is the number of impacts in one period.
+        `phases` (rad) and `speeds` (dimensionless) are those of the impacts, each float64 (impacts,).
+        `multiplier` is the derivative of the map over one period.
+        `kind` is the kind of stability, such as "stable" or "unstable".
+        `word` gives the states of one period as text.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
     there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
     if len(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
-        raise ValueError(bad("max_period", limit, f"smaller, as there are more than {most} itineraries at {beside}"))
+        raise ValueError(bad("max_period", limit, f"smaller: more than {most} sequences of states exist at {beside}"))
     return there
 
 

@@ -2,8 +2,8 @@
 
 After a plastic impact the motion depends only on the instant of the impact. On a fixed grid this instant is a grid
 point, so a disturbed motion is a sequence of phases kΔτ mod 2π. The motion can nearly repeat after q periods only if
-the grid nearly repeats after q periods. The best such q are the denominators of the convergents of Δτ/2π as a continued
-fraction.
+the grid nearly repeats after q periods. The best such q are the numerators of the convergents q/p of the continued
+fraction of Δτ/2π.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def closing(dtau: float, longest: int) -> np.ndarray:
 
 
 def returning(section: np.ndarray, longest: int) -> np.ndarray:
-    """Measure the distance of a motion from itself m periods later, m = 1 … `longest`: float64 (longest,).
+    """Return the distance between a motion and the same motion m periods later, m = 1 … `longest`: float64 (longest,).
 
     `section` is float64 (periods, 2) with more than `longest` periods. The distance is a median over time, so that
     single transients within the record do not change it.

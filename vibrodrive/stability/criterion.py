@@ -13,7 +13,7 @@ from typing import NamedTuple
 from vibrodrive.model.parameters import bad
 
 IMPACTS, WORD = "impacts", "word"
-ALLOWED = f'"{IMPACTS}", "{WORD}", "rho < x" (x > 0), or some of them joined by "and"'
+ALLOWED = f'"{IMPACTS}", "{WORD}", "rho < x" (x > 0), or several of them joined by "and"'
 NEAR = re.compile(r"rho\s*<\s*(\S+)")
 
 
@@ -43,7 +43,7 @@ def parse_criterion(text: str | Criterion) -> Criterion:
     if isinstance(text, Criterion):
         return text
     if not isinstance(text, str):
-        raise TypeError(bad("criterion", text, "a text"))
+        raise TypeError(bad("criterion", text, f"a string: {ALLOWED}"))
     names, k3 = [], math.inf
     for part in re.split(r"\s+and\s+", text.strip()):
         if part in (IMPACTS, WORD):

@@ -75,24 +75,24 @@ class Limit(Found):
         parameters of the motion.
     k2 : float
         smallest disturbance found that is lost, refined by bisection. If `kept_below` is 0, even the smallest value
-        tried was lost, so k2 is only an upper bound. It is inf if no value up to `searched_to` is lost. It is NaN if
+        tried was lost, so `k2` is only an upper bound. It is inf if no value up to `searched_to` is lost. It is NaN if
         the undisturbed motion has no period or, over axes, if the record is too short.
     kept_below : float
-        largest disturbance below k2 that the bisection found to be kept; 0 if there is none.
+        largest disturbance below `k2` that the bisection found to be kept; 0 if there is none.
     last_kept : float
         upper end of the band: the largest value on the grid of disturbances that is kept and whose lower neighbour on
-        this grid is kept, too. A single value kept between losses may be chance. If no such value is above k2,
-        last_kept equals `kept_below`.
+        this grid is kept, too. A single value kept between losses may be chance. If no such value is above `k2`,
+        `last_kept` equals `kept_below`.
     share_kept : float
-        share of the grid values between k2 and last_kept that are kept, 0 to 1; 0 if there are no such values.
+        share of the grid values between `k2` and `last_kept` that are kept, 0 to 1; 0 if there are no such values.
     searched_to : float
         largest disturbance that was tried.
     n : int
         period of the undisturbed orbit in excitation periods, 0 if it has none.
     kept, lost : Structure or None
-        comparisons of the motions at kept_below and at k2 with the undisturbed orbit.
+        comparisons of the motions at `kept_below` and at `k2` with the undisturbed orbit.
     how : str
-        description of the loss, or the reason why there is no k2.
+        description of the loss, or the reason why there is no `k2`.
     """
 
     criterion: str
@@ -113,7 +113,7 @@ class Limit(Found):
 
     @property
     def velocity(self) -> float:
-        """k2 as a velocity amplitude, dimensionless like ξ': k2·η·A for ε, and k2 itself for Δτ.
+        """`k2` as a velocity amplitude, dimensionless like ξ': k2·η·A for ε, and k2 for Δτ.
 
         In this unit limits in ε and in Δτ can be compared.
         """
@@ -121,17 +121,17 @@ class Limit(Found):
 
     @property
     def velocity_last(self) -> float:
-        """last_kept as a velocity amplitude."""
+        """`last_kept` as a velocity amplitude."""
         return self.as_velocity(self.last_kept)
 
     @property
     def rho_kept(self) -> float:
-        """Largest distance of the section points of the motion at kept_below from the orbit; NaN if not known."""
+        """Largest distance of the section points of the motion at `kept_below` from the orbit; NaN if not known."""
         return self.kept.rho if self.kept is not None else math.nan
 
     @property
     def rho_lost(self) -> float:
-        """Largest distance of the section points of the motion at k2 from the orbit; NaN if not known."""
+        """Largest distance of the section points of the motion at `k2` from the orbit; NaN if not known."""
         return self.lost.rho if self.lost is not None else math.nan
 
 
@@ -193,7 +193,7 @@ def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
     """Raise TypeError for an axis that is not allowed."""
     for name, values in plan.axes.items():
         if name not in allowed:
-            raise TypeError(bad(name, f"array of {len(values)} values", f"a single number{hint}"))
+            raise TypeError(f"{name} = array of {len(values)} values: must be a single number{hint}")
 
 
 @dataclass

@@ -121,7 +121,7 @@ def each_of(
 
 @dataclass(frozen=True, repr=False)
 class Limits(Stored):
-    """Limits over one or two axes. `limits` returns this object, and so does `load` for a file of limits.
+    """Limits over one or two axes, as returned by `limits` and by `load` for a file of limits.
 
     The arrays in `numbers` and the arrays `n`, `done` and `how` have the shape (curve, axes…).
 
@@ -132,7 +132,7 @@ class Limits(Stored):
     fixed : dict of str to float
         values of those of the parameters A, B and eta that are not an axis.
     numbers : dict of str to float64 array
-        dimensionless results by name, for example k2, kept_below and velocity.
+        dimensionless results by name, for example `k2`, `kept_below` and `velocity`.
     n : int array
         period of the undisturbed orbit in excitation periods, 0 if it has none.
     done : bool array
@@ -140,7 +140,7 @@ class Limits(Stored):
     how : str array
         description of the loss at k2, or the reason why there is no k2.
     criterion : str
-        criterion that disturbed motions satisfy below k2; "" for k1 and ku.
+        criterion that disturbed motions satisfy below `k2`; "" for limits of the kinds "k1" and "ku".
     quantity : "k2", "k1" or "ku"
         kind of limit.
     fine, diagram : float64 arrays, or None
@@ -172,7 +172,7 @@ class Limits(Stored):
     def A(self) -> np.ndarray:
         """The values of A. Raises ValueError unless A is the only axis."""
         if list(self.axes) != ["A"]:
-            raise ValueError(bad("axes", ", ".join(self.axes), "A only"))
+            raise ValueError(f"axes = {', '.join(self.axes)}: must be A only")
         return self.axes["A"]
 
     @property

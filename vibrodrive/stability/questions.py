@@ -18,7 +18,7 @@ from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import bad, check
+from vibrodrive.model.parameters import check
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, LimitSearch, each_limit, plan_at_one_point
@@ -82,13 +82,13 @@ def limit(
     Returns
     -------
     Limit
-        k2 is the smallest disturbance found at which the criterion fails, dimensionless.
-        kept_below is the largest disturbance below k2 found at which the criterion holds.
-        last_kept is the upper end of the band above k2 in which the criterion holds at some values.
-        share_kept is the share of the values between k2 and last_kept at which the criterion holds, 0 to 1.
-        n is the period of the undisturbed orbit in excitation periods.
-        how describes the loss.
-        kept and lost are the structures of the motions at kept_below and at k2.
+        `k2` is the smallest disturbance found at which the criterion fails, dimensionless.
+        `kept_below` is the largest disturbance below `k2` found at which the criterion holds.
+        `last_kept` is the upper end of the band above `k2` in which the criterion holds at some values.
+        `share_kept` is the share of the values between `k2` and `last_kept` at which the criterion holds, 0 to 1.
+        `n` is the period of the undisturbed orbit in excitation periods.
+        `how` is a text that describes the loss.
+        `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def limit(
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
     """
-    plan = plan_at_one_point(written, disturbance, method, " (axes belong to `limits`)")
+    plan = plan_at_one_point(written, disturbance, method, " (for axes use `limits`)")
     search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads))
     ((_, found),) = _answered("limit", plan, lambda: list(search.run(strict=True)))
     return found
@@ -159,10 +159,10 @@ def start_limit(
     Returns
     -------
     StartLimit
-        k1 is the distance of the nearer edge of the basin from the start, in the dimensionless unit of the coordinate.
-        below and above are the edges in the two directions, each with kept, lost and searched_to.
-        n is the period of the undisturbed orbit in excitation periods.
-        how describes the result.
+        `k1` is the distance of the nearer edge of the basin from the start, dimensionless like the coordinate.
+        `below` and `above` are the edges in the two directions, each with `kept`, `lost` and `searched_to`.
+        `n` is the period of the undisturbed orbit in excitation periods.
+        `how` is a text that describes the result.
 
     Raises
     ------
@@ -227,12 +227,12 @@ def unique_limit(
     Returns
     -------
     UniqueLimit
-        ku is the smallest disturbance found at which all starts end in one motion, dimensionless.
-        several_below is the largest disturbance found below ku at which several motions remain.
-        last_several is the upper end of the band above ku in which several motions remain at some values.
-        share_several is the share of the values between ku and last_several at which several motions remain, 0 to 1.
-        n is the number of solutions without a disturbance.
-        how describes the result.
+        `ku` is the smallest disturbance found at which all starts end in one motion, dimensionless.
+        `several_below` is the largest disturbance found below `ku` at which several motions remain.
+        `last_several` is the upper end of the band above `ku` in which several motions remain at some values.
+        `share_several` is the share of the values between `ku` and `last_several` at which several motions remain.
+        `n` is the number of solutions without a disturbance.
+        `how` is a text that describes the result.
 
     Raises
     ------
@@ -295,12 +295,12 @@ def limits(
     Returns
     -------
     Limits
-        numbers is a dict of dimensionless arrays by name: k2, the limits; velocity, the limits as velocity amplitudes;
-        and others. Each array is float64 (curve, axes…).
-        n contains the periods of the undisturbed orbits in excitation periods, int32 (curve, axes…).
-        done is True where a limit has been computed, bool (curve, axes…).
-        how describes each loss in words, (curve, axes…).
-        `load` returns the same object for a file of `vibrodrive limits`.
+        `numbers` is a dict of dimensionless arrays by name: `k2`, the limits; `velocity`, the limits as velocity
+        amplitudes; and others. Each array is float64 (curve, axes…).
+        `n` contains the periods of the undisturbed orbits in excitation periods, int32 (curve, axes…).
+        `done` is True where a limit has been computed, bool (curve, axes…).
+        `how` contains a description of each loss, (curve, axes…).
+        `load` also returns a Limits, read from a file that `vibrodrive limits` has written.
 
     Raises
     ------
@@ -320,7 +320,8 @@ def limits(
     plan = make_plan({"periods": PERIODS, **common})
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad("axes", ", ".join(names) or "none", "one or two of A, B, eta (for one point use `limit`)"))
+        given = ", ".join(names) or "none"
+        raise ValueError(f"axes = {given}: must be one or two of A, B, eta (for one point use `limit`)")
     if disturbance is not None:
         check_disturbance(disturbance)
     searches = {

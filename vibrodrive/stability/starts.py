@@ -49,10 +49,11 @@ EXACT = 1e-13  # relative width at which the search for an edge ends
 class Edge(NamedTuple):
     """Edge of a basin in one direction from the start. All numbers are sizes of deviations.
 
-    kept : largest deviation found with which the motion ends on the same solution, as with all smaller ones tried.
+    kept : largest deviation found below `lost`. With it, and with all smaller deviations tried, the motion ends on the
+        same solution.
     lost : smallest deviation found with which the motion ends on another solution; inf if there is none up to
         `searched_to`.
-    searched_to : largest deviation that may be tried.
+    searched_to : upper end of the deviations that the search covers if it finds no other solution.
     """
 
     kept: float
@@ -71,9 +72,10 @@ class StartLimit:
     n : int
         period of the undisturbed orbit, 0 if it has none.
     below, above : Edge
-        edges of the basin on both sides of the start. Each has the attributes `kept`, the largest deviation found with
-        which the motion ends on the same solution; `lost`, the smallest deviation found with which it ends on another
-        one (inf if there is none); and `searched_to`, the end of the search.
+        edges of the basin on both sides of the start. Each has the attributes `kept`, the largest deviation found below
+        `lost` with which the motion ends on the same solution; `lost`, the smallest deviation found with which the
+        motion ends on another solution (inf if there is none); and `searched_to`, the upper end of the deviations that
+        the search covers if it finds no other solution.
     """
 
     A: float
@@ -104,7 +106,7 @@ class StartLimit:
 
     @property
     def searched_to(self) -> float:
-        """Largest deviation tried."""
+        """Upper end of the deviations that the search covers if it finds no other solution."""
         return max(self.below.searched_to, self.above.searched_to)
 
     @property
@@ -145,7 +147,7 @@ def plan_of_starts(arguments: Mapping[str, Any], axis: object, axes: Sequence[st
         kind = ValueError if isinstance(axis, str) else TypeError
         raise kind(bad("axis", axis, "one of " + ", ".join(COORDINATES)))
     plan = make_plan({**arguments, "method": choices.Method.CERTIFIED})
-    refuse_axes(plan, axes, f": ε = 0 for a limit in {axis}" if axes else "")
+    refuse_axes(plan, axes, f" (axes may be {', '.join(axes)} for a limit in {axis}, where ε = 0)" if axes else "")
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: only the start is changed"))
     return plan

@@ -113,15 +113,15 @@ class UniqueLimit(Found):
         arguments of the search.
     ku : float
         smallest disturbance found at which all starts end in one motion, refined by bisection. If `several_below` is 0,
-        ku is only an upper bound. It is inf if several motions remain at every disturbance up to `searched_to`, 0 if
+        `ku` is only an upper bound. It is inf if several motions remain at every disturbance up to `searched_to`, 0 if
         there is only one solution without a disturbance, and NaN if the undisturbed motion has no period.
     several_below : float
-        largest disturbance below ku at which the bisection found several motions; 0 if there is none.
+        largest disturbance below `ku` at which the bisection found several motions; 0 if there is none.
     last_several : float
         upper end of the band: the largest value on the grid of disturbances at which several motions remain and at
         whose lower neighbour on this grid several motions remain, too.
     share_several : float
-        share of the grid values between ku and last_several at which several motions remain, 0 to 1.
+        share of the grid values between `ku` and `last_several` at which several motions remain, 0 to 1.
     searched_to : float
         largest disturbance that was tried.
     n : int
@@ -145,12 +145,12 @@ class UniqueLimit(Found):
 
     @property
     def velocity(self) -> float:
-        """ku as a velocity amplitude, dimensionless like ξ': ku·η·A for ε, and ku itself for Δτ."""
+        """`ku` as a velocity amplitude, dimensionless like ξ': ku·η·A for ε, and ku for Δτ."""
         return self.as_velocity(self.ku)
 
     @property
     def velocity_last(self) -> float:
-        """last_several as a velocity amplitude."""
+        """`last_several` as a velocity amplitude."""
         return self.as_velocity(self.last_several)
 
 

@@ -22,7 +22,7 @@ MODEL = (
 
 
 def plain(plan: Plan) -> dict[str, Any]:
-    """Return the values common to all motions of a plan, by name: parameters that are no axis, and settings."""
+    """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
     scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
     return scalars | settings_in_words(plan)
 

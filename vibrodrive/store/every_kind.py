@@ -81,13 +81,13 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     Raises
     ------
     NoResult
-        if it is no result file of this version. Two kinds of NoResult are more specific. OtherKind: its kind is not
-        `kind`, or it holds switches of single motions. Damaged: it cannot be read. All are ValueErrors of
+        if `path` is not a result file of this version. Two kinds of NoResult are more specific. OtherKind: its kind is
+        not `kind`, or it holds switches of single motions. Damaged: it cannot be read. All are ValueErrors of
         `vibrodrive.errors`.
     Busy (a RuntimeError)
         if this process has the file open in a mode that excludes reading.
     TypeError, ValueError
-        if `path` is no file name, or `kind` is unknown.
+        if `path` is not a file name, or `kind` is unknown.
     OSError
         if the system cannot open the file.
 

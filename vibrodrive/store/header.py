@@ -50,13 +50,13 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
     with open(path, "rb"):  # raises OSError for a forbidden file
         pass
     if not h5py.is_hdf5(path):
-        raise NoResult(f"{path}: no result file (not HDF5, or its beginning is damaged)")
+        raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
     try:
         return _open(path, mode)
     except OSError as error:
         if "already open" in str(error):
             raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it first") from None
-        what = "truncated" if "truncated" in str(error) else f"damaged beyond reading ({error})"
+        what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
         raise Damaged(f"{path}: {what}: {remedy(path)}") from error
 
 
@@ -69,7 +69,7 @@ def remedy(path: Path) -> str:
 def interpreting(path: str | Path) -> Iterator[None]:
     """Raise Damaged if the reader in the block fails to interpret the contents.
 
-    A TypeError counts only if h5py raised it; otherwise it is a programming error of the reader.
+    A TypeError means damage only if h5py raised it. Any other TypeError is a bug in the block and is raised unchanged.
     """
     try:
         yield
@@ -79,7 +79,7 @@ def interpreting(path: str | Path) -> Iterator[None]:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
             raise
         what = " ".join(str(error).split())
-        raise Damaged(f"{path}: damaged beyond reading ({what}): {remedy(Path(path))}") from error
+        raise Damaged(f"{path}: too damaged to be read ({what}): {remedy(Path(path))}") from error
 
 
 def _raised_by_h5py(error: BaseException) -> bool:
@@ -88,7 +88,7 @@ def _raised_by_h5py(error: BaseException) -> bool:
 
 
 def special(path: str | Path) -> str | None:
-    """Return the type of a path that is no regular file, such as "a named pipe"; None for a regular file.
+    """Return the type of a path that is not a regular file, such as "a named pipe"; None for a regular file.
 
     Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
     """
@@ -125,7 +125,7 @@ def kind_in(file: h5py.File, wanted: str | None = None) -> str:
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None
     if kind is None:
-        raise NoResult(f"{path}: no result file of vibrodrive")
+        raise NoResult(f"{path}: not a result file of vibrodrive")
     if kind not in FILES:
         raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
     if wanted not in (None, kind):
@@ -150,7 +150,7 @@ def check_schema(file: h5py.File, kind: str) -> None:
         if found not in numbers:
             raise NoResult(
                 f"{file.filename}: {name} = {found}: must be {' or '.join(map(str, numbers))} for this version of "
-                "vibrodrive: compute it again, into another file or with --overwrite"
+                "vibrodrive: compute the results again, into another file or with --overwrite"
             )
 
 

@@ -80,7 +80,7 @@ def variables_of(plan: Plan) -> tuple[Variable, ...]:
 
 
 def variable_name(quantity: str) -> str:
-    """Return the name of a quantity as a variable of a file or a Dataset."""
+    """Return the name that the variable of this quantity has in a file and in an xarray Dataset."""
     return MOTION_PERIOD if quantity == "period" else quantity
 
 

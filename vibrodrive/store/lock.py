@@ -26,6 +26,8 @@ RENAMES_OPEN_FILES = os.name != "nt"
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 """Errors of file systems without locks (some network mounts): the user must exclude a second writer there."""
 
+WRITING = "another process is writing this file: wait until it has finished, or choose another file"
+
 FAR = 1 << 62
 """Offset of the byte locked on Windows, after the end of any file: locked bytes cannot be read there."""
 
@@ -49,9 +51,7 @@ class Lock:
             except OSError as error:
                 if error.errno not in UNSUPPORTED:
                     os.close(self._fd)
-                    raise Busy(
-                        f"{name or path}: another process is writing it: wait for its end, or choose another file"
-                    ) from None
+                    raise Busy(f"{name or path}: {WRITING}") from None
             if self._is(path):
                 return
             os.close(self._fd)  # renamed between opening and locking

@@ -24,7 +24,7 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     if target.suffix.lower() not in FORMATS:
         raise ConfigError(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
     check_different({**sources, "figure": target})
-    check_different({**sources, "draft of the figure": draft_of(target)})
+    check_different({**sources, "temporary file of the figure": draft_of(target)})
     check_place("figure", target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
@@ -46,7 +46,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     source = {} if config is None else {"configuration": config}
     check_different({**source, "output": path})
     check_place("output", path, renamed=overwrite)
-    check_different({**source, "draft of the output": draft_of(path)})
+    check_different({**source, "temporary file of the output": draft_of(path)})
     for figure in figures:
         check_figure(figure, {**source, "output": path})
     if overwrite:
@@ -60,7 +60,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
         raise
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
-        advice = "choose another file, as --overwrite replaces result files only"
+        advice = "choose another file, as --overwrite replaces only result files"
         raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
         held = f"a file of {FILES[kind].holds}, but this one holds {FILES[found].holds}: choose another with -o"
@@ -68,7 +68,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
 
 
 def refuse_foreign(path: Path) -> None:
-    """Raise NoResult if an existing file is no result file of this program; other files are never replaced.
+    """Raise NoResult if an existing file is not a result file of this program: other files are never replaced.
 
     A damaged result file may be replaced if it can be recognised. Call this also directly before replacing a file.
     """
@@ -82,11 +82,11 @@ def refuse_foreign(path: Path) -> None:
     except NoResult as error:
         if isinstance(error, Damaged) and bears_our_names(path):
             return
-        raise NoResult(f"{error}; --overwrite replaces result files only") from None
+        raise NoResult(f"{error}; --overwrite replaces only result files") from None
     except BROKEN:
         ours = bears_our_names(path)
     if not ours:
-        raise NoResult(f"{path}: no result file of vibrodrive; --overwrite replaces result files only")
+        raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:

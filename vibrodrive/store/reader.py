@@ -36,7 +36,7 @@ class DamagedBlock(UserWarning):
 
 
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
-    """Read an array; add unreadable blocks to `damaged`, whose status is then NOT_COMPUTED."""
+    """Read an array; add unreadable blocks to `damaged`. The status of the points in these blocks is NOT_COMPUTED."""
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
@@ -57,7 +57,7 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged, and left out of {name}: {places}. Repeat the sweep to compute it again"
+        message = f"{path}: damaged blocks, left out of {name}: {places}. Repeat the sweep to compute them again"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
@@ -107,7 +107,7 @@ def place(plan: Plan, k: int) -> str:
 
 @dataclass(frozen=True)
 class Report:
-    """State of a file. `faults` has the faults of damaged blocks by number, `general` all other faults."""
+    """State of a file. `faults` maps numbers of damaged blocks to their faults; `general` lists all other faults."""
 
     header: Header
     done: np.ndarray  # bool, one per block

@@ -31,7 +31,7 @@ def save(
     """Write a file of tables, given by the name of their dimension; after an error no file is left.
 
     `contents` describes the file in a sentence; its comment explains the attributes `shared`, but not `further`.
-    Raises NoResult if an existing file at `path` is no result file of this program, or OSError.
+    Raises NoResult if an existing file at `path` is not a result file of this program, or OSError.
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about(kind, origin) | {FILES[kind].schema: FILES[kind].readable[-1]})

@@ -29,7 +29,7 @@ from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import refuse_moved, unwritable
 from vibrodrive.store.header import damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Origin, Progress, put_chunk, quiet, variables_of
-from vibrodrive.store.lock import RENAMES_OPEN_FILES, Lock
+from vibrodrive.store.lock import RENAMES_OPEN_FILES, WRITING, Lock
 from vibrodrive.store.place import refuse_foreign
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ class Writer:
         """Return the error of a failed write: Unwritable if the system refused it, else Damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
-        return Damaged(f"{self.path}: damaged beyond repair: restore it, or replace it with --overwrite")
+        return Damaged(f"{self.path}: too damaged to be repaired: restore it, or replace it with --overwrite")
 
 
 def open_writer(
@@ -233,7 +233,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
             refuse_large_file(plan, path)
             if path.exists():
                 if not overwrite:  # another process created it just now
-                    raise Busy(f"{path}: another process is writing it: wait for its end, or choose another file")
+                    raise Busy(f"{path}: {WRITING}")
                 old = Lock(path)
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
             layout.lay_out(file, plan, origin, progress)

@@ -97,10 +97,11 @@ def slide(model: Oscillator, s: Segment) -> Slide:
 
 
 def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
-    """Return the switching function at the end of a segment, computed with 50 digits, and the bound of its rounding.
+    """Return the switching function at the end of a segment, and the bound of its rounding.
 
-    The recorded phases at both ends of the segment have errors of at least 2**-51. A long slide continues from a new
-    reference state after every two periods, so the rounding of the terms is added once more for every two periods.
+    The function is computed with the digits that the caller has set in mpmath. The recorded phases at both ends of the
+    segment have errors of at least 2**-51. A long slide continues from a new reference state after every two periods,
+    so the rounding of the terms is added once more for every two periods.
     """
     A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
     eta, h = float(model.eta), float(s.h)

@@ -33,7 +33,7 @@ reference if its status says so."""
 
 
 def fixed_scenes() -> list[Finding]:
-    """Return the largest error of a switching time in each scene; infinite if a state differs."""
+    """Return a finding for each scene: its largest error of a switching time, infinite if a state is wrong."""
     return [_error(name, _follow(SCENES[name])) for name in SCENES]
 
 
@@ -49,7 +49,10 @@ def _error(name: str, found: Agreement) -> Finding:
 
 
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
-    """Yield scenes over the range of the parameters: level to steep, any η, any start, every second one disturbed."""
+    """Return random scenes: a level to a steep incline (B up to 1.3), and any start with ξ ≤ 5 and |ξ'| ≤ 4.
+
+    η is that of the paper, or between 0.3 and 200. Every second scene has a disturbance.
+    """
     generator = np.random.default_rng(seed)
 
     def scene(disturbed: bool) -> dict[str, float]:

@@ -98,7 +98,11 @@ def release(A: float, B: float) -> Wait:
 
 
 def scanned(H: Callable[[float], float], eta: float) -> Wait:
-    """Return the function for the end of STICK or REST at ε > 0: the first zero of H - 1, or in STICK of H + 1."""
+    """Return the function for the end of STICK or REST at ε > 0.
+
+    REST ends at the first zero of H - 1, and STICK at the first zero of H - 1 or H + 1, whichever is earlier. The
+    function returns inf if it finds no end within two periods.
+    """
     step = 0.02 / max(1.0, eta)
 
     def within(state: int, tau: float) -> bool:
@@ -117,12 +121,12 @@ def scanned(H: Callable[[float], float], eta: float) -> Wait:
 
 
 def scipy_events() -> list[Finding]:
-    """Return the largest difference of a switching time from `scipy.integrate.solve_ivp`."""
+    """Return a finding for each scene: the largest difference of a switching time from `scipy.integrate.solve_ivp`."""
     return _side_by_side(_scipy_slide, SCIPY_WITHIN)
 
 
 def heyoka_events() -> list[Finding]:
-    """Return the largest difference of a switching time from `heyoka.taylor_adaptive`."""
+    """Return a finding for each scene: the largest difference of a switching time from `heyoka.taylor_adaptive`."""
     return _side_by_side(_heyoka_slide, HEYOKA_WITHIN)
 
 

@@ -151,7 +151,7 @@ class Switching:
         return Point(h, g, g, g, dg, ddg, self.tiny, self.tiny * self.omega, self.tiny * self.omega**2)
 
     def double(self, h: float) -> Point:
-        """Return the same in double precision, with allowances that include its rounding."""
+        """Return the same in double precision, with allowances that include the rounding of doubles."""
         line, slope = self.line[0] + self.line[1] * h, self.line[1]
         g, dg, ddg, slow = line, slope, 0.0, line
         pad, dpad, ddpad = abs(self.line[0]) + abs(slope) * h, abs(slope), 0.0
@@ -171,8 +171,8 @@ class Switching:
     def judge(self, a: Point, b: Point) -> str:
         """Classify the zeros of g in (a, b] for g(a) > 0.
 
-        "clear" is no zero, "zero" is one zero, "minimum" is zero to two zeros with one minimum between them, and
-        "unknown" is undecided.
+        "clear" means no zero, "zero" one zero, "minimum" none to two zeros with one minimum between them. "unknown" is
+        undecided.
         """
         w8 = (b.h - a.h) ** 2 / 8
         pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
