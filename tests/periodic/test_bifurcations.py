@@ -197,7 +197,7 @@ def test_too_much_is_refused_before_it_begins(monkeypatch):
     with pytest.raises(ValueError, match=r"max_period = 101: must be an integer >= 1 and <= 100"):
         bifurcations(max_period=101)
     monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
-    with pytest.raises(ValueError, match=r"max_period = 4: must be smaller: .* at each of 552 values of A"):
+    with pytest.raises(ValueError, match=r"max_period = 4: must be smaller, .* at each of 552 values of A"):
         bifurcations(max_period=4)
 
 
