@@ -182,11 +182,11 @@ const set_field = (name, value) => {
 };
 
 // Slider and field of a parameter have the same value; the sliders in `exponents` have its logarithm.
-page.slide = (name) => {
+page.slide = (name, again) => {
   const place = Number(sliders[name].value), value = exponents.includes(name) ? Math.pow(10, place) : place;
   set_field(name, String(Number(value.toPrecision(10))));
   arrange();
-  page.ask();
+  page.ask(again);
 };
 
 const follow = (name) => {
@@ -480,7 +480,7 @@ for (const button of document.querySelectorAll("[data-play]")) {
     if (page.played) return page.played = "";
     sliders[name].value = sliders[name].min;
     page.played = name;
-    page.slide(name);
+    page.slide(name, true); // also where the value is the least already
   });
 }
 
