@@ -100,6 +100,7 @@ def test_points_repeat_after_the_smallest_number_of_periods():
 
 
 @pytest.mark.jit
+@pytest.mark.slow("12 s: limits in ε and Δτ over a range of A")
 def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
     some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
     found = outcome("interruptions-and-limit", session(fig03=some))
@@ -128,6 +129,7 @@ def test_a_time_per_period_is_measured():
 
 
 @pytest.mark.jit
+@pytest.mark.slow("13 s: five claims, each with its limits")
 def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path):
     monkeypatch.setattr(claims_limits, "A_OF_PERIODS", (2.4,))
     monkeypatch.setattr(claims_limits, "A_OF_INCLINES", (2.4,))
