@@ -116,6 +116,7 @@ def test_no_switching_function_changes_sign_inside_a_segment(scene):
         assert values.min() >= -noise, s
 
 
+@pytest.mark.slow("7 s: 1000 scenes, their switches at 60 digits")
 @settings(max_examples=1000, derandomize=True, deadline=None)
 @given(FAINT)
 def test_faint_disturbance(scene):

@@ -64,6 +64,7 @@ def test_alike_names_where_it_does_not_hold(session):
 
 
 @pytest.mark.jit
+@pytest.mark.slow("7 s: limits at three frequencies and two amplitudes")
 def test_a_limit_that_has_not_settled_at_the_papers_frequency_corrects_it(session, monkeypatch):
     monkeypatch.setattr(claims_limits, "TIMES_ETA", (1.0, 3.0, 10.0))
     verdict = {}

@@ -29,6 +29,7 @@ def test_skipped_sticking_is_found_in_the_sequence_of_states(session):  # noqa: 
 
 
 @pytest.mark.jit
+@pytest.mark.slow("5 s: two maps of failures, each failure followed")
 def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
     found = outcome("zeros-in-step", session(atlas_undisturbed={DTAU: "dtau = [0.7, 1.2, 1.9]"}))
     numbers = found.record["numbers"]

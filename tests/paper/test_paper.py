@@ -131,6 +131,7 @@ def test_what_came_out(some):
 
 
 @pytest.mark.jit
+@pytest.mark.slow("7 s: four figures with their claims")
 def test_another_configuration_gives_another_verdict(some, tmp_path, monkeypatch):
     configs = tmp_path / "configs"
     shutil.copytree(configurations(), configs)
