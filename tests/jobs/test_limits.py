@@ -234,6 +234,7 @@ def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, so
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow("8 s: k₁ and k_u of two motions")
 def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
     """The command for k₂ also computes k₁ and k_u."""
     config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"

@@ -237,6 +237,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
+@pytest.mark.slow("8 s: two processes meet a writer that is stopped")
 def test_two_writers_do_not_meet(scene, undisturbed):
     first = scene.start(delay=0.1)
     scene.wait_for_blocks(first)
@@ -335,6 +336,7 @@ periods = 60000
 
 
 @pytest.mark.jit
+@pytest.mark.slow("6 s: processes of one and two threads, killed")
 def test_the_kernels_killed_and_resumed_with_other_threads(scene):
     (scene.folder / "c.toml").write_text(REAL)
     random = np.random.default_rng()
