@@ -189,8 +189,9 @@ def charts() -> list[Chart]:
         Chart(DOCS / "accuracy_speed.png", lambda: stored("accuracy_speed"), "benchmarks.accuracy_speed", chart),
         Chart(DOCS / "difficulty.png", stored_rates, "benchmarks.switches.run", difficulty),
     ]
-    for name, example in stored("failures")["examples"].items():
-        about = {"environment": stored("failures")["environment"], **example}
+    failures = stored("failures")
+    for name, example in failures["examples"].items():
+        about = {"environment": failures["environment"], **example}
         found.append(Chart(DOCS / "failures" / f"{name}.png", partial(dict, about), "benchmarks.failures", failure))
     return found
 

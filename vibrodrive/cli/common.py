@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from vibrodrive.errors import ConfigError, Damaged
-from vibrodrive.model.choices import ACTS_ON, Method
+from vibrodrive.model.choices import Method, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE
 from vibrodrive.model.parameters import bad, is_name
 
@@ -47,12 +47,10 @@ SET = click.option(
     multiple=True,
     help="Set an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
-GRIDS = " and ".join(method.name.lower() for method in reversed(ACTS_ON["dtau"]))
-
 METHOD = click.option(
     "--method",
     type=click.Choice([method.name.lower() for method in reversed(Method)]),
-    help=f"Method of finding switches; {GRIDS} need dtau (default: that of CONFIG, or certified).",
+    help=f"Method of finding switches; {used_by('dtau')} need dtau (default: that of CONFIG, or certified).",
 )
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not use its contents."
@@ -102,8 +100,7 @@ def judge_idle(settings: Config) -> None:
     for name in idle(plan.settings.method):
         value = settings.arguments.get(name)
         if value not in (None, PARAMETERS[name].default):
-            acts = " and ".join(method.name.lower() for method in ACTS_ON[name])
-            say(f"{name} = {value} is ignored: used by {acts} only")
+            say(f"{name} = {value} is ignored: used by {used_by(name)} only")
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:

@@ -494,9 +494,10 @@ const KEYS = {
   ArrowLeft: () => shift(x_range, -0.1), ArrowRight: () => shift(x_range, 0.1),
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
-  Backspace: () => history.back(), Home: () => page.command({reset: true}, say("", "story")), f: () => page.fit_now(),
-  x: () => element("full").click(), Escape: () => page.ask(true, page.extra.at = null, point_at(NaN)), " ": () => page.play(), n: () => page.step(),
-  m: () => element("mark").click(), g: () => element("grid").click(),
+  Home: () => { say("", "story"); page.command({reset: true}); },
+  Escape: () => { page.extra.at = null; point_at(NaN); page.ask(true); },
+  Backspace: () => history.back(), f: () => page.fit_now(), " ": () => page.play(), n: () => page.step(),
+  x: () => element("full").click(), m: () => element("mark").click(), g: () => element("grid").click(),
 };
 window.addEventListener("keydown", (event) => {
   const on = (kinds) => event.target.matches?.(kinds);

@@ -19,7 +19,7 @@ from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
@@ -81,7 +81,7 @@ def bifurcation(
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
-        raise ValueError("axes = none: must be at least one for a bifurcation diagram (one motion: draw its section)")
+        raise ValueError(bad_axes((), "at least one for a bifurcation diagram (one motion: draw its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in [*names, *results.points]:

@@ -7,7 +7,7 @@ from typing import Any
 from vibrodrive.jobs.orbits import check_undisturbed
 from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.curves import NUM, curves
 from vibrodrive.periodic.meetings import meeting_points
@@ -17,7 +17,7 @@ from vibrodrive.store.curves import StoredCurves, save
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse axes other than A and B, a disturbance, and a method other than `certified`."""
     if set(plan.axes) != {"A", "B"}:
-        raise ValueError(f"axes = {', '.join(plan.axes) or 'none'}: must be A only, or A and B")
+        raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     for name, values in plan.axes.items():
         if not values.min() < values.max():
             raise ValueError(bad(name, values.tolist(), "at least two different values"))

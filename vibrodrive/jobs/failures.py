@@ -12,7 +12,7 @@ from vibrodrive.figures.failures import failures_figure
 from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
 from vibrodrive.model.names import PARAMETERS
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
 from vibrodrive.stability.limit import PERIODS, each_limit
@@ -27,7 +27,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse axes other than A and dtau, or A and eps, and axes that cannot be those of the map."""
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
-        raise ConfigError(f"axes = {', '.join(names) or 'none'}: must be A and dtau, or A and eps")
+        raise ConfigError(bad_axes(names, "A and dtau, or A and eps"))
     for name, values in plan.axes.items():
         if len(values) < 2 or (np.diff(values) <= 0).any():
             raise ConfigError(bad(name, values.tolist(), "at least two values, ascending, for a map"))

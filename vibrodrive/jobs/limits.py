@@ -14,6 +14,7 @@ from vibrodrive.errors import ConfigError
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
+from vibrodrive.model.parameters import bad_axes
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.limit import AXES, Limit
 from vibrodrive.stability.limits import K1, K2, KU, QUANTITIES, Limits, check_quantity, each_of, undisturbed_diagram
@@ -31,10 +32,10 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse axes other than one or two of A, B and eta (k1: one, A or B), and arguments that the search refuses."""
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ConfigError(f"axes = {', '.join(names) or 'none'}: must be one or two of A, B and eta")
+        raise ConfigError(bad_axes(names, "one or two of A, B and eta"))
     quantity, criterion = _judged(config)
     if quantity == K1 and len(names) > 1:
-        raise ConfigError(f"axes = {', '.join(names)}: must be one, A or B, for {K1}")
+        raise ConfigError(bad_axes(names, f"one, A or B, for {K1}"))
     _each(config, plan, None)(dict(plan.axes), *QUANTITIES[quantity].curves[0])
     return own_settings(config, criterion, quantity)
 

@@ -13,7 +13,7 @@ from vibrodrive.figures.style import styled
 from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import family
@@ -26,7 +26,7 @@ DIAGRAMS = ("bifurcation", "multipliers")
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Refuse an axis other than A, a disturbance, and a method other than `certified`."""
     if list(plan.axes) != ["A"]:
-        raise ValueError(f"axes = {', '.join(plan.axes) or 'none'}: must be A only, or A and B")
+        raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     if len(np.unique(plan.axes["A"])) < 2:
         raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two different values"))
     return check_undisturbed(config, plan)

@@ -41,6 +41,11 @@ IN_LANES = (Method.FIXED, Method.MULLER, Method.CERTIFIED)
 (kernels/single.py)."""
 
 
+def used_by(name: str) -> str:
+    """Return the names of the methods that use `dtau` or `tol`, for messages."""
+    return " and ".join(method.name.lower() for method in ACTS_ON[name])
+
+
 class Scan(Named):
     """Grid points that `fixed` and `muller` evaluate. Both choices give bitwise equal results.
 

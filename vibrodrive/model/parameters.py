@@ -34,6 +34,11 @@ def bad(key: str, value: object, allowed: str) -> str:
     return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
 
 
+def bad_axes(names: Iterable[str], allowed: str) -> str:
+    """Return the sentence for axes that a computation or a figure cannot use."""
+    return f"axes = {', '.join(names) or 'none'}: must be {allowed}"
+
+
 def unknown(key: str, name: object, known: Iterable[str]) -> str:
     """Return the sentence for an unknown name, with the most similar known name, if any."""
     names = list(known)

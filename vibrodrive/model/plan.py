@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import ACTS_ON, Method, Scan
+from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
@@ -177,8 +177,7 @@ def idle(method: int) -> tuple[str, ...]:
 def says_idle(name: str, value: object, method: int) -> str:
     """Return the error message for a parameter that the method does not use."""
     value = value.tolist() if isinstance(value, np.ndarray) else value
-    acts = " and ".join(m.name.lower() for m in ACTS_ON[name])
-    return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: used by {acts} only")
+    return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: used by {used_by(name)} only")
 
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:

@@ -12,7 +12,7 @@ from vibrodrive.batch.sweep import collect
 from vibrodrive.model.described import Lines, Stored, axis_facts, words
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.kinds import above
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import Limit, each_limit
@@ -172,7 +172,7 @@ class Limits(Stored):
     def A(self) -> np.ndarray:
         """The values of A. Raises ValueError unless A is the only axis."""
         if list(self.axes) != ["A"]:
-            raise ValueError(f"axes = {', '.join(self.axes)}: must be A only")
+            raise ValueError(bad_axes(self.axes, "A only"))
         return self.axes["A"]
 
     @property

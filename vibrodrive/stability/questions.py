@@ -18,7 +18,7 @@ from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import check
+from vibrodrive.model.parameters import bad_axes, check
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, LimitSearch, each_limit, plan_at_one_point
@@ -320,8 +320,7 @@ def limits(
     plan = make_plan({"periods": PERIODS, **common})
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        given = ", ".join(names) or "none"
-        raise ValueError(f"axes = {given}: must be one or two of A, B, eta (for one point use `limit`)")
+        raise ValueError(bad_axes(names, "one or two of A, B, eta (for one point use `limit`)"))
     if disturbance is not None:
         check_disturbance(disturbance)
     searches = {
