@@ -52,9 +52,3 @@ def test_threads_and_executors_change_no_bit():
         assert first.dtype == q.dtype
         for other in (two, three, pickle.loads(pickle.dumps(two))):
             assert np.array_equal(first, getattr(other, q.name), equal_nan=True), q.name
-
-
-@pytest.mark.parametrize("record", ["sections", (), [], "summary,impacts", ("summary", "summary"), 1, None, [1]])
-def test_other_records_are_refused_in_one_line(record):
-    with pytest.raises((TypeError, ValueError), match=r"record = .*: must be one or several of section, "):
-        vd.sweep(A=2.0, record=record)

@@ -83,14 +83,6 @@ def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
     assert "nonsense" in fresh(code)
 
 
-def test_the_version_stands_in_one_place():
-    import tomllib
-
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    assert "version" not in project["project"]
-    assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "vibrodrive.version.__version__"}
-
-
 def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):
     code, out, err = run("sweep", "small.toml", "--set", "periods=4", "-o", "there.h5")
     assert (code, out) == (0, "")
@@ -147,18 +139,14 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["sweep", "small.toml", "--threads", "0"], ["--threads", "0"]),
         (["sweep", "small.toml", "--threads", "9999"], ["--threads = 9999", "<="]),
         (["sweep", "small.toml", "--set", "periods=0"], ["small.toml", "periods = 0", ">= 1"]),
-        (["sweep", "small.toml", "--set", "A=nan"], ["A = nan", "number"]),
-        (["sweep", "small.toml", "--set", "A=[]"], ["A = []", "at least one"]),
         (["sweep", "small.toml", "--set", "colour=3"], ["key of --set = 'colour'", "must be one of"]),
         (
             ["sweep", "small.toml", "--set", "A.num=1000000", "--set", "periods=1000000"],
             ["TB", "free"],
         ),
-        (["sweep", "small.toml", "--set", "periods=600000000"], ["periods = 600000000", "<= 536870911"]),
         (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
         (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
-        (["plot", ""], ["file = ''", "name"]),
         (["validate", "-o", ""], ["output = ''", "name"]),
         (["sweep", "broken.toml"], ["broken.toml", "invalid TOML", "line 2"]),
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
@@ -167,6 +155,14 @@ def test_statuses_that_are_not_ok_come_with_advice(run, quick):
         (["verify", "small.toml"], ["small.toml", "not a result file"]),
         (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
         (["trajectory", "small.toml", "--set", "A=3", "--set", "eps=0", "-o", "t.doc"], ["t.doc", ".png"]),
+        (["limits", "small.toml"], ["axes = A, eps", "one or two of A, B and eta"]),
+        (["limits", "small.toml", "--set", "criterion=3"], ["limits.criterion = 3", "string"]),
+        (["limits", "small.toml", "--set", "eps=0", "--threads", "9999"], ["threads = 9999"]),
+        (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
+        (["orbits", "small.toml", "--set", "eps=0", "--set", "B=[0.1, 0.1]"], ["B = [0.1, 0.1]", "two different"]),
+        (["failures", "small.toml"], ["eps = 0.0", "> 0"]),
+        (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
+        (["paper", "-o", "small.toml"], ["-o", "small.toml"]),
         (["driver", "small.toml"], ["sweep.A", "40 values", "one number"]),
         (["driver", "small.toml", "--set", "A=3", "--set", "eps=0"], ["physical.a0 is missing", "omega0"]),
     ],
@@ -323,17 +319,6 @@ def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, 
     code, _, err = run("sweep", "small.toml", "--set", "figure.style=gaudy", "-o", "x.h5")
     assert code != 0
     assert "figure.style = 'gaudy': must be one of screen, print" in err
-
-
-@pytest.mark.jit
-def test_a_real_sweep_equals_the_one_in_memory(run):
-    code, _, err = run("sweep", "small.toml", "--set", "transient=20")
-    assert code == 0, err
-    file = vd.load("small.h5")
-    memory = vd.sweep(A=np.linspace(3, 3.25, 40), eps=[0, 2e-4], transient=20, periods=6)
-    for name in ("section", "status", "margin", "switches"):
-        assert getattr(file, name).tobytes() == getattr(memory, name).tobytes()
-    assert run("verify", "small.h5")[0] == 0
 
 
 @pytest.mark.jit

@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.jobs.curves import check
-from vibrodrive.model.config import parse
 
 CONFIG = """
 title = "A doubling over B"
@@ -57,29 +55,6 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     code, out, err = run("orbits", "c.toml", "--set", "max_period=2")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "max_period is 1 in the file and 2 here" in err
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ("eps=1e-4", ["eps = 0.0001", "undisturbed"]),
-        ("B=[0.1, 0.1]", ["B = [0.1, 0.1]", "at least two different values"]),
-        ("eps=[0, 1e-4]", ["axes", "A only, or A and B"]),
-        ("max_period=0", ["max_period = 0"]),
-    ],
-)
-def test_refused_before_anything_is_computed(run, change, words):
-    code, out, err = run("orbits", "c.toml", "--set", change)
-    assert code in (1, 2)
-    assert out == ""
-    assert all(w in err for w in words), err
-    assert not Path("c.h5").exists()
-
-
-def test_other_axes_are_refused():
-    for axes in ("A = [2.5, 2.6]", "A = [2.5, 2.6]\neps = [0.0, 1e-4]"):
-        with pytest.raises(ValueError, match=r"axes = .*: must be A only, or A and B"):
-            check(parse("[sweep]\n" + axes), parse("[sweep]\n" + axes).plan())
 
 
 SCENE = """

@@ -164,43 +164,15 @@ def test_the_paper_spares_what_is_no_result(run):
     assert [p.name for p in Path("out").iterdir()] == ["fig07.h5"]
 
 
-def test_no_writer_replaces_what_is_no_result(tmp_path):
-    path = tmp_path / "precious.h5"
-    path.write_text("precious")
-    text = CONFIGS["sweep"]
-    with pytest.raises(NoResult, match="only result files"):
-        open_writer(path, config.parse(text).plan(), Origin(text), overwrite=True)
-    with pytest.raises(NoResult, match="only result files"), new_file(path) as file:
-        file["x"] = 1.0
-    assert path.read_text() == "precious"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("share", [0.5, 0.99])
-def test_overwrite_replaces_a_result_that_cannot_be_read_any_more(tmp_path, share):
+def test_overwrite_replaces_a_result_that_cannot_be_read_any_more(tmp_path):
     path = a_sweep(tmp_path / "s.h5")
     raw = path.read_bytes()
-    path.write_bytes(raw[: int(share * len(raw))])
+    path.write_bytes(raw[: len(raw) // 2])
     with pytest.raises(Damaged, match="--overwrite"):
         read_kind(path)
     text = CONFIGS["sweep"]
     open_writer(path, config.parse(text).plan(), Origin(text), overwrite=True).close()
     assert read_kind(path) == "sweep"
-
-
-def test_a_file_is_there_whole_or_not_at_all(tmp_path):
-    path = a_sweep(tmp_path / "s.h5")
-    before = path.read_bytes()
-    with pytest.raises(KeyError), new_file(path) as file:
-        file["x"] = file["y"][...]
-    assert path.read_bytes() == before
-    link = tmp_path / "link.h5"
-    link.symlink_to("there.h5")
-    with new_file(link) as file:
-        file["x"] = 1.0
-    assert link.is_symlink()
-    assert (tmp_path / "there.h5").exists()
-    assert {p.name for p in tmp_path.iterdir()} == {"s.h5", "link.h5", "there.h5"}
 
 
 # kinds

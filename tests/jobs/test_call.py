@@ -17,7 +17,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.cli import cli
-from vibrodrive.errors import Busy, Different, NoResult
+from vibrodrive.errors import Busy, Different
 from vibrodrive.jobs import progress
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
@@ -134,21 +134,6 @@ def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
     assert Path("notes.h5").read_text() == "precious"
     assert sorted(p.name for p in Path().iterdir()) == ["notes.h5", "x.h5"]
     assert vd.sweep(**SWEEP, B=0.2, path="x.h5", overwrite=True).scalars["B"] == 0.2
-
-
-def test_a_damaged_file_is_mended(quick):
-    vd.sweep(**SWEEP, path="x.h5")
-    whole = Path("x.h5").read_bytes()
-    with h5py.File("x.h5") as file:
-        at = file["margin"].id.get_chunk_info(2).byte_offset
-    Path("x.h5").write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-    quick.clear()
-    vd.sweep(**SWEEP, path="x.h5")
-    assert quick == [2]
-    assert Path("x.h5").read_bytes() == whole
-    Path("x.h5").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(NoResult, match="or replace it with overwrite=True"):
-        vd.sweep(**SWEEP, path="x.h5")
 
 
 def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vibrodrive.errors import ConfigError, Different
+from vibrodrive.errors import Different
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs import limits as job
 from vibrodrive.jobs.limits import boxes, table
@@ -183,21 +183,6 @@ def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
     assert lines[2].split() == ["2.8", *"-----"]
 
 
-@pytest.mark.parametrize(
-    ("axes", "words"),
-    [
-        ("A = 2.5", "axes = none"),
-        ("A = 2.5\neps = [0, 1e-4]", "axes = eps"),
-        ("A = [2.5]\ntau0 = [0, 1]", "axes = A, tau0"),
-        ("A = [2.5]\nB = [0.1]\neta = [101.3]", "axes = A, B, eta"),
-    ],
-)
-def test_other_axes_are_refused_in_one_line_before_a_file_is_there(tmp_path, axes, words):
-    with pytest.raises(ConfigError, match=f"^{words}: must be one or two of A, B and eta$"):
-        computed(f"[sweep]\n{axes}\n", tmp_path / "x.h5")
-    assert not list(tmp_path.iterdir())
-
-
 def test_another_configuration_is_refused(tmp_path, invented):
     with pytest.raises(ValueError, match="criterion"):
         limit(2.5, criterion="shape")
@@ -214,24 +199,6 @@ def test_another_configuration_is_refused(tmp_path, invented):
         computed(swapped, tmp_path / "two.h5")
     computed(swapped, tmp_path / "two.h5", overwrite=True)
     assert list(load(tmp_path / "two.h5").axes) == ["A", "eta"]
-
-
-@pytest.mark.parametrize(
-    ("axes", "sought", "words"),
-    [
-        ("A = [2.5]", {"criterion": "shape"}, "criterion = 'shape'"),
-        ("A = [2.5]", {"criterion": "gaps"}, "criterion = 'gaps'"),
-        ("A = [2.5]", {"quantity": "k3"}, "quantity = 'k3': must be one of k2, k1, ku"),
-        ("A = [2.5]", {"quantity": "ku", "criterion": "word"}, "criterion = 'word': must be left out"),
-        ("A = [2.5]\neps = 1e-4", {"quantity": "k1"}, "eps = 0.0001: must be left out"),
-        ("eta = [9.5, 101.3]\nA = 3.04", {"quantity": "k1"}, "eta = array of 2 values: .* where ε = 0"),
-        ("A = [1.5, 2]\nB = [0.1, 0.2]", {"quantity": "k1"}, "axes = A, B: must be one, A or B, for k1"),
-    ],
-)
-def test_what_is_not_sought_is_refused_before_a_file_is_there(tmp_path, axes, sought, words):
-    with pytest.raises((ValueError, TypeError), match=words):
-        computed(f"[sweep]\n{axes}\n", tmp_path / "x.h5", **sought)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow("8 s: k₁ and k_u of two motions")

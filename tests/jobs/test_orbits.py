@@ -125,16 +125,6 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
         assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the legend must explain the shade"
 
 
-@pytest.mark.parametrize(
-    "change",
-    [["A=3.0"], ["eps=1e-4"], ["B=[0.1, 0.2]"], ["method=fixed", "dtau=0.1"], ["A=[3.0]"]],
-)
-def test_refused(change, tmp_path):
-    with pytest.raises(ValueError, match="must be"):
-        run("orbits", parse(CONFIG, change), tmp_path / "x.h5")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_on_the_level(tmp_path):
     """Orbits without a multiplier are written and drawn, too."""
     config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])

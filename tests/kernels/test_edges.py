@@ -374,13 +374,6 @@ def test_throw_reversed_in_time(A, speed, tau0):
 # --- impossible values ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("key", ["A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "dtau", "tol", "section_phase"])
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_nothing_but_numbers_gets_in(key, value):
-    with pytest.raises(ValueError, match=key):
-        vd.simulate(**{"A": 1.5, "method": "muller", "dtau": 0.1, key: value})
-
-
 EXTREMES: dict[str, dict[str, float]] = {
     "no excitation": {"A": 0.0, "xi0": 1.0, "dxi0": -1.0},
     "a million": {"A": 1e6},

@@ -72,13 +72,6 @@ def test_signatures_show_every_keyword_and_the_default_that_holds(function):
     assert all(p.annotation is not p.empty for p in shown.values())
 
 
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
-def test_docstrings_name_every_keyword(function):
-    text = inspect.getdoc(function)
-    named = re.split(r"[ ,:\n]+", text.split("Parameters\n")[1].split("Returns\n")[0])
-    assert set(inspect.signature(function).parameters) <= set(named)
-
-
 @pytest.mark.integration
 def test_what_is_left_out_has_the_default_shown():
     motion = vd.simulate(A=1.5, transient=0, periods=1)

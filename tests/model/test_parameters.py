@@ -95,26 +95,6 @@ def test_lengths_velocities_times_and_forces_fit_together():
     np.testing.assert_allclose(scene.length(np.array([1.0, 2.0])), scene.friction / 150.0**2 * np.array([1.0, 2.0]))
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "error"),
-    [
-        ("a0", -0.001, ValueError),
-        ("omega0", 0.0, ValueError),
-        ("mu", 0, ValueError),
-        ("mass", math.nan, ValueError),
-        ("g", math.inf, ValueError),
-        ("alpha", 90.0, ValueError),
-        ("alpha", -1, ValueError),
-        ("alpha", math.nan, ValueError),
-        ("a0", "4 mm", TypeError),
-        ("alpha", True, TypeError),
-    ],
-)
-def test_a_scene_that_cannot_be_is_refused(key, value, error):
-    with pytest.raises(error, match=f"^{key} = .*: must be "):
-        Scene(**(SCENE | {key: value}))
-
-
 def test_a_scene_takes_a_frequency_in_hertz_in_the_place_of_omega0():
     rest = {name: value for name, value in SCENE.items() if name != "omega0"}
     scene = Scene(**rest, frequency=24.0)

@@ -47,7 +47,9 @@ REFUSED = {
     "sweep eps": ("eps", lambda v: vd.sweep(A=[3, 3.1], eps=v, **SHORT), AXIS),
     "sweep threads": ("threads", lambda v: vd.sweep(A=[3], threads=v), [*OPTIONAL, 0, -1, 2.0, 10**6]),
     "sweep overwrite": ("overwrite", lambda v: vd.sweep(A=[3], overwrite=v), [3, None, "yes", np.zeros(2)]),
-    "sweep record": ("record", lambda v: vd.sweep(A=[3], record=v), [["section", "section"]]),
+    "sweep record": ("record", lambda v: vd.sweep(A=[3], record=v), [
+        ["section", "section"], "sections", (), [], "summary,impacts", 1, None, [1]
+    ]),
     "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
     "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
     "select the one": ("eps", lambda v: swept().select(eps=v), [*NUMBER, 1e-4]),
@@ -64,9 +66,12 @@ REFUSED = {
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
     "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
-    "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), TEXT),
+    "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), [*TEXT, "B", "tau0"]),
     "limit method": ("method", lambda v: vd.limit(3.04, method=v, **JUDGED), TEXT[1:]),
-    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), TEXT[1:]),
+    "limit dtau": ("method", lambda v: vd.limit(3.04, "dtau", v, **JUDGED), ["certified"]),
+    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), [
+        *TEXT[1:], "shape", "rho < 0", "rho < inf", "rho < far", "impacts or gaps", "order and gaps"
+    ]),
     "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
     "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1]),
     "limit of many periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [10**12]),
@@ -76,10 +81,14 @@ REFUSED = {
     "bifurcations A": ("A", vd.bifurcations, [None, *NOT_NUMBERS, *OUTSIDE, [], 3, (3.1, 3.0), (1, 2, 3), range(3)]),
     "bifurcations from": ("A", lambda v: vd.bifurcations((v, 3.0)), NUMBER),
     "bifurcations to": ("A", lambda v: vd.bifurcations((3.0, v)), NUMBER),
-    "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0]),
+    "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0, 1e-9]),
     "impact_map A": ("A", vd.impact_map, NUMBER),
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
     "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None: missing
+    "Scene a0": ("a0", lambda v: vd.Scene(**{**SCENE, "a0": v}), NUMBER),
+    "Scene mu": ("mu", lambda v: vd.Scene(**{**SCENE, "mu": v}), [*NUMBER, 0]),
+    "Scene mass": ("mass", lambda v: vd.Scene(**{**SCENE, "mass": v}), [*NUMBER[1:], 0]),
+    "Scene g": ("g", lambda v: vd.Scene(**{**SCENE, "g": v}), [*NUMBER, 0]),
     "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
     "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Scene.quiet(**{**SCENE, **v}).A), [
         {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}

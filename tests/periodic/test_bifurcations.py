@@ -133,12 +133,6 @@ def test_phases_are_as_far_apart_as_on_the_circle():
     assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
 
 
-@pytest.mark.parametrize("window", [(3.0, 2.0), (3.0, 3.0), (math.nan, 3.0), ("a", 3.0)])
-def test_bad_range(window):
-    with pytest.raises((TypeError, ValueError), match="A = "):
-        bifurcations(window)
-
-
 def test_nothing_below_the_onset():
     assert bifurcations((0.5, 1.0)) == []
 
@@ -185,12 +179,6 @@ def test_a_wide_range_has_a_grid_that_follows_it():
     assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))
     np.testing.assert_array_equal(spread(1.05, 3.25, None), np.linspace(1.05, 3.25, 1 + math.ceil(2.2 * 256)))
     assert bifurcations((1e8, 1e9), max_period=1) == []
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, math.nan, math.inf, 1e-9, "1", True])
-def test_bad_step(step):
-    with pytest.raises((TypeError, ValueError), match=r"step = .*: must be a number >= 2\.2e-05"):
-        bifurcations(step=step)
 
 
 def test_too_much_is_refused_before_it_begins(monkeypatch):

@@ -12,15 +12,22 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import vibrodrive as vd
-from tests.store import test_curves, test_netcdf
+from tests.store import test_curves
 from tests.support import fake
-from vibrodrive.errors import NoResult, OtherKind
+from vibrodrive.errors import OtherKind
 from vibrodrive.model.config import parse
 from vibrodrive.model.kinds import ABOVE, FILES, named
-from vibrodrive.store import curves, failures, limits, orbits
+from vibrodrive.periodic.bifurcations import Bifurcation
+from vibrodrive.periodic.family import Family
+from vibrodrive.periodic.search import Orbit
+from vibrodrive.store import curves, failures, limits, netcdf, orbits
 from vibrodrive.store.checksums import content_digest
 from vibrodrive.store.every_kind import summary
 from vibrodrive.store.layout import Origin, about
+
+ORBIT = Orbit(
+    1, 1, np.array([2.0]), np.array([-1.0]), np.array([1]), -0.5, "stable", "UP DOWN IMPACT", 2.0, 0.1, ("UP",)
+)
 
 
 def a_sweep(path):
@@ -37,17 +44,28 @@ def some_curves(path):
 
 
 def some_failures(path):
-    test_netcdf.some_failures(path)
-    with h5py.File(path, "r+") as file:
+    config = parse("[sweep]\nA = [1.0, 2.0]\ndtau = [0.1, 0.2]\n")
+    with h5py.File(path, "w") as file:
+        failures.lay_out(file, config)
         for kind in ("judged", *failures.KINDS):
             file[kind][...] = 0
+
+
+def some_orbits(path):
+    bifurcation = Bifurcation(2.0, "fold", ORBIT, 1.0, 1.0)
+    found = [[ORBIT], [replace(ORBIT, A=2.1)]]
+    orbits.save(path, Family(np.array([2.0, 2.1]), 0.1, 1, found, [bifurcation]), Origin(""), 0.0)
+
+
+def no_orbits(path):
+    orbits.save(path, Family(np.array([0.5]), 0.1, 1, [[]], []), Origin(""), 0.0)
 
 
 MAKERS = {
     "sweep": (a_sweep, vd.Results),
     "limits": (some_limits, limits.Limits),
     "failures": (some_failures, failures.FailureMap),
-    "orbits": (test_netcdf.some_orbits, orbits.StoredOrbits),
+    "orbits": (some_orbits, orbits.StoredOrbits),
     "curves": (some_curves, curves.StoredCurves),
 }
 
@@ -123,19 +141,48 @@ def test_a_stranger_reads_what_it_is(made, kind):
         for name in shared:
             assert f" {name}: " in data.attrs["comment"]
             assert data.attrs[name] is not None
-        assert np.all([v.attrs.get("long_name") for v in data.variables.values()])
+
+
+def assert_netcdf(path):
+    with h5py.File(path) as file:
+        for name, data in file.items():
+            text = h5py.check_string_dtype(data.dtype) is not None and data.dtype.kind == "O"
+            assert data.attrs["long_name"], name
+            assert data.attrs.get("units") == (None if text else "1"), name
+            assert data.fletcher32 == (data.size > 0 and not text), name
+            if not data.is_scale:
+                assert [len(d) for d in data.dims] == [1] * data.ndim, name
+                assert tuple(len(d[0]) for d in data.dims) == data.shape, name
+
+
+@each
+def test_every_dataset_is_a_variable_of_netcdf(made, tmp_path):
+    """It has named dimensions, a unit, a long name and a checksum."""
+    assert_netcdf(made)
+    no_orbits(tmp_path / "none.h5")
+    assert_netcdf(tmp_path / "none.h5")
+
+
+def test_a_variable_lies_over_its_dimensions(tmp_path):
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        netcdf.dimension(file, "A", np.array([1.0, 2.0, 3.0]), "amplitude")
+        netcdf.dimension(file, "none", np.arange(0), "of nothing")
+        data = netcdf.variable(file, "x", ("A",), "<i4", "a number", fill=-1, chunks=(2,))
+        assert (data.chunks, data.dtype, data[...].tolist()) == ((2,), np.dtype("<i4"), [-1, -1, -1])
+        assert data.dims[0].keys() == ["A"]
+        assert netcdf.variable(file, "y", ("A", "none"), float, "nothing").shape == (3, 0)
+        assert netcdf.variable(file, "z", ("A",), h5py.string_dtype(), "words").chunks is None
 
 
 def an_orbit(path):
-    orbit = test_netcdf.ORBIT
     origin = Origin("[sweep]\nA = [2.0, 2.1]\n[orbits]\nmax_period = 1\n")
-    orbits.save(path, orbits.Family(np.array([2.0, 2.1]), 0.1, 1, [[orbit], []], []), origin, 0.0)
+    orbits.save(path, orbits.Family(np.array([2.0, 2.1]), 0.1, 1, [[ORBIT], []], []), origin, 0.0)
 
 
 def test_orbits_of_another_incline_than_that_of_the_configuration_have_no_sweep(tmp_path):
     """The values of A searched are those of the file, not those of the configuration."""
     for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
-        found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(test_netcdf.ORBIT, B=B)], []], [])
+        found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(ORBIT, B=B)], []], [])
         orbits.save(tmp_path / name, found, Origin("[sweep]\nA = [2.0, 2.1]\n"), 0.0)
         stored = vd.load(tmp_path / name)
         assert (stored.plan is None) == (B != 0.1)
@@ -209,15 +256,6 @@ def test_switches_of_single_motions_are_for_others(tmp_path):
         file.create_group("motion_0")
     with pytest.raises(OtherKind, match=r"switches of single motions: read it with xarray or h5py"):
         vd.load(tmp_path / "s.h5")
-
-
-def test_no_result_file_is_none_of_any_kind(tmp_path):
-    (tmp_path / "x.h5").write_text("no HDF5")
-    with pytest.raises(NoResult, match="not a result file"):
-        vd.load(tmp_path / "x.h5", kind="limits")
-    for path in (3, b"x.h5", "", "x\0.h5"):
-        with pytest.raises((TypeError, ValueError), match="must be the name of a result file"):
-            vd.load(path)
 
 
 def test_a_seal_is_of_names_shapes_types_and_values():

@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
-from vibrodrive.errors import Different
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import quantities
 from vibrodrive.model.size import file_bytes
@@ -76,12 +75,6 @@ def test_a_file_is_as_large_as_foretold_and_a_summary_small(path, plan):
         assert held / points < 160, "bytes a point"
 
 
-def test_another_record_is_another_configuration(path, plan):
-    write(path, plan)
-    with pytest.raises(Different, match=r"record is .* in the file and section here"):
-        open_writer(path, make("section"), Origin(TEXT))
-
-
 def test_what_is_not_recorded_is_named(path):
     write(path, make(("summary",)))
     found = load(path)
@@ -120,15 +113,6 @@ def test_a_flipped_bit_is_found_named_and_mended(path, name):
     writer.close()
     write(path, plan)
     assert_complete(path, plan)
-
-
-def test_records_that_changed_places_are_found(path):
-    plan = make(("summary",))
-    write(path, plan)
-    with h5py.File(path, "a") as file:
-        first, second = file["energy"][:20], file["energy"][20:40]
-        file["energy"][:20], file["energy"][20:40] = second, first
-    assert list(verify(path).faults) == [0, 1]
 
 
 def test_two_quantities_that_changed_places_are_found(path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import h5py
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -57,16 +56,6 @@ def test_the_file_has_coordinates_with_units_and_the_rest_of_the_scene(path):
     assert (at["A"], at["B"]) == (scene.A, scene.B)
     again = look(path).header.plan
     assert again.points(0, plan.n_points).tobytes() == plan.points(0, plan.n_points).tobytes()
-
-
-def test_an_unfinished_file_is_gone_on_with(path):
-    plan = parse(TEXT).plan()
-    blocks = write(path, plan, count=1)
-    assert blocks == 3
-    assert 0 < load(path).computed < 1
-    assert write(path, plan) == blocks - 1
-    results, section = load(path), np.concatenate([fake.block(plan, k).section for k in range(blocks)])
-    assert results.section.reshape(section.shape).tobytes() == section.tobytes()
 
 
 def test_another_scene_is_refused_in_one_line(path):

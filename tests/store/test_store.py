@@ -398,6 +398,7 @@ def test_a_file_keeps_its_own_blocks(path):
             ["A is 90 values from 3 to 3.25 in the file and 80 values from 3 to 3.2 here"],
         ),
         ({"eps": 0.0}, ["eps is 0.0, 0.0002 in the file and 0.0 here"]),
+        ({"record": "summary"}, ["record is section in the file and summary here"]),
     ],
 )
 def test_another_configuration_is_refused_with_the_keys_that_differ(finished, changes, words):
@@ -471,14 +472,6 @@ def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monk
         open_writer(path, make(), Origin(TEXT))
     assert path.read_text() == "another"
     assert list(path.parent.iterdir()) == [path]
-
-
-def test_a_link_stays_a_link(finished, tmp_path):
-    link = tmp_path / "link.h5"
-    link.symlink_to(finished)
-    open_writer(link, make(periods=13), Origin(TEXT), overwrite=True).close()
-    assert link.is_symlink()
-    assert load(finished).settings.periods == 13
 
 
 def test_too_little_disk_is_refused_beforehand_with_the_numbers(path, monkeypatch):

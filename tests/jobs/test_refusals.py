@@ -1,0 +1,45 @@
+"""What a command refuses is refused by its recipe in one sentence, before a file is made."""
+
+from __future__ import annotations
+
+import pytest
+
+from vibrodrive.jobs.runner import run
+from vibrodrive.model.config import parse
+
+A, TWO = "A=[2.5, 2.6]", ("A=[2.5, 2.6]", "B=[0.1, 0.2]")
+
+REFUSED = [
+    ("limits", ["A=2.5"], "axes = none: must be one or two of A, B and eta"),
+    ("limits", ["A=2.5", "eps=[0, 1e-4]"], "axes = eps: must be one or two"),
+    ("limits", [A, "tau0=[0, 1]"], "axes = A, tau0: must be one or two"),
+    ("limits", [*TWO, "eta=[101.3]"], "axes = A, B, eta: must be one or two"),
+    ("limits", [A, "criterion=shape"], "criterion = 'shape'"),
+    ("limits", [A, "criterion=gaps"], "criterion = 'gaps'"),
+    ("limits", [A, "limits.quantity=k3"], "limits.quantity = 'k3': must be one of k2, k1, ku"),
+    ("limits", [A, "limits.quantity=ku", "criterion=word"], "criterion = 'word': must be left out"),
+    ("limits", [A, "limits.quantity=k1", "eps=1e-4"], "eps = 0.0001: must be left out"),
+    ("limits", ["A=3.04", "eta=[9.5, 101.3]", "limits.quantity=k1"], "eta = array of 2 values: "),
+    ("limits", [*TWO, "limits.quantity=k1"], "axes = A, B: must be one, A or B, for k1"),
+    ("orbits", ["A=3"], "axes = none: must be A only, or A and B"),
+    ("orbits", ["A=[3]"], "A = [3.0]: must be at least two different values"),
+    ("orbits", [A, "eps=1e-4"], "eps = 0.0001: must be 0, because orbits are those of the undisturbed motion"),
+    ("orbits", [A, "method=fixed", "dtau=0.1"], "method = 'fixed': must be certified"),
+    ("orbits", [A, "max_period=0"], "orbits.max_period = 0: must be an integer >= 1"),
+    ("curves", [A, "eps=[0, 1e-4]"], "axes = A, eps: must be A only, or A and B"),
+    ("curves", [A, "B=[0.1, 0.1]"], "B = [0.1, 0.1]: must be at least two different values"),
+    ("curves", [*TWO, "eps=1e-4"], "eps = 0.0001: must be 0"),
+    ("failures", [A], "axes = A: must be A and dtau, or A and eps"),
+    ("failures", [A, "eps=[1e-5, 1e-4]"], "dtau is missing: must be given over A and eps"),
+    ("failures", [A, "dtau=[0.1]"], "dtau = [0.1]: must be at least two values, ascending"),
+    ("failures", [A, "dtau=0.1", "eps=[0.0, 1e-4]"], "eps = 0.0: must be > 0"),
+]
+
+
+@pytest.mark.parametrize(("kind", "given", "told"), REFUSED)
+def test_refused_before_a_file_is_made(kind, given, told, tmp_path):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        run(kind, parse("", given), tmp_path / "x.h5")
+    assert str(caught.value).startswith(told)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
