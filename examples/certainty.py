@@ -40,28 +40,28 @@ PAGE = """# Error bounds of a motion
 After this page you know the meaning and the proof of the error bounds of a motion, and how much larger these
 bounds are than the true errors. `python -m examples.certainty --scenes {number}` writes this page.
 
-`simulate` follows a motion in double precision. It computes each switch from the computed state after the
-previous switch. So each switch inherits the error of this state.
-[`certainty.py`](../vibrodrive/kernels/certainty.py) computes a bound of this error from switch to switch.
-A trajectory has three results: `Trajectory.error` contains the bounds for the section points,
-`switch_errors` the bounds for the switches, and `certain_until` is the first period in which the choice of a
-next state may be wrong. A sweep with `record="error"` stores the largest bound of each motion.
+`simulate` computes a motion in double precision. It computes each switch from the computed state after the
+previous switch. So the error of each switch depends on the errors of all earlier switches.
+[`certainty.py`](../vibrodrive/kernels/certainty.py) computes a bound of this error from switch to switch. A
+`Trajectory` has three results: `error` contains the bounds for the section points, `switch_errors` contains the
+bounds for the switches, and `certain_until` is the first period in which the choice of a next state may be
+wrong. A sweep with `record="error"` stores the largest bound of each motion.
 
 ![Error and bound along four motions](certainty.png)
 
-*Error of the instant of each switch, compared with a computation with 50 digits, and its bound. At A = 12 the
-curve of the bound ends with the last certain switch. Some switches later the computed motion enters a state
-that differs from that of the true motion. The margins do not show this, because all of them are much larger
-than the rounding errors.*
+*Each dot is the error of the instant of a switch, compared with a computation with 50 digits. The curves are
+the bounds of these errors. At A = 12 the curve ends with the last certain switch. Some switches later the state
+of the computed motion differs from the state of the true motion. The margins do not show this: each margin is
+much larger than its rounding error.*
 
 ## The bounds
 
 Let $\\hat{{\\tau_0}}$ be the computed instant at which a state begins, and $\\tau_0$ the true instant. The
-equation of a slide is $\\xi'' = H(\\tau) - s$, eq. (1), with $s = 1$ up and $s = -1$ down. In *absolute*
-time $\\tau$ the right side is the same for the computed and the true motion. So the difference of their ξ is
-a straight line in time. Let $E$ and $X$ be the differences of ξ' and of ξ at $\\hat{{\\tau_0}}$. (If the true slide
-begins later than $\\hat{{\\tau_0}}$, its closed form is continued back to this instant.) Then, at a time $h$
-after $\\hat{{\\tau_0}}$,
+equation of a slide is $\\xi'' = H(\\tau) - s$, eq. (1), with $s = 1$ for a slide up and $s = -1$ for a slide
+down. In *absolute* time $\\tau$ the right side is the same for the computed and the true motion. So the
+difference between the true and the computed ξ is a linear function of time. Let $E$ and $X$ be the differences
+of ξ' and of ξ at $\\hat{{\\tau_0}}$. (If the true slide begins later than $\\hat{{\\tau_0}}$, its closed form
+is continued back to this instant.) Then, at a time $h$ after $\\hat{{\\tau_0}}$,
 
 ```math
 \\Delta\\xi' = E, \\qquad \\Delta\\xi = X + E\\,h .
@@ -69,8 +69,8 @@ after $\\hat{{\\tau_0}}$,
 
 The bounds also include the rounding error of the closed form at $h$.
 
-**A start from rest.** Let $\\delta$ be a bound of the error of its instant,
-$|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$. Let $a_0$ be $\\xi''$ at $\\hat{{\\tau_0}}$, and let $|H'| \\le M$ between
+**A start from rest.** Let $\\delta$ be a bound of the error of the instant of this start, $|\\tau_0 -
+\\hat{{\\tau_0}}| \\le \\delta$. Let $a_0$ be $\\xi''$ at $\\hat{{\\tau_0}}$, and let $|H'| \\le M$ between
 $\\tau_0$ and $\\hat{{\\tau_0}}$. Then
 
 ```math
@@ -78,48 +78,50 @@ $\\tau_0$ and $\\hat{{\\tau_0}}$. Then
 |\\Delta X| \\le \\tfrac{{1}}{{2}} |a_0|\\,\\delta^2 + \\tfrac{{1}}{{6}} M\\delta^3 .
 ```
 
-$\\Delta X$ is the part of $X$ that this error causes.
+$\\Delta X$ is the part of $X$ that the error of the instant causes.
 
 **The start of a motion** is exact: the bits of τ₀ that the phase cannot hold are stored in another variable.
 ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the direction
-of the motion. This is possible for velocities ξ'₀ of the order of the square of the rounding error, divided by
-|H'|: about 1e-29. The status of a motion with such a start is `TOO_CLOSE`. A denormal gap or velocity (below
-2.3e-308) has fewer bits than other numbers. Its error is less than 1e-300, and the bounds include it.
+of the motion. A reversal is possible only for a very small ξ'₀, of the order of the square of the rounding
+error divided by |H'|, which is about 1e-29. The status of a motion with such a start is `TOO_CLOSE`. A denormal
+gap or velocity (below 2.3e-308) has fewer bits than other numbers. The bounds include the resulting error,
+which is less than 1e-300.
 
-**A slide ends with ξ' = 0** where the computed ξ' vanishes within its rounding error. Let $a_1 = H - s$ at
-this instant. The modulus of the true ξ' is at most $E_1 = |E| + \\text{{rounding}}$ there. So the true ξ' has
-a zero within a distance of
+**A slide ends with ξ' = 0** at an instant at which the computed ξ' is 0 within its rounding error. Let $a_1 = H
+- s$ at this instant. The modulus of the true ξ' at this instant is at most $E_1 = |E| + \\text{{rounding}}$. So
+the true ξ' has a zero within a distance of
 
 ```math
 \\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} .
 ```
 
 For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby, and the motion is `TOO_CLOSE`. **An impact** has the
-same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound of
-$|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of its instant remains.
-**Sticking** ends where H = ±1, and **a rest** where H = 1, at a time that does not depend on the errors of the
-earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a zero of |H| − 1,
-and its error is the rounding error of H divided by |H'|. After a rest no earlier error remains. After sticking
-only the error of ξ remains.
+same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound
+of $|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of the instant of the impact
+remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. This time does not depend on the
+errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a
+zero of |H| − 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
+remains. After sticking only the error of ξ remains.
 
 **Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the
 effects of a late start on ξ and on ξ' partly cancel at the next impact. Therefore the bounds keep the sign of
-the effect of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$, with the same unknown $u$ in
-both, $|u| \\le 1$. $E'$ and $X'$ are bounded by their absolute values. Where the direction of a slide
-reverses, $e$ becomes $a_0\\,e/a_1$. The derivative of the impact-phase map contains the same factor. So the
-bounds shrink along a stable motion and grow along an unstable one, as the true errors do.
+one effect, which is caused by the error of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$.
+The number $u$ is unknown, with $|u| \\le 1$, but it is the same in both equations. For $E'$ and $X'$ only
+bounds of their absolute values are used. Where the direction of a slide reverses, $e$ becomes $a_0\\,e/a_1$.
+The derivative of the impact-phase map contains the same factor. So the bounds shrink along a stable motion and
+grow along an unstable one, as the true errors do.
 
 **Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
-below $2E_1$. At this zero the mass is not at the obstacle, so it has no impact, if the computed ξ exceeds its
-error bound. The next state is the true one if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
+below $2E_1$. If the computed ξ at this zero exceeds its error bound, the mass is not at the obstacle, so there
+is no impact. The next state is the true one if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
 error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and `certain_until` is exactly the
-period in which the state before this decision began. All error bounds from there to the end of the record are
-infinite, also after a later rest. The instant of this rest may be accurate, but the rest may belong to a motion
-other than the true one.
+period in which the state before this decision began. All error bounds from this period to the end of the record
+are infinite, also after a later rest. The instant of this rest may be accurate, but the rest may not be part of
+the true motion.
 
-**A section point** has the errors of ξ and ξ' at its time. If its distance in time from a switch is less than
-the error bound of this switch, the true motion may be in the state on the other side of the switch. Then the
-bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
+**A section point** has the error bounds of ξ and ξ' at its time. If its distance in time from a switch is less
+than the error bound of this switch, the true motion may be in the state on the other side of the switch. Then
+the bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
 
 ## Assumptions
 
@@ -128,31 +130,32 @@ bound includes the change of ξ' at the switch. At an impact this change is |ξ'
 - The error of sine and cosine is less than 1.4e-16 ([`trig.py`](../vibrodrive/jit/trig.py)). The error of
   a closed form is less than eight units in the last place of the sum of the magnitudes of its terms
   ([`margins.py`](../vibrodrive/kernels/margins.py): `gap_rounding`, `velocity_rounding`).
-- The search for a zero misses none. It evaluates the function near every minimum below $2E_1$
+- The search for the first zero does not miss a zero. It evaluates the function near every minimum below $2E_1$
   ([`first_zero.py`](../vibrodrive/kernels/first_zero.py)).
-- The computation of the bounds has rounding errors, too (double precision, rounded to nearest). The eight
-  units above are large enough to include them.
+- The bounds are computed in double precision, rounded to nearest, so they have rounding errors, too. The eight
+  units above are large enough to include these rounding errors.
 
-The bounds are proved by hand. They are not computed in interval arithmetic; the comparison with 50 digits
-below tests them. With Muller's method the iteration ends at a value of the switching function that is not
-exactly 0. This value replaces the rounding error, so the bounds depend on `tol`. They assume that the grid
-missed no zero. The method `fixed` has no bounds: each of its switches is late by up to Δτ, and this delay is
-the disturbance under study.
+The bounds are proved by hand, and are not computed in interval arithmetic. The comparison with 50 digits below
+tests the bounds. With Muller's method the iteration ends at a value of the switching function that is not
+exactly 0. This value replaces the rounding error, so the bounds depend on `tol`. With this method the bounds
+are valid only if the grid missed no zero. The method `fixed` has no bounds: each of its switches is late by up
+to Δτ, and this delay is the disturbance under study.
 
 In a sweep without `record="error"` the status OK certifies each switch, given the computed state after the
-previous switch. Such a sweep computes many motions in one batch and copies motions that repeat. With
-`record="error"` the sweep follows each motion separately to the end of its record. On one thread the sweep
-without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods)
-and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds. This increases its
-time by a sixth to a quarter.
+previous switch. Such a sweep computes many motions in one batch. If a motion repeats, the sweep copies its
+periods. With `record="error"` the sweep computes each motion separately, and copies nothing. On one thread the
+sweep without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods)
+and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds. This increases its time
+by a sixth to a quarter.
 
 ## Comparison with 50 digits
 
-Each row of the table is a range of parameters and starts, from which motions are drawn at random (seed {seed}). Up
-to 100 switches of each motion are compared with the reference: instant, ξ and ξ' of each switch, and ξ and ξ'
-of each section point. *Wrong states* counts motions in which a state that is reported as certain differs from
-the reference. *Certainty ends* counts motions with a finite `certain_until`. The last two columns give the
-median and the 90 % quantile of the ratio of the largest bound of a motion to its largest error.
+Each row of the table stands for a set of ranges of parameters and starts. Motions are drawn at random from
+these ranges (seed {seed}). For up to 100 switches of each motion, the instant, ξ and ξ' are compared with the
+reference, and so are ξ and ξ' of each section point. *Wrong states* counts motions in which a state that is
+reported as certain differs from the reference. *Certainty ends* counts motions with a finite `certain_until`.
+For each motion the largest bound is divided by the largest error. The last two columns give the median and the
+90 % quantile of this ratio.
 
 {table}
 
