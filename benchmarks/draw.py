@@ -100,7 +100,7 @@ FAMILIES = ("close pair", "near miss", "two in a step", "three in a step")
 
 def difficulty(_: dict[str, Any]) -> Any:
     """Draw the pass rate over the distance of the closest zeros: mean and range of the settings of each method."""
-    shown = [m for m in passes.methods() if any(c["level"] == 0 for c in m.cases)]
+    shown = [m for m in passes.methods() if m.rates({"L0-plain-01"})]
     fig, axes = figure(8.4, 6.4, columns=4, rows=-(-len(shown) // 4))
     for ax in axes.flat[len(shown) :]:
         ax.set_axis_off()

@@ -35,19 +35,27 @@ NAMES = {
 
 
 class Method(NamedTuple):
-    """A method of a solver: its cases, whether each is right at each setting, and the settings."""
+    """A method of a solver: its settings, and for each of them whether each case is right."""
 
     label: str
     program: str
     version: str
-    cases: list[dict[str, Any]]
-    right: list[list[bool]]  # by setting, by case
     settings: list[dict[str, Any]]
+    right: list[dict[str, bool]]
 
     def rates(self, ids: set[str]) -> list[float]:
         """Return the share of right answers to some cases at each setting; an empty list without such cases."""
-        chosen = [i for i, case in enumerate(self.cases) if case["id"] in ids]
-        return [sum(row[i] for i in chosen) / len(chosen) for row in self.right] if chosen else []
+        rows = [[right for name, right in row.items() if name in ids] for row in self.right]
+        return [sum(row) / len(row) for row in rows if row]
+
+    def grid(self) -> str:
+        """Return the values of each number of the settings as a text."""
+        values: dict[str, dict[str, None]] = {}
+        for setting in self.settings:
+            for name, x in setting.items():
+                if isinstance(x, float):
+                    values.setdefault(name, {})[f"{x:.2g}".replace("e-0", "e-").replace("e+0", "e")] = None
+        return "; ".join(f"{name} {', '.join(found)}" for name, found in values.items())
 
 
 def key(solver: str, setting: dict[str, Any]) -> str:
@@ -60,14 +68,15 @@ def methods() -> list[Method]:
     """Return all methods with stored results, in the order of NAMES."""
     found: dict[str, Method] = {}
     for result in results():
-        cases = cases_of(result["levels"])
+        ids = [case["id"] for case in cases_of([result["level"]])]
         for run in result["runs"]:
             name = key(result["solver"], run["settings"])
-            method = found.setdefault(
-                name, Method(NAMES.get(name, name), result["solver"], result["version"], cases, [], [])
-            )
-            method.right.append([letter in "rR" for letter in run["verdicts"]])
-            method.settings.append(run["settings"])
+            method = found.setdefault(name, Method(NAMES.get(name, name), result["solver"], result["version"], [], []))
+            if run["settings"] not in method.settings:
+                method.settings.append(run["settings"])
+                method.right.append({})
+            row = method.right[method.settings.index(run["settings"])]
+            row.update({i: letter in "rR" for i, letter in zip(ids, run["verdicts"], strict=True)})
     order = {name: k for k, name in enumerate(NAMES)}
     return [found[name] for name in sorted(found, key=lambda n: order.get(n, math.inf))]
 
@@ -89,19 +98,25 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
     for method in methods():
         cells = [cell(method.rates(ids)) for ids in families.values()]
         if any(cells):
-            rows.append([method.label, str(len(method.right)), *cells])
-    return ["method", "settings", *(f"{family} ({len(ids)})" for family, ids in families.items())], rows
+            rows.append([method.label, *cells])
+    return ["method", *(f"{family} ({len(ids)})" for family, ids in families.items())], rows
+
+
+def grids() -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the table of settings."""
+    rows = [[m.label, str(len(m.settings)), m.grid() or "no numbers"] for m in methods()]
+    return ["method", "settings", "their numbers"], rows
 
 
 def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
     """Return the pass rates of all settings in each interval of difficulty, over certain cases of some families."""
-    cases = [c for c in method.cases if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
+    cases = [c for c in cases_of([0]) if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
     return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 
 
 def results() -> list[dict[str, Any]]:
     """Return the stored results of all solvers."""
-    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("*.json"))]
+    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("level*/*.json"))]
 
 
 def span(values: Iterable[Any]) -> str:
@@ -117,5 +132,5 @@ def dates() -> str:
 
 def limits() -> tuple[str, str]:
     """Return the limits of CPU time, for a case of levels 0 and 1 and for one of levels 2 and 3."""
-    short, long = zip(*(result["limits"] for result in results()), strict=True)
-    return span(short), span(long)
+    found = [(result["level"], result["limit"]) for result in results()]
+    return span(limit for level, limit in found if level < 2), span(limit for level, limit in found if level > 1)

@@ -241,6 +241,7 @@ TABLES = {
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
     "failures": Place(FAILURES, "failures", failures),
     "switches_measured": Place(FAILURES, "", measured_switches),
+    "switches_grids": Place(FAILURES, "", lambda _: table(*passes.grids())),
     "switches_level_0": Place(FAILURES, "", pass_rates(0)),
     "switches_level_1": Place(FAILURES, "", pass_rates(1)),
     "switches_level_2": Place(FAILURES, "", pass_rates(2)),

@@ -1,4 +1,4 @@
-"""Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each into the folder `results`.
+"""Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each solver at each level.
 
 Each solver has a process of its own and answers all cases at every setting. An error, and an answer that takes longer
 than the limit, count as refused. If two successive cases of a family take too long, the setting skips the rest of the
@@ -43,6 +43,7 @@ MOTION = {"A": 1.5, "B": 0.1, "eps": 0.0, "eta": 100.0, "xi0": 0.3, "dxi0": 0.1,
 WARM_UP = [(0, WAVES), (2, MOTION), (2, MOTION | {"eps": 1e-4})]
 
 Answer = dict[str, list[Any]]
+Firsts = dict[str, list[list[Any] | None]]  # for each case and setting
 
 
 def cases_of(levels: list[int]) -> list[dict[str, Any]]:
@@ -156,14 +157,19 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
 
 def run(
     module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None
-) -> Iterator[dict[str, Any]]:
-    """Yield the result of a solver after each of its settings; write its answers into a folder."""
+) -> Iterator[dict[int, tuple[dict[str, Any], Firsts]]]:
+    """Yield (result, first zeros or events of its answers) of each level after each setting of a solver.
+
+    The full answers are written into the folder `answers`.
+    """
     name = module.__name__.rpartition(".")[2]
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}
     able = [c for c in cases if hasattr(module, "events" if c["level"] else "zeros")]
-    levels = sorted({c["level"] for c in able})
-    decisive: dict[str, list[Any]] = {case["id"]: [] for case in able if case["level"] < 2}
-    solver, runs = Solver(name), []
+    levels = {level: [c for c in able if c["level"] == level] for level in sorted({c["level"] for c in able})}
+    found: dict[int, tuple[dict[str, Any], Firsts]] = {
+        level: (head | {"runs": []}, {c["id"]: [] for c in group}) for level, group in levels.items()
+    }
+    solver = Solver(name)
     for number, setting in enumerate(module.SETTINGS if able else []):
         given: dict[str, tuple[Answer | str, float]] = {}
         late: Counter[tuple[int, str]] = Counter()
@@ -172,21 +178,23 @@ def run(
             if late[family] == PATIENCE:
                 given[case["id"]] = f"not asked after {PATIENCE} that took too long", 0.0
                 continue
-            solver.warm_up(setting, levels)
+            solver.warm_up(setting, [*levels])
             given[case["id"]] = solver.ask(case["level"], inputs(case), setting, limit)
             late[family] = late[family] + 1 if str(given[case["id"]][0]).startswith(LATE) else 0
-        runs.append({"settings": setting, **summary(able, given)})
-        right = runs[-1]["verdicts"].lower().count("r")
-        print(f"{module.NAME}  {written(setting):32}  {right} of {len(able)} right", flush=True)
+        for level, group in levels.items():
+            result, firsts = found[level]
+            result["runs"].append({"settings": setting, **summary(group, given)})
+            for i, kept in firsts.items():
+                kept.append(None if isinstance(a := given[i][0], str) else next(iter(a.values()))[:1])
+            right = result["runs"][-1]["verdicts"].lower().count("r")
+            print(f"{module.NAME}  {written(setting):32}  level {level}: {right} of {len(group)} right", flush=True)
         if answers:
             answered = {i: a for i, (a, _) in given.items() if not isinstance(a, str)}
             seconds = {i: spent for i, (_, spent) in given.items()}
             full = head | {"settings": written(setting), "answers": answered, "seconds": seconds}
             answers.mkdir(parents=True, exist_ok=True)
             (answers / f"{name}-{number + 1:02}.json").write_text(json.dumps(full) + "\n", encoding="utf-8")
-        for i, kept in decisive.items():
-            kept.append(None if isinstance(found := given[i][0], str) else next(iter(found.values()))[:1])
-        yield head | {"levels": levels, "runs": runs, "answers": decisive}
+        yield found
     solver.end()
 
 
@@ -210,7 +218,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     from benchmarks.common import environment  # here, because the process of each solver imports this module
 
-    about = {"set": (HERE / "VERSION").read_text(encoding="utf-8").strip(), "limits": options.limit}
+    version = (HERE / "VERSION").read_text(encoding="utf-8").strip()
     cases = cases_of(options.levels)
     for name in options.only or NAMES:
         try:
@@ -218,12 +226,20 @@ def main(arguments: list[str] | None = None) -> int:
         except ImportError as error:
             print(f"{name} is left out: {error}", file=sys.stderr)
             continue
-        for result in run(module, cases, options.limit, options.answers):
-            options.results.mkdir(parents=True, exist_ok=True)
-            with lzma.open(options.results / f"{name}.answers.json.xz", "wt", encoding="utf-8") as file:
-                json.dump(result.pop("answers"), file)
-            about["environment"] = environment()
-            (options.results / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
+        for found in run(module, cases, options.limit, options.answers):
+            for level, (result, firsts) in found.items():
+                folder = options.results / f"level{level}"
+                folder.mkdir(parents=True, exist_ok=True)
+                about = {
+                    "set": version,
+                    "level": level,
+                    "limit": options.limit[level > 1],
+                    "environment": environment(),
+                }
+                (folder / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
+                if level < 2:
+                    with lzma.open(folder / f"{name}.answers.json.xz", "wt", encoding="utf-8") as file:
+                        json.dump(firsts, file)
     return 0
 
 
